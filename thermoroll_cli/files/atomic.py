@@ -1,0 +1,74 @@
+"""Files that appear complete or not at all: a temporary name beside the target, then one rename."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pathlib
+import secrets
+
+_EXPLANATIONS = {
+    errno.ENOSPC: "no space left on the device",
+    errno.EDQUOT: "the disk quota is used up",
+    errno.EROFS: "the file system is read-only",
+    errno.EACCES: "permission denied",
+    errno.EPERM: "permission denied",
+    errno.ENOENT: "the folder does not exist",
+    errno.ENOTDIR: "a part of the path is a file, not a folder",
+    errno.EISDIR: "that is a folder",
+    errno.EFBIG: "the file would be larger than allowed",
+    errno.ENAMETOOLONG: "the name is too long",
+}
+
+
+class WriteError(OSError):
+    """A file could not be written; the message names it and says why. Nothing was left behind."""
+
+    def __init__(self, path: pathlib.Path, cause: OSError) -> None:
+        reason = _EXPLANATIONS.get(cause.errno or 0, cause.strerror or str(cause))
+        super().__init__(f"cannot write {path}: {reason}")
+        self.errno = cause.errno
+        self.path = path
+
+
+def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> None:
+    """Write `content` to `path` so that at any moment `path` holds its old content or all of the new one.
+
+    Whatever interrupts the writing (a full disk, Ctrl-C), the temporary file is removed again. A symbolic link is
+    written through; a device or pipe (`/dev/stdout`) is written to directly, since it must not be replaced.
+
+    Raises WriteError.
+    """
+    shown = pathlib.Path(path)
+    target = pathlib.Path(os.path.realpath(path))
+    try:
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, "Is a directory")
+        if target.exists() and not target.is_file():
+            _write_all(os.open(target, os.O_WRONLY), content, durable=False)
+        else:
+            _replace(target, content)
+    except OSError as cause:
+        raise WriteError(shown, cause) from cause
+
+
+def _replace(target: pathlib.Path, content: bytes | memoryview) -> None:
+    # The name does not derive from the target's: that one may already be as long as the file system allows.
+    temporary = target.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
+    try:
+        # Not tempfile: its files are private (0600), results should follow the user's umask.
+        _write_all(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), content, durable=True)
+        os.replace(temporary, target)
+    except BaseException:
+        temporary.unlink(missing_ok=True)
+        raise
+
+
+def _write_all(descriptor: int, content: bytes | memoryview, *, durable: bool) -> None:
+    with open(descriptor, "wb", buffering=0) as stream:
+        rest = memoryview(content)
+        while rest:
+            # One call may write less than asked for: at most 2 GiB on Linux, or what still fitted on the disk.
+            rest = rest[stream.write(rest) :]
+        if durable:
+            os.fsync(stream.fileno())

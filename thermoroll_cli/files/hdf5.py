@@ -1,0 +1,165 @@
+"""One HDF5 file per solve: fields as arrays with dimensions and units, scalars as attributes, and the case itself.
+
+The file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills
+up while a file is open, a byte string has.
+
+Layout (format version 1)::
+
+    /               format_version, program, program_version, created, command_line, title, converged
+    /input          case_text, case_json (as read and resolved), problem_json (SI, as solved)
+    /fields         x, y and the 2-D fields of `FIELDS` in SI units, coupled state
+    /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back
+    /mesh           point coordinates for XDMF
+    /summary        scalars under their public names; subgroups isothermal and error; work as JSON
+    /history        residuals per iteration
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import datetime
+import json
+import os
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from thermoroll_cli import __version__
+from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.files.stored import FORMAT_VERSION, PROGRAM, ResultFileError, StoredResult, read_result
+from thermoroll_cli.pipeline.result import FIELDS, Result, State
+
+if TYPE_CHECKING:
+    import h5py
+
+__all__ = ["ResultFileError", "StoredResult", "read_result", "write_result"]
+
+
+def write_result(
+    path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str
+) -> None:
+    """Write `result` and the case it came from to `path`, complete or not at all.
+
+    Equal results give bit-identical datasets; only the root attributes `created` and `command_line` tell two runs
+    apart.
+
+    Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
+    """
+    import h5py
+
+    # The core driver grows by this step: large enough that big files are not copied over and over.
+    block_size = 4 * 1024 * 1024
+    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=block_size, libver=("v108","v108")) as file:
+        _write_root(file, result, command_line)
+        _write_texts(
+            file.create_group("input"),
+            case_text=case_text,
+            case_json=case_json,
+            problem_json=json.dumps(dataclasses.asdict(result.problem), default=str),
+        )
+        _write_state(file.create_group("fields"), result, result.coupled)
+        if result.isothermal is result.coupled:
+            file["isothermal"] = file["fields"]
+        else:
+            _write_state(file.create_group("isothermal"), result, result.isothermal)
+        _write_mesh(file.create_group("mesh"), result.x, result.y)
+        _write_summary(file.create_group("summary"), result.summary())
+        _write_history(file.create_group("history"), result.history)
+        file.flush()
+        image = file.id.get_file_image()
+    write_bytes(path, image)
+
+
+def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
+    file.attrs["format_version"] = FORMAT_VERSION
+    file.attrs["program"] = PROGRAM
+    file.attrs["program_version"] = __version__
+    file.attrs["created"] = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+    file.attrs["command_line"] = _text(command_line)
+    file.attrs["title"] = _text(result.problem.title)
+    file.attrs["converged"] = bool(result.converged)
+
+
+def _write_texts(group: h5py.Group, **texts: str) -> None:
+    # Datasets, because an attribute is held in memory whole and case files may be of any size.
+    for name, text in texts.items():
+        group.create_dataset(name, data=_text(text), track_times=False)
+
+
+def _write_state(group: h5py.Group, result: Result, state: State) -> None:
+    x = _write_scale(group, "x", result.x, "m", "along rolling, trailing edge at +x")
+    y = _write_scale(group, "y", result.y, "m", "lateral")
+    for name, values in state.fields.items():
+        units, long_name = FIELDS.get(name, ("", name))
+        # The state is a label of three values; eight bytes for each would be a sixth of the file.
+        dtype = np.int8 if name == "state" else np.float64
+        dataset = group.create_dataset(name, data=np.asarray(values, dtype=dtype), track_times=False)
+        dataset.dims[0].attach_scale(x)
+        dataset.dims[1].attach_scale(y)
+        dataset.attrs["units"] = units
+        dataset.attrs["long_name"] = long_name
+
+
+def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
+    """Coordinates of every point, (nx, ny, 3). XDMF's rectilinear meshes want x as the fastest index and these
+    fields have it slowest, so ParaView needs the points spelt out; compressed they take a few kilobytes."""
+    across, along = np.meshgrid(np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32), indexing="ij")
+    points = np.stack([across, along, np.zeros_like(across)], axis=-1)
+    scales = [
+        _write_scale(group, name, np.arange(length), "1", f"index along {name}")
+        for name, length in zip("ijc", points.shape, strict=True)
+    ]
+    dataset = group.create_dataset("points", data=points, track_times=False, compression="gzip", compression_opts=1)
+    for dimension, scale in zip(dataset.dims, scales, strict=True):
+        dimension.attach_scale(scale)
+    dataset.attrs["units"] = "m"
+    dataset.attrs["long_name"] = "x, y, z of the element centres"
+
+
+def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
+    for name, value in summary.items():
+        if name in ("isothermal", "error"):
+            subgroup = group.create_group(name)
+            for key, number in value.items():
+                subgroup.attrs[key] = _number(number)
+        elif isinstance(value, (Mapping, list, tuple)):
+            group.attrs[name] = json.dumps(value, default=_plain)
+        elif isinstance(value, str):
+            group.attrs[name] = _text(value)
+        else:
+            group.attrs[name] = _number(value)
+
+
+def _write_history(group: h5py.Group, history: Mapping[str, ArrayLike]) -> None:
+    for name, values in history.items():
+        residuals = np.atleast_1d(np.asarray(values, dtype=np.float64))
+        dataset = group.create_dataset(name, data=residuals, track_times=False)
+        # Each history has a length of its own, so each has a dimension of its own.
+        for axis, length in enumerate(residuals.shape):
+            suffix = "iteration" if axis == 0 else f"column{axis}"
+            scale = _write_scale(group, f"{name}_{suffix}", np.arange(length), "1", suffix)
+            dataset.dims[axis].attach_scale(scale)
+
+
+def _write_scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
+    scale = group.create_dataset(name, data=np.asarray(values), track_times=False)
+    scale.make_scale(name)
+    scale.attrs["units"] = units
+    scale.attrs["long_name"] = long_name
+    return scale
+
+
+def _text(value: str) -> str:
+    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
+    return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _plain(value: Any) -> Any:
+    """NumPy numbers and arrays as what JSON knows."""
+    return value.tolist() if hasattr(value, "tolist") else str(value)

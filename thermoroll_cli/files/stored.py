@@ -1,0 +1,181 @@
+"""A result file read back, for pictures, comparison, export and resumed sweeps."""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT_VERSION = 1
+"""Raised whenever a reader of the previous layout would misread a file."""
+
+PROGRAM = "thermoroll"
+
+_NOT_FIELDS = ("x", "y")
+
+
+class ResultFileError(OSError):
+    """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
+
+
+@dataclass(frozen=True)
+class StoredResult:
+    """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
+
+    `summary` has the shape of `Result.summary()`; `problem` has the solved problem in SI units as nested dictionaries;
+    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny).
+    """
+
+    path: pathlib.Path
+    attributes: Mapping[str, Any]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    fields: Mapping[str, NDArray[Any]]
+    isothermal: Mapping[str, NDArray[Any]]
+    summary: Mapping[str, Any]
+    problem: Mapping[str, Any]
+    case_text: str
+    case_json: str
+    history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        return str(self.attributes["title"])
+
+    @property
+    def converged(self) -> bool:
+        return bool(self.attributes["converged"])
+
+
+def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> StoredResult:
+    """Read the result file at `path`; without its fields and histories if only the scalars and the case matter.
+
+    Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
+    """
+    import h5py
+
+    path = pathlib.Path(path)
+    _check_plain_file(path)
+    try:
+        # No lock: files are replaced whole, never edited, and some network file systems cannot lock.
+        file = h5py.File(path, "r", locking=False)
+    except OSError as cause:
+        raise ResultFileError(f"{path}: {_open_failure(path, cause)}") from cause
+    # Past this point the file is HDF5. What damage inside it raises depends on which byte is wrong.
+    try:
+        with file:
+            _check_origin(path, file)
+            return _read(path, file, with_fields)
+    except ResultFileError:
+        raise
+    except (
+        OSError,
+        KeyError,
+        ValueError,
+        TypeError,
+        AttributeError,
+        RuntimeError,
+        OverflowError,
+        MemoryError,
+    ) as cause:
+        detail = cause.args[0] if cause.args else type(cause).__name__
+        raise ResultFileError(f"{path}: damaged result file ({detail})") from cause
+
+
+def _check_plain_file(path: pathlib.Path) -> None:
+    try:
+        if path.is_dir():
+            raise ResultFileError(f"{path}: this is a folder, not a result file")
+        if not path.exists():
+            raise ResultFileError(f"{path}: no such file")
+        with open(path, "rb"):
+            pass
+    except ResultFileError:
+        raise
+    except OSError as cause:
+        raise ResultFileError(f"{path}: cannot be read ({cause.strerror or cause})") from cause
+
+
+def _open_failure(path: pathlib.Path, cause: OSError) -> str:
+    if path.stat().st_size == 0:
+        return "the file is empty"
+    if "truncated" in str(cause):
+        return "truncated HDF5 file, its end is missing"
+    with open(path, "rb") as stream:
+        signature = stream.read(8)
+    if signature != b"\x89HDF\r\n\x1a\n":
+        return "not an HDF5 file"
+    return f"damaged HDF5 file ({cause})"
+
+
+def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
+    if file.attrs.get("program") != PROGRAM or "format_version" not in file.attrs:
+        raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} result")
+    version = int(file.attrs["format_version"])
+    if version != FORMAT_VERSION:
+        written_by = file.attrs.get("program_version", "unknown")
+        raise ResultFileError(
+            f"{path}: result format {version}, written by {PROGRAM} {written_by}; this version reads format "
+            f"{FORMAT_VERSION} only"
+        )
+
+
+def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResult:
+    x, y = file["fields/x"][()], file["fields/y"][()]
+    coupled: dict[str, NDArray[Any]] = {}
+    isothermal: dict[str, NDArray[Any]] = {}
+    history: dict[str, NDArray[np.float64]] = {}
+    if with_fields:
+        coupled = _read_fields(file["fields"], (x.size, y.size))
+        same = file["isothermal"] == file["fields"]
+        isothermal = coupled if same else _read_fields(file["isothermal"], (x.size, y.size))
+        history = {name: item[()] for name, item in file["history"].items() if not item.is_scale}
+    inputs = file["input"]
+    return StoredResult(
+        path=path,
+        attributes={name: _python(value) for name, value in file.attrs.items()},
+        x=x,
+        y=y,
+        fields=coupled,
+        isothermal=isothermal,
+        summary=_read_summary(file["summary"]),
+        problem=json.loads(inputs["problem_json"].asstr()[()]),
+        case_text=inputs["case_text"].asstr()[()],
+        case_json=inputs["case_json"].asstr()[()],
+        history=history,
+    )
+
+
+def _read_fields(group: h5py.Group, shape: tuple[int, int]) -> dict[str, NDArray[Any]]:
+    fields = {name: dataset[()] for name, dataset in group.items() if name not in _NOT_FIELDS}
+    for name, values in fields.items():
+        if values.shape != shape:
+            raise ValueError(f"field {name} has shape {values.shape}, its coordinates {shape}")
+    return fields
+
+
+def _read_summary(group: h5py.Group) -> dict[str, Any]:
+    summary: dict[str, Any] = {}
+    for name, value in group.attrs.items():
+        plain = _python(value)
+        is_json = isinstance(plain, str) and plain[:1] in ("{", "[") and name not in ("status", "reason")
+        summary[name] = json.loads(plain) if is_json else plain
+    for name in ("isothermal", "error"):
+        summary[name] = {key: _python(value) for key, value in group[name].attrs.items()}
+    return summary
+
+
+def _python(value: Any) -> Any:
+    """An attribute as a plain Python value."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    return value.item() if isinstance(value, np.generic) else value

@@ -1,0 +1,343 @@
+"""Influence tables for a Péclet number that differs from source to source, as a short sum of convolutions.
+
+If every source element x' has its own P(x'), as when P is made with the slip velocity, the response
+Σ K_P(x')(x − x') q(x') is not a convolution. A low-rank expansion K_P(X) ≈ Σ_k L_k(X) φ_k(P) turns it into a few:
+
+    response = Σ_k conv(L_k, φ_k(P) q) + Σ offset(P) q
+
+The expansion is a singular value decomposition over samples of P, and φ_k is interpolated between them by its
+Chebyshev series (the same polynomial as the barycentric formula gives). Samples are Chebyshev points in the fourth
+root of P: displacement tables contain P ln P, which in √P takes four times as many samples.
+
+The decomposition needs no full tables: offsets are sampled as densely as the kernel varies, closely around the source
+and ever more widely away from it. A pivoted QR factorisation of those samples then names the few P ("skeleton") whose
+full tables span all others.
+
+The displacement U is an average of Φ(P sech²y) over y (`thermal`), so a skeleton of the cheaper Φ serves for it too.
+Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form: what is expanded is bounded at P = 0.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from thermoroll_cli.kernels.thermal import (
+    ANGLE_STEP,
+    advected_expansion,
+    angle_rule,
+    displacement_at,
+    stationary_displacement,
+    temperature_at,
+)
+
+FloatArray = NDArray[np.float64]
+ThermalKind = Literal["temperature", "displacement"]
+
+DENSE_OFFSETS = 12
+"""Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
+OFFSET_GROWTH = 1.12
+FIRST_DEGREE, LAST_DEGREE = 16, 512
+"""Degrees of the polynomial in P^¼: doubled from the first until its error is small enough."""
+CHECKS = 7
+"""Péclet numbers, none of them a sample, at which the finished expansion is held against the kernel."""
+BLOCK = 1 << 15
+"""Sources whose weights are computed together, to bound memory."""
+
+
+@dataclass(frozen=True)
+class VariablePecletKernel:
+    """Expansion K_P ≈ offset(P) + Σ_k tables[k] weights(P)[k] for 0 ≤ P ≤ peclet_max, with the material moving to +x.
+
+    ``tables`` has the shape (terms, 2nx−1, 2ny−1) and the layout of `thermal.temperature_table`; the sum is in the
+    units of the table expanded (q dx/k, or (1+ν) α q dx²/k). For a source on which the material moves to −x, mirror
+    the tables in X. ``error`` is the error measured at Péclet numbers that are not samples, the larger of two: of
+    any coefficient, relative to the largest coefficient at that P, and of the sum of all coefficients' magnitudes,
+    relative to that sum. The second bounds what adds up in a response. ``samples`` is the number of Péclet numbers
+    sampled, ``skeleton`` the number of full tables computed.
+    """
+
+    kind: ThermalKind
+    aspect: float
+    peclet_max: float
+    tables: FloatArray
+    error: float
+    samples: int
+    skeleton: int
+    weight_series: FloatArray
+    offset_series: FloatArray
+
+    @property
+    def terms(self) -> int:
+        """Number of convolutions the response takes."""
+        return len(self.tables)
+
+    def weights(self, peclet: ArrayLike) -> FloatArray:
+        """φ_k(P), shape (terms, *shape of peclet). Raises ValueError for P outside [0, peclet_max]."""
+        values = np.asarray(peclet, dtype=np.float64)
+        return _evaluate(self.weight_series, values, self.peclet_max).reshape(self.terms, *values.shape)
+
+    def offset(self, peclet: ArrayLike) -> FloatArray:
+        """What is the same at every point of the table: its mean. Zero for temperature; shape of ``peclet``.
+
+        The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
+        the table without motion, whose constant is arbitrary. Where the flux is made by the slip, q ∝ P and
+        q offset(P) → 0, so that neither the growth nor the arbitrary value is ever felt.
+        Raises ValueError for P outside [0, peclet_max].
+        """
+        values = np.asarray(peclet, dtype=np.float64)
+        smooth = _evaluate(self.offset_series, values, self.peclet_max).reshape(values.shape)
+        return smooth if self.kind == "temperature" else smooth - _unbounded_part(values, self.aspect)
+
+
+@dataclass(frozen=True)
+class _Offsets:
+    """Sampled offsets x × y, and the number of table entries that each stands for."""
+
+    x: FloatArray
+    y: FloatArray
+    counts: FloatArray
+
+    def mean(self, columns: FloatArray) -> FloatArray:
+        """Mean over the table of each column."""
+        return self.counts @ columns / self.counts.sum()
+
+    def relative_error(self, difference: FloatArray, columns: FloatArray) -> float:
+        """Largest error of any column, in both norms described at `VariablePecletKernel`."""
+        in_sum = (self.counts @ np.abs(difference)) / (self.counts @ np.abs(columns))
+        in_peak = np.abs(difference).max(axis=0) / np.abs(columns).max(axis=0)
+        return float(max(in_sum.max(), in_peak.max()))
+
+
+def variable_peclet_kernel(
+    nx: int, ny: int, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float = 1e-5
+) -> VariablePecletKernel:
+    """Expand temperature (Eq. 19) or displacement (Eq. 20) tables of an nx × ny grid for P = V dx/κ in [0, peclet_max].
+
+    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, which
+    holds what was reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for
+    fewer than two elements, an aspect that is not positive, a range that is negative or not finite, an unknown kind,
+    and a tolerance outside [1e-7, 0.1].
+    """
+    if nx < 1 or ny < 1 or nx * ny < 2:
+        raise ValueError(f"an expansion needs a grid of at least two elements, not {nx} × {ny}")
+    if not (math.isfinite(aspect) and aspect > 0.0):
+        raise ValueError(f"the aspect dy/dx must be positive and finite, not {aspect}")
+    if not (math.isfinite(peclet_max) and peclet_max >= 0.0):
+        raise ValueError(f"the largest Péclet number must be finite and not negative, not {peclet_max}")
+    if kind not in ("temperature", "displacement"):
+        raise ValueError(f"kind must be 'temperature' or 'displacement', not {kind!r}")
+    if not 1e-7 <= tolerance <= 0.1:
+        raise ValueError(f"the tolerance must be between 1e-7 and 0.1, not {tolerance}")
+
+    offsets = _graded_offsets(nx, ny, aspect)
+    peclets, columns, means = _sample(offsets, aspect, peclet_max, kind, 0.1 * tolerance)
+    degree = len(peclets) - 1
+    skeleton, spanning = _skeleton(offsets, columns, 0.02 * tolerance)
+    mixing = np.eye(degree + 1) if kind == "temperature" else _angle_average(degree)
+    kernel = columns @ mixing.T
+    from_kernel, weights = _truncated(offsets, kernel, 0.6 * tolerance)
+
+    # Table k = Σ_i kernel(P_i) from_kernel[i, k], and kernel(P_i) is itself a combination of the skeleton.
+    from_skeleton = spanning @ mixing.T @ from_kernel
+    tables = np.zeros((from_skeleton.shape[1], 2 * nx - 1, 2 * ny - 1))
+    half = tables[:, :, ny - 1 :]
+    _combine(half, aspect, kind, peclets[skeleton], means[skeleton], from_skeleton)
+    offset = mixing @ means
+    if kind == "displacement":
+        # Sampled offsets give the mean of a table only nearly: move what is left of it into the offset.
+        left = (half[:, :, 0].sum(axis=1) + 2.0 * half[:, :, 1:].sum(axis=(1, 2))) / ((2 * nx - 1) * (2 * ny - 1))
+        half -= left[:, None, None]
+        offset = offset + weights @ left
+    tables[:, :, : ny - 1] = half[:, :, :0:-1]
+
+    to_series = _to_series(degree)
+    expansion = VariablePecletKernel(
+        kind=kind,
+        aspect=aspect,
+        peclet_max=peclet_max,
+        tables=tables,
+        error=math.inf,
+        samples=degree + 1,
+        skeleton=len(skeleton),
+        weight_series=to_series @ weights,
+        offset_series=(to_series @ offset)[:, None],
+    )
+    return replace(expansion, error=_measured_error(expansion, offsets))
+
+
+def _graded_offsets(nx: int, ny: int, aspect: float) -> _Offsets:
+    along, along_counts = _graded(nx)
+    across, across_counts = _graded(ny)
+    x = np.concatenate((-along[:0:-1], along))
+    x_counts = np.concatenate((along_counts[:0:-1], along_counts))
+    y_counts = across_counts * np.where(across > 0.0, 2.0, 1.0)
+    return _Offsets(x, aspect * across, np.outer(x_counts, y_counts).ravel())
+
+
+def _graded(count: int) -> tuple[FloatArray, FloatArray]:
+    """Offsets from 0 to count − 1, ever wider apart, and the number of whole offsets nearest to each."""
+    chosen = [0]
+    while chosen[-1] < count - 1:
+        step = 1 if chosen[-1] < DENSE_OFFSETS else max(1, round(chosen[-1] * (OFFSET_GROWTH - 1.0)))
+        chosen.append(min(count - 1, chosen[-1] + step))
+    offsets = np.array(chosen, dtype=np.float64)
+    borders = np.concatenate(([-0.5], 0.5 * (offsets[1:] + offsets[:-1]), [count - 0.5]))
+    return offsets, np.diff(borders)
+
+
+def _bounded(kind: ThermalKind, x: FloatArray, y: FloatArray, aspect: float, peclet: float) -> FloatArray:
+    """What is sampled: T, or Φ with its unbounded part −b ln(P)/2π taken away."""
+    if kind == "temperature":
+        return temperature_at(x, y, aspect, peclet)
+    logarithm = aspect / (2.0 * math.pi)
+    if peclet == 0.0:
+        return stationary_displacement(x, y, aspect) + logarithm * (math.log(4.0) - np.euler_gamma)
+    return advected_expansion(x, y, aspect, peclet) + logarithm * math.log(peclet)
+
+
+def _unbounded_part(peclet: FloatArray, aspect: float) -> FloatArray:
+    """(b/2π)(ln P + ⟨ln sech²y⟩): the average of what `_bounded` takes away from Φ; ⟨ln sech²y⟩ = 1 − ln 4."""
+    moving = np.where(peclet > 0.0, peclet, math.exp(math.log(16.0) - np.euler_gamma - 1.0))
+    return aspect / (2.0 * math.pi) * (np.log(moving) + 1.0 - math.log(4.0))
+
+
+def _sample(
+    offsets: _Offsets, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Péclet numbers that resolve the dependence on P, the sampled offsets there (one column each), and their means.
+
+    The degree is doubled until the polynomial through the samples so far predicts the new ones. The means are taken
+    out of displacement columns, and are zero for temperature.
+    """
+    degree = FIRST_DEGREE
+    peclets = peclet_max * _node_positions(degree) ** 4
+    columns = np.stack([_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclets], axis=1)
+    error = math.inf
+    while error > tolerance and degree < LAST_DEGREE:
+        positions = _node_positions(2 * degree)
+        between = positions[1::2]
+        new = [_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclet_max * between**4]
+        finer = np.empty((len(columns), 2 * degree + 1))
+        finer[:, ::2], finer[:, 1::2] = columns, np.stack(new, axis=1)
+        predicted = columns @ (_chebyshev(between, degree).T @ _to_series(degree)).T
+        reference = finer[:, 1::2]
+        if kind == "displacement":
+            predicted, reference = predicted - offsets.mean(predicted), reference - offsets.mean(reference)
+        error = offsets.relative_error(predicted - reference, reference)
+        degree, columns, peclets = 2 * degree, finer, peclet_max * positions**4
+    means = offsets.mean(columns) if kind == "displacement" else np.zeros(degree + 1)
+    return peclets, columns - means, means
+
+
+def _skeleton(offsets: _Offsets, columns: FloatArray, tolerance: float) -> tuple[NDArray[np.intp], FloatArray]:
+    """Interpolative decomposition: indices of a few columns, and the matrix that makes all columns from them."""
+    from scipy.linalg import qr, solve_triangular
+
+    scaled = np.sqrt(offsets.counts)[:, None] * columns
+    scaled = scaled / np.linalg.norm(scaled, axis=0)
+    upper, pivots = qr(scaled, mode="r", pivoting=True)
+    upper = upper[: len(pivots)]
+    remaining = np.sqrt(np.cumsum((upper**2)[::-1], axis=0)[::-1]).max(axis=1)
+    rank = int(np.count_nonzero(remaining > tolerance))
+    spanning = np.empty((rank, len(pivots)))
+    spanning[:, pivots] = solve_triangular(upper[:rank, :rank], upper[:rank])
+    norms = np.linalg.norm(np.sqrt(offsets.counts)[:, None] * columns, axis=0)
+    chosen = pivots[:rank]
+    return chosen, spanning * norms / norms[chosen, None]
+
+
+def _truncated(offsets: _Offsets, kernel: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray]:
+    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables, and weights.
+
+    Entries count by the number of table entries they stand for, and samples of P relative to their own magnitude.
+    """
+    scale = offsets.counts @ np.abs(kernel)
+    entry_scale = np.sqrt(offsets.counts)[:, None]
+    left, singular, right = np.linalg.svd(entry_scale * kernel / scale, full_matrices=False)
+    difference = kernel.copy()
+    terms = 0
+    while terms < len(singular) and (terms == 0 or offsets.relative_error(difference, kernel) > tolerance):
+        difference -= (left[:, [terms]] / entry_scale) * (singular[terms] * right[terms] * scale)
+        terms += 1
+    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None]
+
+
+def _combine(
+    half: FloatArray,
+    aspect: float,
+    kind: ThermalKind,
+    peclets: FloatArray,
+    means: FloatArray,
+    coefficients: FloatArray,
+) -> None:
+    """Add combinations of the skeleton's full tables to ``half``: zero tables, of which only Y ≥ 0."""
+    nx, ny = (half.shape[1] + 1) // 2, half.shape[2]
+    x, y = np.arange(1.0 - nx, nx), aspect * np.arange(float(ny))
+    for peclet, mean, row in zip(peclets, means, coefficients, strict=True):
+        table = _bounded(kind, x, y, aspect, float(peclet)) - mean
+        for term, coefficient in zip(half, row, strict=True):
+            term += coefficient * table
+
+
+def _measured_error(expansion: VariablePecletKernel, offsets: _Offsets) -> float:
+    """Error at Péclet numbers between the samples, against the kernel computed directly."""
+    nx, ny = (expansion.tables.shape[1] + 1) // 2, (expansion.tables.shape[2] + 1) // 2
+    rows = np.rint(offsets.x).astype(int) + nx - 1
+    columns = np.rint(offsets.y / expansion.aspect).astype(int) + ny - 1
+    tables = expansion.tables[:, rows[:, None], columns].reshape(expansion.terms, -1)
+    # Off-centre points of another Chebyshev grid: dense near P = 0, and never a sample.
+    peclets = expansion.peclet_max * np.sin(math.pi / 4.0 * (np.arange(CHECKS) + 0.37) * 2.0 / CHECKS) ** 4
+    computed = temperature_at if expansion.kind == "temperature" else displacement_at
+    exact = np.stack([computed(offsets.x, offsets.y, expansion.aspect, float(p)).ravel() for p in peclets], axis=1)
+    offset = expansion.offset(peclets)
+    return offsets.relative_error(tables.T @ expansion.weights(peclets) + offset - exact, exact - offset)
+
+
+def _angle_average(degree: int) -> FloatArray:
+    """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
+    angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
+    positions = np.outer(_node_positions(degree), np.cosh(angles) ** -0.5)
+    series = np.tensordot(_chebyshev(positions, degree), weights, axes=(2, 0))
+    return series.T @ _to_series(degree)
+
+
+def _node_positions(degree: int) -> FloatArray:
+    """(P/P_max)^¼ at the degree + 1 Chebyshev nodes of [0, 1], ends included."""
+    return np.sin(0.5 * math.pi * np.arange(degree + 1) / degree) ** 2
+
+
+def _to_series(degree: int) -> FloatArray:
+    """Matrix from values at the nodes to the coefficients of the Chebyshev series through them."""
+    order = np.arange(degree + 1)
+    halved = np.where(order % degree == 0, 0.5, 1.0)
+    # The polynomials at their own nodes, as cosines: the recurrence loses digits at the ends of the range.
+    values = np.cos(math.pi / degree * (np.outer(order, degree - order) % (2 * degree)))
+    return 2.0 / degree * halved[:, None] * values * halved
+
+
+def _chebyshev(position: FloatArray, degree: int) -> FloatArray:
+    """Chebyshev polynomials 0..degree of 2·position − 1, shape (degree + 1, *shape of position)."""
+    argument = 2.0 * position - 1.0
+    values = np.empty((degree + 1, *position.shape))
+    values[0], values[1] = 1.0, argument
+    for order in range(2, degree + 1):
+        values[order] = 2.0 * argument * values[order - 1] - values[order - 2]
+    return values
+
+
+def _evaluate(series: FloatArray, peclet: FloatArray, peclet_max: float) -> FloatArray:
+    """Chebyshev series in P^¼ (one per column) at the Péclet numbers, shape (series, number of Péclet numbers)."""
+    flat = peclet.ravel()
+    if flat.size and not (flat.min() >= 0.0 and flat.max() <= peclet_max * (1.0 + 1e-9)):
+        raise ValueError(f"Péclet numbers must be between 0 and {peclet_max:g}")
+    result = np.empty((series.shape[1], flat.size))
+    for start in range(0, flat.size, BLOCK):
+        block = flat[start : start + BLOCK]
+        position = (block / peclet_max) ** 0.25 if peclet_max > 0.0 else np.zeros(len(block))
+        result[:, start : start + BLOCK] = series.T @ _chebyshev(np.minimum(position, 1.0), len(series) - 1)
+    return result

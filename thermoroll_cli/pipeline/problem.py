@@ -1,0 +1,123 @@
+"""What is to be solved: two bodies, a load, creepages and heat, in SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+PecletMode = Literal["rolling", "sliding", "stationary"]
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic body. Thermal constants are None in a purely mechanical problem (SI units)."""
+
+    youngs_modulus: float
+    poisson_ratio: float
+    conductivity: float | None = None
+    expansion: float | None = None
+    diffusivity: float | None = None
+
+    @property
+    def shear_modulus(self) -> float:
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
+
+    @property
+    def thermal(self) -> bool:
+        """Whether all three thermal constants are known."""
+        return None not in (self.conductivity, self.expansion, self.diffusivity)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Principal radii of both bodies in m: inf is flat, negative is concave."""
+
+    lower_radius_x: float
+    lower_radius_y: float
+    upper_radius_x: float
+    upper_radius_y: float
+
+    @property
+    def curvature_x(self) -> float:
+        """Relative curvature 1/R'_x = 1/R_x1 + 1/R_x2 in 1/m."""
+        return 1.0 / self.lower_radius_x + 1.0 / self.upper_radius_x
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative curvature 1/R'_y = 1/R_y1 + 1/R_y2 in 1/m."""
+        return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Rolling speed in m/s and what drives the slip.
+
+    Creepages are dimensionless, spin is in rad/m. A prescribed force (N) replaces the creepage of its
+    direction, which is then None here and becomes an unknown.
+    """
+
+    speed: float
+    creepage_x: float | None = 0.0
+    creepage_y: float | None = 0.0
+    spin: float = 0.0
+    force_x: float | None = None
+    force_y: float | None = None
+
+
+@dataclass(frozen=True)
+class Heating:
+    """How frictional heat is treated. `partition` is the share of the lower body."""
+
+    heat: bool = True
+    deformation: bool = True
+    peclet: PecletMode = "rolling"
+    partition: float = 0.5
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Discretisation wishes: either a grid (elements per side) or a relative accuracy, and the domain side in
+    Hertz semi-axes (`extent` = domain side / semi-axis, so 2.2 covers the contact with 5 % to spare on each side)."""
+
+    grid: tuple[int, int] | None = None
+    accuracy: float | None = None
+    extent: float = 2.2
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A complete steady-state rolling contact problem in SI units."""
+
+    lower: Material
+    upper: Material
+    geometry: Geometry
+    normal_force: float
+    friction: float
+    motion: Motion
+    heating: Heating = Heating()
+    numerics: Numerics = Numerics()
+    title: str = ""
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa."""
+        return 1.0 / (1.0 / self.lower.plane_strain_modulus + 1.0 / self.upper.plane_strain_modulus)
+
+    @property
+    def spin_free(self) -> bool:
+        return self.motion.spin == 0.0
+
+    @property
+    def traction_limit(self) -> float:
+        """μW in N: no tangential force can exceed it."""
+        return self.friction * self.normal_force
+
+    @property
+    def prescribed_force(self) -> float:
+        """Magnitude of the prescribed tangential force in N."""
+        return math.hypot(self.motion.force_x or 0.0, self.motion.force_y or 0.0)

@@ -1,0 +1,85 @@
+"""Right-preconditioned GMRES that also returns what the operator's expensive part made of the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class KrylovSolution:
+    """`step` solves the system to relative residual `residual` in `iterations`; `image` is the expensive part of the
+    operator applied to `step`, combined from the iterations and therefore free."""
+
+    step: Vector
+    image: Vector
+    iterations: int
+    residual: float
+
+
+def gmres(
+    expensive: Callable[[Vector], Vector],
+    cheap: Callable[[Vector, Vector], Vector],
+    precondition: Callable[[Vector], Vector],
+    right_hand_side: Vector,
+    tolerance: float,
+    max_iterations: int,
+) -> KrylovSolution:
+    """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
+
+    `expensive` is the linear convolution, `cheap` the element-wise rest. Classical Gram–Schmidt is done twice: two
+    matrix products instead of k dot products, and as orthogonal as the modified variant.
+    """
+    norm = float(np.linalg.norm(right_hand_side))
+    if norm == 0.0:
+        zero = np.zeros_like(right_hand_side)
+        return KrylovSolution(zero, zero.copy(), 0, 0.0)
+    basis = np.empty((8, right_hand_side.size))
+    basis[0] = right_hand_side / norm
+    steps: list[Vector] = []
+    images: list[Vector] = []
+    hessenberg = np.zeros((max_iterations + 1, max_iterations))
+    rotations: list[tuple[float, float]] = []
+    residuals = np.zeros(max_iterations + 1)
+    residuals[0] = 1.0
+    k = 0
+    while k < max_iterations:
+        step = precondition(basis[k])
+        image = expensive(step)
+        w = cheap(step, image)
+        steps.append(step)
+        images.append(image)
+        q = basis[: k + 1]
+        h = q @ w
+        w = w - h @ q
+        correction = q @ w
+        w -= correction @ q
+        length = float(np.linalg.norm(w))
+        column = np.append(h + correction, length)
+        for i, (c, s) in enumerate(rotations):
+            column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
+        r = float(np.hypot(column[k], column[k + 1]))
+        c, s = (column[k] / r, column[k + 1] / r) if r > 0.0 else (1.0, 0.0)
+        rotations.append((c, s))
+        column[k], column[k + 1] = r, 0.0
+        hessenberg[: k + 2, k] = column
+        residuals[k], residuals[k + 1] = c * residuals[k], -s * residuals[k]
+        k += 1
+        if abs(residuals[k]) <= tolerance or length <= 1e-15 * r:
+            break
+        if k == len(basis):
+            basis = np.concatenate([basis, np.empty_like(basis)])
+        if k < max_iterations:
+            basis[k] = w / length
+    y = np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)
+    step = y[0] * steps[0]
+    image = y[0] * images[0]
+    for coefficient, z, u in zip(y[1:], steps[1:], images[1:], strict=True):
+        step += coefficient * z
+        image += coefficient * u
+    return KrylovSolution(step, image, k, float(abs(residuals[k])))

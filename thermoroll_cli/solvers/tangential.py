@@ -1,0 +1,298 @@
+"""Steady rolling with Coulomb friction: semismooth Newton on the slip equation itself (Eqs. 7–11).
+
+On every contact element the traction τ and the slip s = ξ − ∂u/∂x satisfy τ = Proj(τ + ρ s), the projection being onto
+the disk |τ| ≤ μp: stick where τ + ρ s lies inside, slip along τ where it lies outside. No f(y), g(y) of the article's
+Eq. 12 are needed, because the slip equation is discretised and not its integral.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.solvers.krylov import gmres
+from thermoroll_cli.solvers.tangential_operator import RollingGradient
+from thermoroll_cli.solvers.tangential_preconditioner import StickInverse, run_starts
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick
+# and slip without end: near the kink the natural residual then measures the slip and no longer the traction.
+RELAXATION = 0.35
+
+
+@dataclass(frozen=True)
+class TangentialProblem:
+    """Data on the contact's bounding box (n, m).
+
+    `bound`: Coulomb bound μp, element averages in Pa, 0 outside. `covered`: fraction of each element's length along x
+    that lies in contact. `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed,
+    without the creepage of that direction. `force`: prescribed resultants along x and y in N, None where the creepage is given.
+    """
+
+    bound: Array
+    covered: Array
+    rigid_slip: Array
+    element_area: float
+    force: tuple[float | None, float | None] = (None, None)
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Directions whose creepage is an unknown."""
+        return tuple(i for i in (0, 1) if self.force[i] is not None)
+
+
+@dataclass(frozen=True)
+class TangentialSolution:
+    """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
+    solved for (0 where it was given). `residual` is |τ − Proj(τ + ρ s)| / |μp| in the 2-norm."""
+
+    traction: Array
+    slip: Array
+    stick: Mask
+    creepage: tuple[float, float]
+    residual: float
+    newton_steps: int
+    applications: int
+    converged: bool
+    history: tuple[float, ...] = field(default=())
+
+
+class RollingSolver:
+    """Tangential solver for one bounding box and grid: keeps kernels and plans between solves."""
+
+    def __init__(self, gradient: RollingGradient) -> None:
+        self.gradient = gradient
+        self.inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance)
+
+    def solve(
+        self,
+        problem: TangentialProblem,
+        traction: Array,
+        creepage: tuple[float, float] = (0.0, 0.0),
+        tolerance: float = 1e-6,
+        max_newton: int = 40,
+        max_krylov: int = 60,
+    ) -> TangentialSolution:
+        """Solve from the starting `traction` (2, n, m) and, where forces are given, the starting `creepage`."""
+        before = self.gradient.applications
+        newton = _Newton(problem, self.gradient, self.inverse)
+        state = newton.start(traction, creepage)
+        history = [state.norm]
+        forcing, steps = 0.1, 0
+        while state.norm > tolerance and steps < max_newton:
+            if steps:
+                ratio = history[-1] / history[-2]
+                forcing = min(0.1, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
+            state = newton.step(state, forcing, max_krylov)
+            steps += 1
+            history.append(state.norm)
+        state = newton.finish(state)
+        creep = tuple(float(c) for c in newton.creepage(state.unknown))
+        return TangentialSolution(
+            traction=state.traction,
+            slip=np.where(state.stick, 0.0, state.slip),
+            stick=state.stick & newton.contact,
+            creepage=(creep[0], creep[1]),
+            residual=state.norm,
+            newton_steps=steps,
+            applications=self.gradient.applications - before,
+            converged=state.norm <= 2.0 * tolerance,
+            history=tuple(history),
+        )
+
+
+@dataclass(frozen=True)
+class _Iterate:
+    """One iterate with everything the next Newton step needs."""
+
+    traction: Array
+    unknown: Array
+    slip: Array
+    residual: Array
+    stick: Mask
+    scale: Array
+    direction: Array
+    norm: float
+
+
+class _Newton:
+    """The linearisation of τ − Proj(τ + ρ s) = 0, with Σ τ dA = F for the directions whose creepage is free."""
+
+    def __init__(self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse) -> None:
+        self.problem, self.gradient, self.inverse = problem, gradient, inverse
+        self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
+        self.bound = np.where(self.contact, problem.bound, 0.0)
+        covered = np.where(self.contact, np.minimum(problem.covered, 1.0), 1.0)
+        # A partly covered element is stiffer to load: its traction acts on the covered part only. The plane-strain and
+        # anti-plane limits of the kernel give the compliance that is missing (numerics.md, sub-element leading edge).
+        missing = (1.0 - covered) / covered
+        compliance = gradient.compliance
+        self.border = np.stack([compliance.along * missing, compliance.across * missing])
+        self.partial: Mask = covered < 1.0
+        own = np.array(gradient.self_gradient)[:, None, None]
+        self.own = own + self.border
+        self.rho = RELAXATION / self.own.mean(axis=0)
+        self.free = problem.free
+        self.count = max(int(self.contact.sum()), 1)
+        self.size = self.bound.size
+        self.root = np.sqrt(self.count)
+        self.reference = float(np.linalg.norm(self.bound)) or 1.0
+        typical = float(self.bound.sum()) / self.count
+        self.unit = typical * float(own.mean()) or 1.0  # a creepage of the size that matters
+        self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
+
+    # --- state ---------------------------------------------------------------------------------------------------
+
+    def creepage(self, unknown: Array) -> Array:
+        creep = np.zeros(2)
+        creep[list(self.free)] = unknown * self.unit
+        return creep
+
+    def start(self, traction: Array, creepage: tuple[float, float]) -> _Iterate:
+        size = np.hypot(traction[0], traction[1])
+        shrink = np.where(size > self.bound, self.bound / np.where(size > 0.0, size, 1.0), 1.0)
+        unknown = np.array([creepage[i] for i in self.free]) / self.unit
+        traction = traction * (shrink * self.contact)
+        return self._iterate(traction, unknown, self._slip(traction, unknown))
+
+    def finish(self, state: _Iterate) -> _Iterate:
+        """The last iterate with its slip computed afresh: combined images carry rounding."""
+        return self._iterate(state.traction, state.unknown, self._slip(state.traction, state.unknown))
+
+    def _slip(self, traction: Array, unknown: Array) -> Array:
+        slip = self.problem.rigid_slip - self.gradient(traction) - self.border * traction
+        slip += self.creepage(unknown)[:, None, None]
+        return slip
+
+    def _iterate(self, traction: Array, unknown: Array, slip: Array) -> _Iterate:
+        trial = traction + self.rho * slip
+        length = np.hypot(trial[0], trial[1])
+        stick = length <= self.bound
+        safe = np.where(stick, 1.0, length)
+        scale = np.where(stick, 1.0, self.bound / safe)
+        residual = traction - scale * trial
+        residual *= self.contact
+        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.root
+        full = np.concatenate([residual.ravel(), force])
+        direction = np.where(stick, 0.0, trial / safe)
+        return _Iterate(traction, unknown, slip, full, stick, scale, direction,
+                        float(np.linalg.norm(full)) / self.reference)
+
+    # --- one step ------------------------------------------------------------------------------------------------
+
+    def step(self, state: _Iterate, forcing: float, max_krylov: int) -> _Iterate:
+        linear = _Linearisation(self, state)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, -state.residual, forcing, max_krylov)
+        shape = (2, *self.bound.shape)
+        n = 2 * self.size
+        change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
+        change_slip = self.creepage(change_unknown)[:, None, None] - solution.image.reshape(shape) - self.border * change
+        # Slip is affine in the traction, so trying a shorter step costs no convolution.
+        length = 1.0
+        best: _Iterate | None = None
+        while length > 1e-3:
+            trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
+                                  state.slip + length * change_slip)
+            if best is None or trial.norm < best.norm:
+                best = trial
+            if trial.norm <= (1.0 - 1e-4 * length) * state.norm:
+                break
+            length *= 0.5
+        assert best is not None
+        return best
+
+
+class _Linearisation:
+    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner."""
+
+    def __init__(self, newton: _Newton, state: _Iterate) -> None:
+        self.newton = newton
+        contact, stick = newton.contact, state.stick & newton.contact
+        slip = contact & ~stick
+        nx, ny = state.direction
+        f = state.scale
+        # Projection across the traction, I − n nᵀ, on slip elements; identity on stick elements.
+        xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
+        one = np.where(slip, 1.0, 0.0)
+        self.p = (np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0))
+        rho = newton.rho * contact
+        self.q = (rho * xx, rho * yy, rho * xy)
+        # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
+        head = stick & newton.partial
+        head[1:] &= ~stick[:-1]
+        self.inner = stick & ~head
+        self.starts = run_starts(self.inner)
+        own_x, own_y = newton.own
+        scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
+        scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
+        across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
+        self.local = (scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
+                      one * nx * ny - across * nx * ny)
+        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0)
+        self._border_force()
+
+    def _border_force(self) -> None:
+        """Response of the preconditioner to each free creepage, for the bordered system."""
+        newton = self.newton
+        columns = []
+        for i in newton.free:
+            unit = np.zeros(2)
+            unit[i] = newton.unit
+            e = np.broadcast_to(unit[:, None, None], (2, *newton.bound.shape))
+            columns.append(self._invert(self._times(self.q, e)))
+        self.response = columns
+        free = list(newton.free)
+        if free:
+            schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.root
+            self.schur_inverse = np.linalg.pinv(schur)
+
+    @staticmethod
+    def _times(block: tuple[Array, Array, Array], v: Array) -> Array:
+        xx, yy, xy = block
+        out = np.empty_like(v)
+        np.multiply(xx, v[0], out=out[0])
+        np.multiply(yy, v[1], out=out[1])
+        out[0] += xy * v[1]
+        out[1] += xy * v[0]
+        return out
+
+    def expensive(self, v: Array) -> Array:
+        n = 2 * self.newton.size
+        return self.newton.gradient(v[:n].reshape(2, *self.newton.bound.shape)).ravel()
+
+    def cheap(self, v: Array, image: Array) -> Array:
+        newton = self.newton
+        shape = (2, *newton.bound.shape)
+        n = 2 * newton.size
+        change = v[:n].reshape(shape)
+        inner = newton.border * change
+        inner += image.reshape(shape)
+        if newton.free:
+            inner -= newton.creepage(v[n:])[:, None, None]
+        out = self._times(self.q, inner)
+        out += self._times(self.p, change)
+        if not newton.free:
+            return out.ravel()
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
+        return np.concatenate([out.ravel(), force])
+
+    def _invert(self, r: Array) -> Array:
+        out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
+        out += self._times(self.local, r)
+        return out
+
+    def precondition(self, v: Array) -> Array:
+        newton = self.newton
+        n = 2 * newton.size
+        change = self._invert(v[:n].reshape(2, *newton.bound.shape))
+        if not newton.free:
+            return change.ravel()
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
+        unknown = self.schur_inverse @ (v[n:] - force)
+        for u, column in zip(unknown, self.response, strict=True):
+            change += u * column
+        return np.concatenate([change.ravel(), unknown])

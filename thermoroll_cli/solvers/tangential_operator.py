@@ -1,0 +1,107 @@
+"""Gradient of the tangential displacement along the rolling direction, ∂u/∂x = D A τ, on the contact's bounding box."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.kernels.convolution import Convolution, multiply
+from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
+
+Array = NDArray[np.float64]
+
+DIFFERENCE_OFFSETS = (-2, -1, 0, 1)
+# 0.7 of the third-order and 0.3 of the second-order upstream formula (numerics.md): their errors in the dissipated heat
+# have opposite signs, and both damp odd–even modes: Re D̂ = 0.7·(1−cos θ)²/3 + 0.3·(1−cos θ)² ≥ 0, so D A is monotone.
+DIFFERENCE_WEIGHTS = (
+    0.7 / 6 + 0.3 / 2,
+    -0.7 - 0.3 * 2,
+    0.7 / 2 + 0.3 * 3 / 2,
+    0.7 / 3,
+)
+
+
+def upstream_difference(u: Array, dx: float) -> Array:
+    """∂u/∂x at rows 0…n−1 from u at rows −2…n along the second-last axis: (…, n+3, ny) -> (…, n, ny)."""
+    w = DIFFERENCE_WEIGHTS
+    n = u.shape[-2] - 3
+    gradient = (w[0] / dx) * u[..., :n, :]
+    for k in (1, 2, 3):
+        gradient += (w[k] / dx) * u[..., k : n + k, :]
+    return gradient
+
+
+class RollingGradient:
+    """D A: tractions (2, n, m) in Pa -> displacement gradients (2, n, m), by free-space convolution (Eqs. 7, 8, 15).
+
+    `applications` counts calls: the unit in which the cost of the tangential solver is measured.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        dx: float,
+        dy: float,
+        compliance: ShearCompliance,
+        threads: int = 1,
+    ) -> None:
+        n, m = shape
+        self.shape = shape
+        self.dx, self.dy = dx, dy
+        self.compliance = compliance
+        self.applications = 0
+        # One set of buffers per component: the two can then be transformed side by side, and the result does not
+        # depend on whether they are.
+        self._convolutions = [Convolution(n, m, before=2, after=1) for _ in range(2)]
+        first = self._convolutions[0]
+        tables = shear_tables(n + 2, m, dx, dy, compliance)
+        self._xx, self._yy, self._xy = (
+            first.quadrant_spectrum(t, parity) for t, parity in zip(tables, (1, 1, -1), strict=True)
+        )
+        self._traction_hat = [np.empty((first.half, first.px), dtype=np.complex128) for _ in range(2)]
+        self._work_hat = [[np.empty_like(self._traction_hat[0]) for _ in range(2)] for _ in range(2)]
+        self._coupled = bool(compliance.directional)  # ν = 0: no cross term
+        self._pool = ThreadPoolExecutor(2) if threads > 1 else None
+        self.self_gradient = self._self_gradient(tables)
+
+    def _self_gradient(self, tables: tuple[Array, Array, Array]) -> tuple[float, float]:
+        """∂u_x/∂x and ∂u_y/∂y-direction response of an element to its own traction, 1/Pa."""
+        return tuple(
+            sum(w * t[abs(k), 0] for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
+            for t in tables[:2]
+        )  # type: ignore[return-value]
+
+    @property
+    def transforms(self) -> int:
+        return sum(c.transforms for c in self._convolutions)
+
+    def _both(self, task: object) -> None:
+        if self._pool is not None:
+            list(self._pool.map(task, (0, 1)))  # type: ignore[arg-type]
+        else:
+            task(0)  # type: ignore[operator]
+            task(1)  # type: ignore[operator]
+
+    def displacement(self, traction: Array) -> Array:
+        """u = A τ in m on rows −2…n: (2, n, m) -> (2, n+3, m)."""
+        n, m = self.shape
+        u = np.empty((2, n + 3, m))
+        hat, convolutions = self._traction_hat, self._convolutions
+        self._both(lambda i: convolutions[i].forward(traction[i], out=hat[i]))
+
+        def back(i: int) -> None:
+            total, cross = self._work_hat[i]
+            multiply(hat[i], self._xx if i == 0 else self._yy, out=total)
+            if self._coupled:
+                total += multiply(hat[1 - i], self._xy, out=cross)
+            u[i] = convolutions[i].inverse(total)
+
+        self._both(back)
+        return u
+
+    def __call__(self, traction: Array) -> Array:
+        """∂u/∂x of shape (2, n, m)."""
+        self.applications += 1
+        return upstream_difference(self.displacement(traction), self.dx)
