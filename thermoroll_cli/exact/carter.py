@@ -57,9 +57,9 @@ class CarterContact:
         """Traction τ(x) along the slip of body 1 relative to body 2 (Pa), zero outside the contact."""
         x = np.asarray(x, dtype=float)
         a, stick = self.contact.half_width, self.stick_half_width
-        roots = np.sqrt(np.maximum(a**2 - x**2, 0.0)) - np.sqrt(np.maximum(stick**2 - (x + a - stick) ** 2, 0.0))
-        # the two roots cancel only to rounding at the leading edge
-        roots = np.maximum(roots, 0.0)
+        # both roots have the factor sqrt(x + a): taken out, they do not cancel at the leading edge
+        roots = np.sqrt(np.maximum(a - x, 0.0)) - np.sqrt(np.maximum(2.0 * stick - x - a, 0.0))
+        roots *= np.sqrt(np.maximum(x + a, 0.0))
         return np.asarray(math.copysign(self.friction * self.contact.peak_pressure / a, self.creepage) * roots)
 
     def slip(self, x: ArrayLike) -> FloatArray:
@@ -68,8 +68,7 @@ class CarterContact:
         a, stick = self.contact.half_width, self.stick_half_width
         steepness = self.friction * self.contact.curvature
         if stick > 0.0:
-            from_centre = x + a - stick
-            slip = steepness * np.sqrt(np.maximum(from_centre**2 - stick**2, 0.0))
+            slip = steepness * np.sqrt(np.maximum(x + a, 0.0) * np.maximum(x + a - 2.0 * stick, 0.0))
         else:
             slip = abs(self.creepage) + steepness * x
         return np.asarray(math.copysign(1.0, self.creepage) * np.where(np.abs(x) <= a, slip, 0.0))

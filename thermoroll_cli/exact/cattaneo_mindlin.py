@@ -62,14 +62,14 @@ class CattaneoMindlin:
 
     def shift(self, shear_modulus: float, poisson_ratio: float) -> float:
         """Displacement of the stick circle relative to the remote part of one body (m): the contribution
-        3μW(2−ν)/(16Ga) [1 − (c/a)²] of that body to the rigid shift (Johnson Eq. 7.42)."""
+        3μW(2−ν)/(16Ga) [1 − (c/a)²] of that body to the rigid shift."""
         compliance = 3.0 * (2.0 - poisson_ratio) / (16.0 * shear_modulus * self.radius)
         ratio = self.stick_radius / self.radius
         return math.copysign(self.force_limit * compliance * (1.0 - ratio**2), self.force_x)
 
 
 def cattaneo_mindlin(radius: float, peak_pressure: float, friction: float, force_x: float) -> CattaneoMindlin:
-    """Solve partial slip: c/a = (1 − |F_x|/(μW))^(1/3) with W = (2/3)πa²p0 (Johnson Eq. 7.40).
+    """Solve partial slip: c/a = (1 − |F_x|/(μW))^(1/3) with W = (2/3)πa²p0.
 
     Parameters: contact radius a (m), Hertz peak pressure p0 (Pa), friction coefficient μ, tangential force (N).
 

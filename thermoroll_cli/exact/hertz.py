@@ -205,8 +205,8 @@ class LineContact:
 
     def pressure(self, x: ArrayLike) -> FloatArray:
         """Pressure p0 sqrt(1 − x²/a²), zero outside the contact; shape of x."""
-        x = np.asarray(x, dtype=float)
-        return np.asarray(self.peak_pressure * np.sqrt(np.maximum(1.0 - (x / self.half_width) ** 2, 0.0)))
+        x = np.asarray(x, dtype=float) / self.half_width
+        return np.asarray(self.peak_pressure * np.sqrt(np.maximum((1.0 - x) * (1.0 + x), 0.0)))
 
 
 def line_contact(curvature: float, contact_modulus: float, load_per_length: float) -> LineContact:

@@ -80,7 +80,7 @@ class Flexibilities:
 def combined_constants(
     shear_modulus_1: float, poisson_ratio_1: float, shear_modulus_2: float, poisson_ratio_2: float
 ) -> tuple[float, float]:
-    """Combined (G, ν) of two bodies: 1/G = ½(1/G₁ + 1/G₂), ν/G = ½(ν₁/G₁ + ν₂/G₂) (Kalker 1990, Eq. 1.44)."""
+    """Combined (G, ν) of two bodies: 1/G = ½(1/G₁ + 1/G₂), ν/G = ½(ν₁/G₁ + ν₂/G₂)."""
     shear_modulus = 2.0 / (1.0 / shear_modulus_1 + 1.0 / shear_modulus_2)
     poisson_ratio = 0.5 * shear_modulus * (poisson_ratio_1 / shear_modulus_1 + poisson_ratio_2 / shear_modulus_2)
     return shear_modulus, poisson_ratio
@@ -109,7 +109,7 @@ def creepage_coefficients(aspect_ratio: float, poisson_ratio: float) -> Creepage
 
 
 def asymptotic_coefficients(aspect_ratio: float, poisson_ratio: float) -> CreepageCoefficients:
-    """Kalker's asymptotes for a/b → 0 (used below 1) and b/a → 0 (used above 1) (Kalker 1990, Table E3).
+    """Kalker's asymptotes for a/b → 0 (used below 1) and b/a → 0 (used above 1) (Kalker 1990, App. E).
 
     C11, C22, C33 for a/b → 0 are those of independent strips. At a/b = 0.1 or 10 the asymptotes are 1–7 % off.
     """

@@ -115,7 +115,7 @@ def _field_rows(prefix: str, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDAr
             yield Row(prefix + name, "field", left, right, differing, "share of contact elements that differ")
         else:
             family = next((vector for vector in _VECTORS if name in vector), (name,))
-            scale = max((_magnitude(a.get(member)) or 0.0) for member in family)
+            scale = max(_magnitude(a.get(member)) or 0.0 for member in family)
             yield Row(prefix + name, "field", left, right, _field_difference(a[name], b[name], scale))
 
 

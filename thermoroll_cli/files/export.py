@@ -95,5 +95,3 @@ def _data_item(parent: ElementTree.Element, shape: str, kind: str, precision: in
         parent, "DataItem", Dimensions=shape, NumberType=kind, Precision=str(precision), Format="HDF"
     )
     item.text = where
-
-

@@ -24,15 +24,22 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.stored import FORMAT_VERSION, PROGRAM, ResultFileError, StoredResult, read_result
+from thermoroll_cli.files.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, StoredResult, read_result
 from thermoroll_cli.pipeline.result import FIELDS, Result, State
 
 if TYPE_CHECKING:
     import h5py
+
+BLOCK_SIZE = 4 * 1024 * 1024
+"""Step by which the file in memory grows: large enough that big files are not copied over and over."""
+
+LAYOUT = ("v108", "v108")
+"""HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
+becomes an error message, where the HDF5 library would otherwise crash or hang on what it misreads."""
 
 __all__ = ["ResultFileError", "StoredResult", "read_result", "write_result"]
 
@@ -49,9 +56,7 @@ def write_result(
     """
     import h5py
 
-    # The core driver grows by this step: large enough that big files are not copied over and over.
-    block_size = 4 * 1024 * 1024
-    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=block_size, libver=("v108","v108")) as file:
+    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
         _write_root(file, result, command_line)
         _write_texts(
             file.create_group("input"),
@@ -74,18 +79,21 @@ def write_result(
 
 def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
-    file.attrs["program"] = PROGRAM
-    file.attrs["program_version"] = __version__
-    file.attrs["created"] = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-    file.attrs["command_line"] = _text(command_line)
-    file.attrs["title"] = _text(result.problem.title)
     file.attrs["converged"] = bool(result.converged)
+    _label(
+        file,
+        program=PROGRAM,
+        program_version=__version__,
+        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        command_line=command_line,
+        title=result.problem.title,
+    )
 
 
 def _write_texts(group: h5py.Group, **texts: str) -> None:
     # Datasets, because an attribute is held in memory whole and case files may be of any size.
     for name, text in texts.items():
-        group.create_dataset(name, data=_text(text), track_times=False)
+        _create(group, name, _text(text))
 
 
 def _write_state(group: h5py.Group, result: Result, state: State) -> None:
@@ -95,11 +103,10 @@ def _write_state(group: h5py.Group, result: Result, state: State) -> None:
         units, long_name = FIELDS.get(name, ("", name))
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
         dtype = np.int8 if name == "state" else np.float64
-        dataset = group.create_dataset(name, data=np.asarray(values, dtype=dtype), track_times=False)
+        dataset = _create(group, name, np.asarray(values, dtype=dtype))
         dataset.dims[0].attach_scale(x)
         dataset.dims[1].attach_scale(y)
-        dataset.attrs["units"] = units
-        dataset.attrs["long_name"] = long_name
+        _label(dataset, units=units, long_name=long_name)
 
 
 def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
@@ -111,11 +118,10 @@ def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
         _write_scale(group, name, np.arange(length), "1", f"index along {name}")
         for name, length in zip("ijc", points.shape, strict=True)
     ]
-    dataset = group.create_dataset("points", data=points, track_times=False, compression="gzip", compression_opts=1)
+    dataset = _create(group, "points", points, chunks=True, compression="gzip", compression_opts=1)
     for dimension, scale in zip(dataset.dims, scales, strict=True):
         dimension.attach_scale(scale)
-    dataset.attrs["units"] = "m"
-    dataset.attrs["long_name"] = "x, y, z of the element centres"
+    _label(dataset, units="m", long_name="x, y, z of the element centres")
 
 
 def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
@@ -125,35 +131,50 @@ def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
             for key, number in value.items():
                 subgroup.attrs[key] = _number(number)
         elif isinstance(value, (Mapping, list, tuple)):
-            group.attrs[name] = json.dumps(value, default=_plain)
+            _label(group, **{name: json.dumps(value, default=_plain)})
         elif isinstance(value, str):
-            group.attrs[name] = _text(value)
+            _label(group, **{name: value})
         else:
             group.attrs[name] = _number(value)
 
 
 def _write_history(group: h5py.Group, history: Mapping[str, ArrayLike]) -> None:
     for name, values in history.items():
-        residuals = np.atleast_1d(np.asarray(values, dtype=np.float64))
-        dataset = group.create_dataset(name, data=residuals, track_times=False)
+        residuals = np.asarray(values, dtype=np.float64).ravel()
+        dataset = _create(group, name, residuals)
         # Each history has a length of its own, so each has a dimension of its own.
-        for axis, length in enumerate(residuals.shape):
-            suffix = "iteration" if axis == 0 else f"column{axis}"
-            scale = _write_scale(group, f"{name}_{suffix}", np.arange(length), "1", suffix)
-            dataset.dims[axis].attach_scale(scale)
+        scale = _write_scale(group, name + ITERATION, np.arange(residuals.size), "1", "iteration")
+        dataset.dims[0].attach_scale(scale)
 
 
 def _write_scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
-    scale = group.create_dataset(name, data=np.asarray(values), track_times=False)
+    scale = _create(group, name, np.asarray(values))
     scale.make_scale(name)
-    scale.attrs["units"] = units
-    scale.attrs["long_name"] = long_name
+    _label(scale, units=units, long_name=long_name)
     return scale
 
 
-def _text(value: str) -> str:
-    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
-    return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode("utf-8")
+def _create(group: h5py.Group, name: str, content: NDArray[Any], **options: Any) -> h5py.Dataset:
+    """A dataset that does not depend on the time of writing and whose damage is noticed on reading."""
+    checked = content.ndim > 0 and content.size > 0
+    options = {"chunks": content.shape if checked else None, "fletcher32": checked, **options}
+    return group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
+
+
+def _label(item: h5py.HLObject, **texts: str) -> None:
+    for name, text in texts.items():
+        content = _text(text)
+        item.attrs.create(name, content, dtype=content.dtype)
+
+
+def _text(value: str) -> NDArray[np.bytes_]:
+    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them).
+
+    Of fixed length: HDF5 keeps variable ones in a heap without checksums and may loop forever on a damaged one."""
+    import h5py
+
+    encoded = value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace")
+    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, len(encoded))))
 
 
 def _number(value: float | None) -> float:

@@ -20,6 +20,9 @@ FORMAT_VERSION = 1
 
 PROGRAM = "thermoroll"
 
+ITERATION = "_iteration"
+"""What the name of a history's dimension scale ends with."""
+
 _NOT_FIELDS = ("x", "y")
 
 
@@ -118,11 +121,11 @@ def _open_failure(path: pathlib.Path, cause: OSError) -> str:
 
 
 def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
-    if file.attrs.get("program") != PROGRAM or "format_version" not in file.attrs:
+    if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
         raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} result")
     version = int(file.attrs["format_version"])
     if version != FORMAT_VERSION:
-        written_by = file.attrs.get("program_version", "unknown")
+        written_by = _python(file.attrs.get("program_version", "unknown"))
         raise ResultFileError(
             f"{path}: result format {version}, written by {PROGRAM} {written_by}; this version reads format "
             f"{FORMAT_VERSION} only"
@@ -138,7 +141,8 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
         coupled = _read_fields(file["fields"], (x.size, y.size))
         same = file["isothermal"] == file["fields"]
         isothermal = coupled if same else _read_fields(file["isothermal"], (x.size, y.size))
-        history = {name: item[()] for name, item in file["history"].items() if not item.is_scale}
+        # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
+        history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)}
     inputs = file["input"]
     return StoredResult(
         path=path,

@@ -112,3 +112,17 @@ def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
     """`out` = complex spectrum times a real one stored in pairs (see `quadrant_spectrum`)."""
     np.multiply(spectrum.view(np.float64), real_pairs, out=out.view(np.float64))
     return out
+
+
+def periodic_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
+    """Real symbol, (px, py//2+1), of a kernel wrapped around a period of `padded` = (px, py) elements.
+
+    `quadrant` holds offsets ≥ 0, shape (≥ px//2+1, ≥ py//2+1), of a kernel even (`parity` 1) or odd (−1) in both. For
+    preconditioners: the wrap-around costs them nothing that matters."""
+    px, py = padded
+    i, j = np.arange(px), np.arange(py)
+    full = quadrant[np.ix_(np.minimum(i, px - i), np.minimum(j, py - j))]
+    if parity < 0:
+        # An odd kernel vanishes where its two images meet.
+        full = full * (np.sign(px - 2 * i) * (i > 0))[:, None] * (np.sign(py - 2 * j) * (j > 0))[None, :]
+    return np.fft.rfft2(full).real

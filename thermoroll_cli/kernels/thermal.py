@@ -61,14 +61,17 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
 
     Arguments, shape and errors raised are those of `temperature_table`; units (1+ν) α q dx²/k. Good to 3e-8 of the
     coefficient of the element on itself. Without motion the displacement is defined up to a constant: P = 0 gives
-    −ln(r)/2π averaged over the element. With P → 0 the table rises without bound, by −b ln(P)/2π everywhere.
+    −ln(r)/2π integrated over the element. With P → 0 the table rises without bound, by −b ln(P)/2π everywhere.
     """
     x, y = _offsets(nx, ny, aspect, peclet_x, peclet_y)
     return _mirrored(displacement_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
 def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
-    """Temperature in q dx/k at the grid of ascending offsets x × y (whole elements, in dx), shape (len(x), len(y))."""
+    """Temperature in q dx/k at the grid of ascending offsets x × y from the source, in dx; shape (len(x), len(y)).
+
+    Offsets need not be whole elements, but must keep off the lines through the edges of the source element.
+    """
     peclet = math.hypot(peclet_x, peclet_y)
     if peclet * _extent(x, y, aspect) < SLOW:
         return stationary_temperature(x, y, aspect)
@@ -76,7 +79,7 @@ def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float,
 
 
 def displacement_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
-    """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y (whole elements, in dx)."""
+    """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y; as `temperature_at`."""
     peclet = math.hypot(peclet_x, peclet_y)
     size = _extent(x, y, aspect)
     if peclet * size < SLOW:
@@ -105,8 +108,9 @@ def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[FloatArray, Floa
     exponentially.
     """
     last = math.ceil(max(4.2, 0.5 * math.log(4.0 * reach) + 2.3) / step)
-    nodes: FloatArray = step * np.arange(last + math.ceil(12.0 / step))
-    weights: FloatArray = 4.0 / math.pi * step / np.cosh(nodes) ** 3
+    count = last + math.ceil(12.0 / step)
+    nodes = np.linspace(0.0, step * (count - 1), count)
+    weights = 4.0 / math.pi * step / np.cosh(nodes) ** 3
     weights[0] *= 0.5
     return nodes, weights, last
 
@@ -114,7 +118,7 @@ def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[FloatArray, Floa
 def advected_expansion(
     x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0
 ) -> FloatArray:
-    """Φ(P) = 2 ∫ τ gx gy dτ: the average of exp(P·r/2) K0(|P|r/2)/2π over the element, at offsets x × y.
+    """Φ(P) = 2 ∫ τ gx gy dτ: exp(P·r/2) K0(|P|r/2)/2π integrated over the element, at offsets x × y.
 
     For P → 0 it is −ln(r)/2π plus (b/2π)(ln(4/P) − γ). Raises ValueError at P = 0, where it is infinite.
     """

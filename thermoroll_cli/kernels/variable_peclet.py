@@ -55,10 +55,12 @@ class VariablePecletKernel:
 
     ``tables`` has the shape (terms, 2nx−1, 2ny−1) and the layout of `thermal.temperature_table`; the sum is in the
     units of the table expanded (q dx/k, or (1+ν) α q dx²/k). For a source on which the material moves to −x, mirror
-    the tables in X. ``error`` is the error measured at Péclet numbers that are not samples, the larger of two: of
-    any coefficient, relative to the largest coefficient at that P, and of the sum of all coefficients' magnitudes,
-    relative to that sum. The second bounds what adds up in a response. ``samples`` is the number of Péclet numbers
-    sampled, ``skeleton`` the number of full tables computed.
+    the tables in X.
+
+    ``error`` is the larger of two, measured at all samples and at some Péclet numbers between: the error of any
+    coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients relative
+    to the sum of their magnitudes, which bounds what adds up in a response. ``samples`` is the number of Péclet
+    numbers sampled, ``skeleton`` the number of full tables computed.
     """
 
     kind: ThermalKind
@@ -118,10 +120,10 @@ def variable_peclet_kernel(
 ) -> VariablePecletKernel:
     """Expand temperature (Eq. 19) or displacement (Eq. 20) tables of an nx × ny grid for P = V dx/κ in [0, peclet_max].
 
-    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, which
-    holds what was reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for
-    fewer than two elements, an aspect that is not positive, a range that is negative or not finite, an unknown kind,
-    and a tolerance outside [1e-7, 0.1].
+    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, whose ``error`` says what
+    was reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for fewer than
+    two elements, an aspect that is not positive, a range that is negative or not finite, an unknown kind, and a
+    tolerance outside [1e-7, 0.1].
     """
     if nx < 1 or ny < 1 or nx * ny < 2:
         raise ValueError(f"an expansion needs a grid of at least two elements, not {nx} × {ny}")
@@ -137,13 +139,13 @@ def variable_peclet_kernel(
     offsets = _graded_offsets(nx, ny, aspect)
     peclets, columns, means = _sample(offsets, aspect, peclet_max, kind, 0.1 * tolerance)
     degree = len(peclets) - 1
-    skeleton, spanning = _skeleton(offsets, columns, 0.02 * tolerance)
+    skeleton, basis, components = _skeleton(offsets, columns, 0.02 * tolerance)
     mixing = np.eye(degree + 1) if kind == "temperature" else _angle_average(degree)
-    kernel = columns @ mixing.T
-    from_kernel, weights = _truncated(offsets, kernel, 0.6 * tolerance)
+    from_kernel, weights, truncation = _truncated(offsets, basis, components @ mixing.T, 0.6 * tolerance)
 
     # Table k = Σ_i kernel(P_i) from_kernel[i, k], and kernel(P_i) is itself a combination of the skeleton.
-    from_skeleton = spanning @ mixing.T @ from_kernel
+    from_skeleton = np.linalg.solve(components[:, skeleton], components @ mixing.T @ from_kernel)
+    from_skeleton = np.asarray(from_skeleton, dtype=np.float64)
     tables = np.zeros((from_skeleton.shape[1], 2 * nx - 1, 2 * ny - 1))
     half = tables[:, :, ny - 1 :]
     _combine(half, aspect, kind, peclets[skeleton], means[skeleton], from_skeleton)
@@ -167,7 +169,7 @@ def variable_peclet_kernel(
         weight_series=to_series @ weights,
         offset_series=(to_series @ offset)[:, None],
     )
-    return replace(expansion, error=_measured_error(expansion, offsets))
+    return replace(expansion, error=max(truncation, _measured_error(expansion, offsets)))
 
 
 def _graded_offsets(nx: int, ny: int, aspect: float) -> _Offsets:
@@ -234,37 +236,50 @@ def _sample(
     return peclets, columns - means, means
 
 
-def _skeleton(offsets: _Offsets, columns: FloatArray, tolerance: float) -> tuple[NDArray[np.intp], FloatArray]:
-    """Interpolative decomposition: indices of a few columns, and the matrix that makes all columns from them."""
-    from scipy.linalg import qr, solve_triangular
+def _skeleton(offsets: _Offsets, columns: FloatArray, tolerance: float) -> tuple[list[int], FloatArray, FloatArray]:
+    """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
 
-    scaled = np.sqrt(offsets.counts)[:, None] * columns
-    scaled = scaled / np.linalg.norm(scaled, axis=0)
-    upper, pivots = qr(scaled, mode="r", pivoting=True)
-    upper = upper[: len(pivots)]
-    remaining = np.sqrt(np.cumsum((upper**2)[::-1], axis=0)[::-1]).max(axis=1)
-    rank = int(np.count_nonzero(remaining > tolerance))
-    spanning = np.empty((rank, len(pivots)))
-    spanning[:, pivots] = solve_triangular(upper[:rank, :rank], upper[:rank])
-    norms = np.linalg.norm(np.sqrt(offsets.counts)[:, None] * columns, axis=0)
-    chosen = pivots[:rank]
-    return chosen, spanning * norms / norms[chosen, None]
-
-
-def _truncated(offsets: _Offsets, kernel: FloatArray, tolerance: float) -> tuple[FloatArray, FloatArray]:
-    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables, and weights.
-
-    Entries count by the number of table entries they stand for, and samples of P relative to their own magnitude.
+    A pivoted QR factorisation by Gram-Schmidt steps, which ends when what remains of every column is small. Entries
+    of the columns are scaled so that each counts by the number of table entries it stands for.
     """
+    scaled = np.sqrt(offsets.counts)[:, None] * columns
+    norms = np.sqrt((scaled**2).sum(axis=0))
+    remaining = scaled / norms
+    chosen: list[int] = []
+    basis = np.empty((0, len(columns)))
+    rows = []
+    while len(chosen) < len(norms):
+        sizes = np.sqrt((remaining**2).sum(axis=0))
+        pivot = int(sizes.argmax())
+        if sizes[pivot] <= tolerance:
+            break
+        direction = remaining[:, pivot] - basis.T @ (basis @ remaining[:, pivot])
+        direction /= math.sqrt(direction @ direction)
+        rows.append(direction @ remaining)
+        remaining -= np.outer(direction, rows[-1])
+        basis = np.vstack((basis, direction))
+        chosen.append(pivot)
+    return chosen, basis.T, np.array(rows) * norms
+
+
+def _truncated(
+    offsets: _Offsets, basis: FloatArray, components: FloatArray, tolerance: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables and weights, error.
+
+    ``components`` are those of the kernel at all samples in ``basis``, as from `_skeleton`. Samples of P count
+    relative to their own magnitude.
+    """
+    difference = (basis @ components) / np.sqrt(offsets.counts)[:, None]
+    kernel = difference.copy()
     scale = offsets.counts @ np.abs(kernel)
-    entry_scale = np.sqrt(offsets.counts)[:, None]
-    left, singular, right = np.linalg.svd(entry_scale * kernel / scale, full_matrices=False)
-    difference = kernel.copy()
-    terms = 0
-    while terms < len(singular) and (terms == 0 or offsets.relative_error(difference, kernel) > tolerance):
-        difference -= (left[:, [terms]] / entry_scale) * (singular[terms] * right[terms] * scale)
-        terms += 1
-    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None]
+    left, singular, right = np.linalg.svd(components / scale, full_matrices=False)
+    modes = (basis @ left) / np.sqrt(offsets.counts)[:, None]
+    terms, error = 0, math.inf
+    while terms < len(singular) and error > tolerance:
+        difference -= np.outer(modes[:, terms], singular[terms] * right[terms] * scale)
+        terms, error = terms + 1, offsets.relative_error(difference, kernel)
+    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None], error
 
 
 def _combine(
@@ -290,8 +305,7 @@ def _measured_error(expansion: VariablePecletKernel, offsets: _Offsets) -> float
     rows = np.rint(offsets.x).astype(int) + nx - 1
     columns = np.rint(offsets.y / expansion.aspect).astype(int) + ny - 1
     tables = expansion.tables[:, rows[:, None], columns].reshape(expansion.terms, -1)
-    # Off-centre points of another Chebyshev grid: dense near P = 0, and never a sample.
-    peclets = expansion.peclet_max * np.sin(math.pi / 4.0 * (np.arange(CHECKS) + 0.37) * 2.0 / CHECKS) ** 4
+    peclets = expansion.peclet_max * ((np.arange(CHECKS) + 0.37) / CHECKS) ** 4
     computed = temperature_at if expansion.kind == "temperature" else displacement_at
     exact = np.stack([computed(offsets.x, offsets.y, expansion.aspect, float(p)).ravel() for p in peclets], axis=1)
     offset = expansion.offset(peclets)
@@ -302,8 +316,9 @@ def _angle_average(degree: int) -> FloatArray:
     """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
     angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
     positions = np.outer(_node_positions(degree), np.cosh(angles) ** -0.5)
-    series = np.tensordot(_chebyshev(positions, degree), weights, axes=(2, 0))
-    return series.T @ _to_series(degree)
+    blocks = np.array_split(positions, 1 + degree // 64)  # all at once would need degree² × angles numbers
+    series = [np.tensordot(_chebyshev(block, degree), weights, axes=(2, 0)) for block in blocks]
+    return np.concatenate(series, axis=1).T @ _to_series(degree)
 
 
 def _node_positions(degree: int) -> FloatArray:

@@ -23,14 +23,23 @@ DIFFERENCE_WEIGHTS = (
 )
 
 
-def upstream_difference(u: Array, dx: float) -> Array:
-    """∂u/∂x at rows 0…n−1 from u at rows −2…n along the second-last axis: (…, n+3, ny) -> (…, n, ny)."""
-    w = DIFFERENCE_WEIGHTS
-    n = u.shape[-2] - 3
-    gradient = (w[0] / dx) * u[..., :n, :]
-    for k in (1, 2, 3):
-        gradient += (w[k] / dx) * u[..., k : n + k, :]
-    return gradient
+# Half the sum of the formula and its mirror image: what it dissipates. The other half is antisymmetric and conserves power.
+DISSIPATIVE_WEIGHTS = (
+    DIFFERENCE_WEIGHTS[0] / 2,
+    (DIFFERENCE_WEIGHTS[1] + DIFFERENCE_WEIGHTS[3]) / 2,
+    DIFFERENCE_WEIGHTS[2],
+    (DIFFERENCE_WEIGHTS[1] + DIFFERENCE_WEIGHTS[3]) / 2,
+    DIFFERENCE_WEIGHTS[0] / 2,
+)
+
+
+def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
+    """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
+    n = u.shape[-2] - 4
+    out: Array = (weights[0] / dx) * u[..., :n, :]
+    for k, w in enumerate(weights[1:], start=1):
+        out += (w / dx) * u[..., k : n + k, :]
+    return out
 
 
 class RollingGradient:
@@ -54,7 +63,7 @@ class RollingGradient:
         self.applications = 0
         # One set of buffers per component: the two can then be transformed side by side, and the result does not
         # depend on whether they are.
-        self._convolutions = [Convolution(n, m, before=2, after=1) for _ in range(2)]
+        self._convolutions = [Convolution(n, m, before=2, after=2) for _ in range(2)]
         first = self._convolutions[0]
         tables = shear_tables(n + 2, m, dx, dy, compliance)
         self._xx, self._yy, self._xy = (
@@ -85,9 +94,9 @@ class RollingGradient:
             task(1)  # type: ignore[operator]
 
     def displacement(self, traction: Array) -> Array:
-        """u = A τ in m on rows −2…n: (2, n, m) -> (2, n+3, m)."""
+        """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""
         n, m = self.shape
-        u = np.empty((2, n + 3, m))
+        u = np.empty((2, n + 4, m))
         hat, convolutions = self._traction_hat, self._convolutions
         self._both(lambda i: convolutions[i].forward(traction[i], out=hat[i]))
 
@@ -104,4 +113,11 @@ class RollingGradient:
     def __call__(self, traction: Array) -> Array:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
-        return upstream_difference(self.displacement(traction), self.dx)
+        return _difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+
+    def dissipation(self, traction: Array) -> Array:
+        """The part of ∂u/∂x by which the upstream formula dissipates power, (2, n, m).
+
+        Summed against the traction it is what slip zones narrower than an element ought to have dissipated."""
+        self.applications += 1
+        return _difference(self.displacement(traction), DISSIPATIVE_WEIGHTS, self.dx)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.convolution import periodic_symbol
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS
 
@@ -31,8 +32,8 @@ class StickInverse:
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
         px, py = (pyfftw.next_fast_len(k + 4) for k in shape)
         self.padded = px, py
-        xx, yy, xy = (self._periodic_symbol(t, parity) for t, parity in zip(
-            shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance), (1, 1, -1), strict=True))
+        tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
+        xx, yy, xy = (periodic_symbol(t, (px, py), parity) for t, parity in zip(tables, (1, 1, -1), strict=True))
         theta = 2.0 * np.pi * np.fft.fftfreq(px)
         step = -np.expm1(-1j * theta)
         difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True))
@@ -51,17 +52,6 @@ class StickInverse:
         self._forward = pyfftw.FFTW(self._fields, self._hats, axes=(1, 2), flags=flags)
         self._backward = pyfftw.FFTW(self._hats, self._fields, axes=(1, 2), direction="FFTW_BACKWARD",
                                      flags=(*flags, "FFTW_DESTROY_INPUT"))
-
-    def _periodic_symbol(self, quadrant: Array, parity: int) -> Array:
-        px, py = self.padded
-        i, j = np.arange(px), np.arange(py)
-        full = quadrant[np.ix_(np.minimum(i, px - i), np.minimum(j, py - j))]
-        if parity < 0:
-            # An odd kernel is zero where its two images meet.
-            sign_x = np.sign(px - 2 * i) * (i > 0)
-            sign_y = np.sign(py - 2 * j) * (j > 0)
-            full = full * sign_x[:, None] * sign_y[None, :]
-        return np.fft.rfft2(full).real
 
     def __call__(self, gradient: Array, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> Array:
         """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere."""

@@ -1,0 +1,82 @@
+"""Carter's solution against principal-value quadrature of the half-plane kernel and its balances."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from thermoroll_cli.exact.carter import carter, carter_from_force, saturation_creepage
+from thermoroll_cli.exact.hertz import line_contact
+
+CONTACT = line_contact(curvature=40.0, contact_modulus=1.1e11, load_per_length=3e5)
+MU = 0.3
+SATURATION = saturation_creepage(CONTACT, MU)
+A = CONTACT.half_width
+
+
+def slope(solution, x):
+    """∂u/∂x = −2/(πE*) PV∫ τ(x')/(x − x') dx' by adaptive Cauchy quadrature."""
+    pieces = sorted({-A, *(end for end in solution.stick_zone if abs(end) < A), A})
+    total = 0.0
+    for low, high in zip(pieces[:-1], pieces[1:], strict=True):
+        if low < x < high:
+            # quad's Cauchy weight is 1/(x' − x)
+            total -= quad(solution.traction, low, high, weight="cauchy", wvar=x, limit=200, epsrel=1e-9)[0]
+        else:
+            total += quad(lambda s: float(solution.traction(s)) / (x - s), low, high, limit=200, epsrel=1e-9)[0]
+    return -2 / (math.pi * CONTACT.contact_modulus) * total
+
+
+@pytest.mark.parametrize("share", [0.2, -0.6, 0.95, 1.0, 1.7])
+def test_slip_matches_the_half_plane_integral(share):
+    solution = carter(CONTACT, MU, share * SATURATION)
+    for u in (-0.9, -0.35, 0.1, 0.55, 0.93):
+        expected = solution.creepage - slope(solution, u * A)
+        assert solution.slip(u * A) == pytest.approx(expected, abs=2e-6 * SATURATION)
+
+
+@pytest.mark.parametrize("share", [0.2, -0.6, 1.0, 1.7])
+def test_force_heat_and_coulomb(share):
+    solution = carter(CONTACT, MU, share * SATURATION)
+    angle = (np.arange(20000) + 0.5) * math.pi / 20000
+    x, weight = A * np.cos(angle), A * np.sin(angle) * math.pi / 20000
+    traction, slip = solution.traction(x), solution.slip(x)
+    assert weight @ traction == pytest.approx(solution.force, rel=1e-6)
+    assert weight @ solution.heat_flux(x, 12.0) == pytest.approx(solution.heat(12.0), rel=1e-6)
+    limit = MU * CONTACT.pressure(x)
+    assert np.all(np.abs(traction) <= limit * (1 + 1e-12))
+    assert np.all(traction * slip >= 0)
+    slipping = x > solution.stick_zone[1]
+    np.testing.assert_allclose(np.abs(traction[slipping]), limit[slipping], rtol=1e-12)
+    assert np.all(slip[~slipping] == 0)
+
+
+def test_stick_zone_is_at_the_leading_edge():
+    """Material comes from −x: it sticks first, and the traction grows along the stick zone."""
+    solution = carter(CONTACT, MU, 0.4 * SATURATION)
+    assert solution.stick_zone == pytest.approx((-A, 0.2 * A), rel=1e-12)
+    assert np.all(np.diff(solution.traction(np.linspace(-A, 0.0, 50))) > 0)
+    assert solution.slip(0.9 * A) > 0
+
+
+@pytest.mark.parametrize("share", [1e-9, 0.3, -0.999, 1.0])
+def test_force_and_creepage_are_inverse(share):
+    force = share * MU * CONTACT.load_per_length
+    assert carter_from_force(CONTACT, MU, force).force == pytest.approx(force, rel=2e-7 if abs(share) < 1e-6 else 1e-12)
+
+
+def test_small_creepage_is_linear():
+    """F = 2 N R ξ/a for ξ → 0."""
+    solution = carter(CONTACT, MU, 1e-6 * SATURATION)
+    expected = 2 * CONTACT.load_per_length * solution.creepage / (A * CONTACT.curvature)
+    assert solution.force == pytest.approx(expected, rel=1e-6)
+
+
+def test_bad_input_is_named():
+    with pytest.raises(ValueError, match="friction limit"):
+        carter_from_force(CONTACT, MU, 1.01 * MU * CONTACT.load_per_length)
+    with pytest.raises(ValueError, match="friction must be"):
+        carter(CONTACT, 0.0, 1e-3)
+    with pytest.raises(ValueError, match="creepage"):
+        carter(CONTACT, MU, math.nan)

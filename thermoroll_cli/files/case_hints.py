@@ -1,0 +1,102 @@
+"""What the author of a case probably meant."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from thermoroll_cli.files.case_model import REQUIRED_SECTIONS, SECTIONS, Material
+
+TABLES: dict[str, tuple[str, ...]] = {
+    "material": (*Material.model_fields, "lower", "upper"),
+    **{name: tuple(model.model_fields) for name, model in SECTIONS.items()},
+}
+"""Keys of every table."""
+
+_TOP_LEVEL = ("title", *TABLES)
+
+# The unit part of a key: what follows the quantity's name in the contract, and what people write in its place.
+_UNIT = re.compile(
+    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
+    r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",
+    re.IGNORECASE,
+)
+
+
+def unknown_key(table: str, key: str) -> str:
+    """Help for `key`, which table `table` ("" is the top level) does not have."""
+    known = _TOP_LEVEL if not table else TABLES[table.split(".")[0]]
+    if "." in table:  # [material.lower] has constants only
+        known = tuple(Material.model_fields)
+    unit = _UNIT.search(key)
+    same_quantity = [name for name in known if _quantity(name) == _quantity(key)]
+    if same_quantity and same_quantity[0].lower() != key.lower():
+        right = _UNIT.search(same_quantity[0])
+        wanted = right.group()[1:] if right else "none"
+        found = f"not {unit.group()[1:]}" if unit else "which is missing here"
+        return f'did you mean "{same_quantity[0]}"? The unit is part of the key: {wanted}, {found}'
+    near = _nearest(key, known)
+    elsewhere = [name for name, keys in TABLES.items() if key in keys and name != table.split(".")[0]]
+    if elsewhere:
+        return f"{key} belongs in [{elsewhere[0]}]"
+    if near:
+        return f'did you mean "{near}"?'
+    return f"known here: {', '.join(known)}"
+
+
+def missing_table(name: str) -> str:
+    """What a missing table would have to hold."""
+    if name == "material":
+        return "add youngs_modulus_GPa and poisson_ratio, or the tables [material.lower] and [material.upper]"
+    return f"add {', '.join(TABLES[name])}" if name in REQUIRED_SECTIONS else ""
+
+
+def wrong_type(value: Any) -> str:
+    """Help for a value of the wrong type."""
+    if isinstance(value, str):
+        if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", value):
+            return "a number is written with a point and without quotes: 0.5"
+        if value.strip().lower() in ("true", "false"):
+            return "true and false are written without quotes"
+        try:
+            float(value)
+        except ValueError:
+            return ""
+        return "a number is written without quotes"
+    return ""
+
+
+def misspelt_word(value: Any, known: Iterable[str]) -> str:
+    """The nearest known word, if `value` is one letter or two away from it."""
+    near = _nearest(value, known) if isinstance(value, str) else ""
+    return f'did you mean "{near}"?' if near else ""
+
+
+def broken_syntax(line: str) -> str:
+    """Help for a line that is not TOML."""
+    slips: Mapping[str, str] = {
+        r"=\s*[-+]?\d+,\d": "a decimal number is written with a point: 0.5",
+        r"=\s*(True|False|TRUE|FALSE|yes|no|on|off)\b": "TOML writes true and false, in small letters",
+        r"=\s*[-+]?(Inf|INF|Infinity|infinity|∞)": "TOML writes infinity as inf, without quotes",
+        r"=\s*(NaN|NAN)": "nan is not an allowed value",
+        r"=\s*[-+]?\.\d": "a number needs a digit before the point: 0.5",
+        r"=\s*[-+]?\d+\.(?!\d)": "a number needs a digit after the point: 1.0",
+        r"=\s*[A-Za-z]": "text is written in quotes",
+        r"=\s*(#.*)?$": "a value is missing after the =",
+        r"=\s*[-+]?[\d.eE+-]+\s*[A-Za-z%°µ]": "a value has no unit behind it: the unit is part of the key",
+        r"^\s*\w+\s*:": "TOML writes key = value",
+        r"^\s*\[[^]]*$": "a table header ends with ]",
+    }
+    return next((hint for pattern, hint in slips.items() if re.search(pattern, line)), "")
+
+
+def _quantity(key: str) -> str:
+    return _UNIT.sub("", key).lower()
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    lowered = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(word.lower()[:200], lowered, n=1, cutoff=0.6)
+    return lowered[near[0]] if near else ""

@@ -1,0 +1,211 @@
+"""The case file as data: every table, key, unit and allowed range, in the units of the keys."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic_core import PydanticCustomError
+
+THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
+DEFAULT_ACCURACY = 1e-3
+GRID_RANGE = (8, 2048)
+
+_RADIUS_RANGE = (1e-9, 1e9)
+_GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
+_RADIUS_ALLOWED = "a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat)"
+_PARTITION_ALLOWED = 'a number from 0 to 1, or "matched"'
+
+
+def _radius(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticCustomError("radius", "must be a number")
+    if value == float("inf"):
+        return float("inf")
+    if value == 0:
+        raise PydanticCustomError("radius", "must not be zero: a flat body has the radius inf")
+    if not _RADIUS_RANGE[0] <= abs(value) <= _RADIUS_RANGE[1]:  # nan and -inf, too
+        raise PydanticCustomError("radius", "is outside the allowed range")
+    return float(value)
+
+
+def _grid(value: Any) -> int | tuple[int, int]:
+    sides = value if isinstance(value, list | tuple) else (value, value)
+    if len(sides) != 2 or not all(isinstance(side, int) and not isinstance(side, bool) for side in sides):
+        raise PydanticCustomError("grid", "must be a whole number or a list of two")
+    if not all(GRID_RANGE[0] <= side <= GRID_RANGE[1] for side in sides):
+        raise PydanticCustomError("grid", "is outside the allowed range")
+    return value if isinstance(value, int) else (sides[0], sides[1])
+
+
+def _partition(value: Any) -> float | str:
+    if value == "matched":
+        return "matched"
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticCustomError("partition", "must be a number or a known word")
+    if not 0.0 <= value <= 1.0:
+        raise PydanticCustomError("partition", "is outside the allowed range")
+    return float(value)
+
+
+def _one_line(value: Any) -> Any:
+    if isinstance(value, str) and not value.isprintable():
+        raise PydanticCustomError("title", "must be one line without control characters")
+    return value
+
+
+def _quantity(unit: str, description: str, default: Any = ..., **limits: float) -> Any:
+    """A number with its unit, allowed from `ge` to `le`."""
+    # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
+    return Field(default, description=description, json_schema_extra={"unit": unit}, **limits)  # type: ignore[arg-type]
+
+
+Radius = Annotated[float, BeforeValidator(_radius)]
+
+
+class Table(BaseModel):
+    """A table of the case file: unknown keys, wrong types, nan and inf are errors."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class Material(Table):
+    """Constants of one material."""
+
+    youngs_modulus_GPa: float = _quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
+    poisson_ratio: float = _quantity("1", "Poisson's ratio", ge=0, le=0.5)
+    conductivity_W_mK: float | None = _quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = _quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
+    diffusivity_mm2_s: float | None = _quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+
+
+class TwoMaterials(Table):
+    """A material for each body."""
+
+    lower: Material = Field(description="Material of the lower body")
+    upper: Material = Field(description="Material of the upper body")
+
+
+class Geometry(Table):
+    """Principal radii of both bodies. inf is flat, negative is concave."""
+
+    lower_radius_x_mm: Radius = _quantity("mm", "Radius of the lower body along rolling")
+    lower_radius_y_mm: Radius = _quantity("mm", "Radius of the lower body across rolling")
+    upper_radius_x_mm: Radius = _quantity("mm", "Radius of the upper body along rolling")
+    upper_radius_y_mm: Radius = _quantity("mm", "Radius of the upper body across rolling")
+
+
+class Load(Table):
+    """Normal load and friction."""
+
+    normal_N: float = _quantity("N", "Normal load", ge=1e-15, le=1e15)
+    friction_coefficient: float = _quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
+
+
+class Rolling(Table):
+    """Rolling motion."""
+
+    speed_m_s: float = _quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
+
+
+class Creepage(Table):
+    """Relative motion of the bodies over the rolling speed; what is left out is 0 (or follows from a force)."""
+
+    longitudinal: float | None = _quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
+    lateral: float | None = _quantity("1", "Lateral creepage", None, ge=-1e6, le=1e6)
+    spin_rad_mm: float = _quantity("rad/mm", "Spin", 0.0, ge=-1e9, le=1e9)
+
+
+class Force(Table):
+    """Tangential forces; each replaces the creepage of its direction, which is then solved for."""
+
+    longitudinal_N: float | None = _quantity("N", "Longitudinal force", None, ge=-1e15, le=1e15)
+    lateral_N: float | None = _quantity("N", "Lateral force", None, ge=-1e15, le=1e15)
+
+
+class Thermal(Table):
+    """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
+
+    heat: bool = Field(True, description="Frictional heat and temperature; false is a purely mechanical case")
+    deformation: bool = Field(True, description="Thermal expansion acts back on the gap")
+    peclet: Literal["rolling", "sliding", "stationary"] = Field(
+        "rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
+    )
+    partition: Annotated[float | Literal["matched"], BeforeValidator(_partition)] = Field(
+        0.5, description="Share of the heat that enters the lower body", ge=0, le=1
+    )
+
+
+class Numerics(Table):
+    """Discretisation: a grid or an accuracy."""
+
+    grid: Annotated[int | tuple[int, int], BeforeValidator(_grid)] | None = Field(
+        None, description="Elements per side of the domain, or [nx, ny]"
+    )
+    accuracy: float | None = _quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
+    extent: float = _quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
+
+
+class Output(Table):
+    """What is written besides the result file."""
+
+    plots: bool = Field(True, description="Draw pictures")
+
+
+class Settings(Table):
+    """A whole case, in the units of its keys."""
+
+    title: Annotated[str, BeforeValidator(_one_line)] = Field(
+        "", description="What the case is, for pictures and tables", max_length=200
+    )
+    material: Material | TwoMaterials = Field(description="One material for both bodies, or one for each")
+    geometry: Geometry
+    load: Load
+    rolling: Rolling
+    creepage: Creepage = Creepage()
+    force: Force = Force()
+    thermal: Thermal = Thermal()
+    numerics: Numerics = Numerics()
+    output: Output = Output()
+
+    @property
+    def materials(self) -> dict[str, Material]:
+        """The material of each body."""
+        if isinstance(self.material, TwoMaterials):
+            return {"lower": self.material.lower, "upper": self.material.upper}
+        return {"lower": self.material, "upper": self.material}
+
+
+SECTIONS: dict[str, type[Table]] = {
+    "geometry": Geometry,
+    "load": Load,
+    "rolling": Rolling,
+    "creepage": Creepage,
+    "force": Force,
+    "thermal": Thermal,
+    "numerics": Numerics,
+    "output": Output,
+}
+"""Tables of a case other than the material, whose shape depends on its content."""
+
+REQUIRED_SECTIONS = ("geometry", "load", "rolling")
+
+
+def allowed_values(table: type[Table], key: str) -> str:
+    """What `key` of `table` may be, in words."""
+    field = table.model_fields[key]
+    if field.annotation is Radius or key.endswith(("radius_x_mm", "radius_y_mm")):
+        return f"{_RADIUS_ALLOWED}, in mm"
+    special = {"grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
+    if key in special:
+        return special[key]
+    if key == "peclet":
+        return '"rolling", "sliding" or "stationary"'
+    if field.annotation is bool:
+        return "true or false"
+    limits = {
+        name: getattr(item, name) for item in field.metadata for name in ("ge", "le") if hasattr(item, name)
+    }
+    extra = field.json_schema_extra
+    unit = extra.get("unit", "1") if isinstance(extra, dict) else "1"
+    return f"a number from {limits['ge']:g} to {limits['le']:g}" + (f", in {unit}" if unit != "1" else "")

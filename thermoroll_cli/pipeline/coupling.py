@@ -1,0 +1,109 @@
+"""The steady state as a fixed point: pressure → traction and slip → heat → thermal expansion → pressure (Fig. 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.pipeline.contact import Contact, Pressure
+from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.solvers.anderson import Anderson
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach."""
+
+    tangential: float = 1e-6
+    normal: float = 1e-8
+    coupling: float = 1e-6
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """A converged (or last) coupled state with its outer iterations and what the inner solvers did."""
+
+    contact: Contact
+    iterations: int
+    residual: float
+    converged: bool
+    normal_iterations: int
+    tangential_applications: int
+    newton_steps: int
+    touches_rim: bool
+    history: tuple[float, ...]
+
+
+def isothermal(level: Level, guess: Contact | None, coarse: Level | None, tolerance: float) -> Contact:
+    """State without thermal deformation: Hertz pressure and the tractions that go with it."""
+    normal = level.hertz
+    start = None
+    if guess is not None:
+        start = level.continue_from(coarse, guess, normal) if coarse is not None else guess.tangential
+    return Contact(normal, level.roll(normal, start, tolerance))
+
+
+def expansion_of(level: Level, contact: Contact) -> Array:
+    """Thermal expansion that the heat of `contact` makes, mean over the contact removed: the approach absorbs constants."""
+    tangential = contact.tangential
+    expansion = level.heat_response(tangential.creepage).displacement(level.heat_flux(tangential))
+    inside = contact.normal.contact
+    return np.asarray(expansion - expansion[inside].mean())
+
+
+def couple(
+    level: Level,
+    start: Contact,
+    expansion: Array,
+    tolerances: Tolerances,
+    max_iterations: int = 60,
+) -> Coupled:
+    """Iterate the circle of Fig. 2 from the tractions of `start` and a first guess of the `expansion` (m).
+
+    The unknown of the fixed point is the expansion; Anderson acceleration mixes its iterates. Inner problems are solved
+    ten times more tightly than the outer residual stands.
+    """
+    scale = level.scene.hertz.approach
+    mixer = Anderson(depth=4, first_damping=0.7)
+    contact = start
+    pressure = start.normal.pressure
+    outer = 1.0
+    history: list[float] = []
+    counts = np.zeros(3, dtype=int)
+    converged = rim = False
+    for _ in range(max_iterations):
+        inner = max(0.05 * outer, 1.0 * tolerances.tangential)
+        normal, solution = level.press(expansion, pressure, max(1e-3 * outer, tolerances.normal))
+        tangential = level.roll(normal, contact.tangential, min(inner, 1e-2))
+        contact = Contact(normal, tangential, expansion)
+        pressure = normal.pressure
+        counts += (solution.iterations, tangential.applications, tangential.newton_steps)
+        rim = solution.touches_rim
+        value = expansion_of(level, contact)
+        change = value - expansion
+        change -= change[normal.contact].mean()
+        outer = float(np.abs(change[normal.contact]).max()) / scale
+        history.append(outer)
+        if rim:
+            break
+        if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
+            converged = solution.converged and tangential.converged
+            break
+        expansion = mixer.next(expansion, expansion + change)
+    return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
+                   tuple(history))
+
+
+def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contact, Array]:
+    """Start of the coupled iteration on `level`: expansion, pressure and tractions of the coarser grid."""
+    from thermoroll_cli.solvers.prolongation import Prolongation
+
+    prolong = Prolongation(coarse.grid, level.grid)
+    assert contact.expansion is not None
+    pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
+    guess: Pressure = replace(level.hertz, pressure=pressure, covered=(pressure > 0.0).astype(float))
+    return Contact(guess, level.continue_from(coarse, contact, guess)), prolong(contact.expansion)

@@ -1,0 +1,185 @@
+"""All stages on one grid, with the kernels and plans that they share."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
+from thermoroll_cli.pipeline.scene import Scene
+from thermoroll_cli.solvers.border import covered_fraction
+from thermoroll_cli.solvers.heat import HeatResponse
+from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
+from thermoroll_cli.solvers.prolongation import Prolongation
+from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem
+from thermoroll_cli.solvers.tangential_operator import RollingGradient
+
+Array = NDArray[np.float64]
+Box = tuple[slice, slice]
+
+
+class Level:
+    """The solvers of one scene on one grid; each is built when a stage first needs it."""
+
+    def __init__(self, scene: Scene, shape: tuple[int, int], extent: float, threads: int = 1) -> None:
+        self.scene = scene
+        self.grid: Grid = scene.grid(shape, extent)
+        self.threads = threads
+        self._box: Box | None = None
+        self._rolling: RollingSolver | None = None
+        self._heat: HeatResponse | None = None
+
+    # --- normal --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def undeformed_gap(self) -> Array:
+        return self.scene.undeformed_gap(self.grid)
+
+    @cached_property
+    def normal_solver(self) -> NormalSolver:
+        return NormalSolver(self.grid, self.scene.problem.contact_modulus)
+
+    @cached_property
+    def hertz(self) -> Pressure:
+        """The isothermal pressure: smooth bodies without thermal bulge are in Hertz contact exactly, so nothing is solved."""
+        hertz, grid = self.scene.hertz, self.grid
+        x_edges = np.append(grid.x - 0.5 * grid.dx, grid.x[-1] + 0.5 * grid.dx)
+        y_edges = np.append(grid.y - 0.5 * grid.dy, grid.y[-1] + 0.5 * grid.dy)
+        pressure, covered = element_averages(hertz, x_edges, y_edges)
+        displacement = self.normal_solver.displacement(pressure)
+        gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
+        return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
+                        hertz.peak_pressure)
+
+    def press(self, expansion: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
+        """Contact pressure on bodies that expand by `expansion` (m), starting from the pressure `start`."""
+        solution = self.normal_solver.solve(self.undeformed_gap - expansion, self.scene.problem.normal_force, start,
+                                            tolerance)
+        covered = covered_fraction(solution.pressure, solution.contact)
+        normal = Pressure(solution.pressure, covered, solution.displacement, solution.gap, solution.approach,
+                          peak_value(solution.pressure))
+        return normal, solution
+
+    # --- tangential ----------------------------------------------------------------------------------------------
+
+    def roll(self, normal: Pressure, start: Traction | None, tolerance: float) -> Traction:
+        """Tractions and slip under the given pressure, from the tractions `start`."""
+        problem = self.scene.problem
+        rigid = self.scene.rigid_slip(self.grid)
+        motion = problem.motion
+        given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
+        zero = np.zeros((2, *self.grid.shape))
+        if not self.scene.has_traction:
+            # Nothing to solve: without friction the surfaces slide freely, without creepage they stick.
+            sliding = self.scene.moves
+            return Traction(zero, rigid * normal.contact if sliding else zero,
+                            normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
+        box = self._box_around(normal.contact)
+        assert self._rolling is not None
+        inner = (slice(None), *box)
+        cell = TangentialProblem(
+            bound=problem.friction * normal.pressure[box],
+            covered=normal.covered[box],
+            rigid_slip=rigid[inner],
+            element_area=self.grid.element_area,
+            force=(motion.force_x, motion.force_y),
+        )
+        solution = self._rolling.solve(
+            cell,
+            zero[inner] if start is None else start.traction[inner],
+            (0.0, 0.0) if start is None else start.creepage,
+            tolerance,
+        )
+        creepage = tuple(s if f is not None else g for s, g, f in zip(
+            solution.creepage, given, (motion.force_x, motion.force_y), strict=True))
+        rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
+        work = float((solution.traction * rigid_inner).sum()) * self.grid.element_area
+        heat = np.zeros(self.grid.shape)
+        heat[box] = self._dissipated(solution.traction, solution.slip, rigid_inner)
+        traction, slip = zero, zero.copy()
+        traction[inner], slip[inner] = solution.traction, solution.slip * (cell.covered > 0.0)
+        stick = np.zeros(self.grid.shape, dtype=bool)
+        stick[box] = solution.stick
+        return Traction(traction, slip, stick, (creepage[0], creepage[1]), heat, work, solution.residual,
+                        solution.newton_steps, solution.applications, solution.converged)
+
+    def _dissipated(self, traction: Array, slip: Array, rigid: Array) -> Array:
+        """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
+
+        The upstream difference and the border compliance take up that power exactly where it is lost (see
+        `RollingGradient.dissipation`); it is given back in proportion to their local share.
+        """
+        assert self._rolling is not None
+        resolved = np.maximum((traction * slip).sum(axis=0), 0.0)
+        missing = float((traction * rigid).sum() - resolved.sum())
+        if missing <= 0.0:
+            return resolved
+        taken = np.maximum((traction * self._rolling.gradient.dissipation(traction)).sum(axis=0), 0.0)
+        total = float(taken.sum())
+        return resolved + taken * (missing / total) if total > 0.0 else resolved
+
+    def _box_around(self, contact: NDArray[np.bool_]) -> Box:
+        """Bounding box of the contact; the solver of the last box is kept while the contact lies inside it."""
+        rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
+        need = (int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
+        if self._box is not None:
+            bx, by = self._box
+            if bx.start <= need[0] and need[1] <= bx.stop and by.start <= need[2] and need[3] <= by.stop:
+                return self._box
+            need = (min(bx.start, need[0]), max(bx.stop, need[1]), min(by.start, need[2]), max(by.stop, need[3]))
+        self._box = (slice(need[0], need[1]), slice(need[2], need[3]))
+        shape = (need[1] - need[0], need[3] - need[2])
+        self._rolling = RollingSolver(
+            RollingGradient(shape, self.grid.dx, self.grid.dy, self.scene.shear_compliance, self.threads))
+        return self._box
+
+    # --- heat ----------------------------------------------------------------------------------------------------
+
+    def heat_response(self, creepage: tuple[float, float]) -> HeatResponse:
+        """Kernels for the speeds that belong to the given creepages; rebuilt only when these change."""
+        lower, upper = self.scene.heated_bodies(*creepage)
+        if self._heat is None or self._heat.bodies != (lower, upper):
+            self._heat = HeatResponse(self.grid, lower, upper)
+        return self._heat
+
+    def heat_flux(self, tangential: Traction) -> Array:
+        """Frictional heat flux q in W/m², (nx, ny)."""
+        return self.scene.problem.motion.speed * tangential.heat
+
+    # --- between grids -------------------------------------------------------------------------------------------
+
+    def continue_from(self, coarse: Level, contact: Contact, normal: Pressure) -> Traction:
+        """Tractions of a coarser grid as a first guess under the pressure `normal` of this one."""
+        prolong = Prolongation(coarse.grid, self.grid)
+        old = contact.tangential
+        traction = prolong.traction(old.traction, contact.normal.pressure, normal.pressure)
+        nothing = np.zeros(self.grid.shape)
+        return Traction(traction, traction, nothing > 0.0, old.creepage, nothing, 0.0, 0.0, 0, 0, True)
+
+    @property
+    def transforms(self) -> int:
+        """Padded transforms done on this level by all stages."""
+        total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
+        total += self._rolling.gradient.transforms if self._rolling is not None else 0
+        return total + (self._heat.transforms if self._heat is not None else 0)
+
+
+def peak_value(field: Array) -> float:
+    """Maximum of a smooth field given by element averages: the top of the parabolas through the largest element and its
+    neighbours, or that element's value at the edge of the field's support."""
+    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
+    top = float(field[i, j])
+    rise = 0.0
+    for axis, k in ((0, i), (1, j)):
+        line = field[:, j] if axis == 0 else field[i, :]
+        if 0 < k < len(line) - 1 and min(line[k - 1], line[k + 1]) > 0.0:
+            bend = float(line[k - 1] - 2.0 * top + line[k + 1])
+            slope = 0.5 * float(line[k + 1] - line[k - 1])
+            if bend < 0.0:
+                # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
+                rise += -0.5 * slope**2 / bend - bend / 24.0
+    return top + rise

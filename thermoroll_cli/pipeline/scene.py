@@ -1,0 +1,98 @@
+"""What follows from a problem before anything is solved: Hertz contact, compliances, speeds of the two surfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.pipeline.problem import Material, Problem
+from thermoroll_cli.solvers.heat import HeatedBody
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A problem with its derived constants (SI)."""
+
+    problem: Problem
+
+    @cached_property
+    def hertz(self) -> HertzContact:
+        p = self.problem
+        return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
+
+    @cached_property
+    def shear_compliance(self) -> ShearCompliance:
+        lower, upper = self.problem.lower, self.problem.upper
+        return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+
+    def grid(self, shape: tuple[int, int], extent: float) -> Grid:
+        """`shape` elements over `extent` semi-axes in each direction."""
+        return Grid.over(shape, extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
+
+    def undeformed_gap(self, grid: Grid) -> Array:
+        """h_i = x²/2R'_x + y²/2R'_y in m, (nx, ny)."""
+        return self.hertz.undeformed_gap(grid.x[:, None], grid.y[None, :])
+
+    # --- motion --------------------------------------------------------------------------------------------------
+
+    @property
+    def moves(self) -> bool:
+        """Whether there is any creepage, spin or force that could load the contact tangentially."""
+        m = self.problem.motion
+        return any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
+
+    @property
+    def has_traction(self) -> bool:
+        return self.moves and self.problem.friction > 0.0
+
+    def rigid_slip(self, grid: Grid) -> Array:
+        """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        motion = self.problem.motion
+        slip = np.empty((2, *grid.shape))
+        slip[0] = (motion.creepage_x or 0.0) - motion.spin * grid.y[None, :]
+        slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
+        return slip
+
+    @cached_property
+    def saturation_creepage(self) -> float:
+        """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
+        estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
+        compliance = self.shear_compliance
+        modulus = 2.0 / compliance.across  # G of two equal bodies
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.hertz.semi_axis_x * self.hertz.semi_axis_y)
+
+    # --- heat ----------------------------------------------------------------------------------------------------
+
+    def heated_bodies(self, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
+        """Lower and upper body with the speeds of their material through the contact, V ± C/2 (model.md)."""
+        p = self.problem
+        share = p.heating.partition
+        if p.heating.peclet == "stationary":
+            return self._heated(p.lower, share, 0.0, 0.0), self._heated(p.upper, 1.0 - share, 0.0, 0.0)
+        speed, cx, cy = p.motion.speed, creepage_x * p.motion.speed / 2.0, creepage_y * p.motion.speed / 2.0
+        return (
+            self._heated(p.lower, share, speed + cx, cy),
+            self._heated(p.upper, 1.0 - share, speed - cx, -cy),
+        )
+
+    @staticmethod
+    def _heated(body: Material, share: float, speed_x: float, speed_y: float) -> HeatedBody:
+        if body.conductivity is None or body.expansion is None or body.diffusivity is None:
+            raise ValueError("thermal constants are missing")
+        return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, share,
+                          speed_x, speed_y)
+
+    def peclet(self, body: Material) -> float:
+        """V a0/κ of one body, nan without a diffusivity."""
+        if body.diffusivity is None:
+            return math.nan
+        return self.problem.motion.speed * self.hertz.semi_axis_x / body.diffusivity
