@@ -110,9 +110,9 @@ def _field_rows(prefix: str, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDAr
         if left is None or right is None:
             yield Row(prefix + name, "field", left, right, math.inf, _missing(name in a))
         elif name == "state":
-            contact = (a[name] != 0) | (b[name] != 0)
-            differing = np.count_nonzero(a[name] != b[name]) / max(1, np.count_nonzero(contact))
-            yield Row(prefix + name, "field", left, right, differing, "share of contact elements that differ")
+            contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
+            share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
+            yield Row(prefix + name, "field", left, right, share, "share of contact elements that differ")
         else:
             family = next((vector for vector in _VECTORS if name in vector), (name,))
             scale = max(_magnitude(a.get(member)) or 0.0 for member in family)

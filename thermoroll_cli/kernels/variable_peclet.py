@@ -144,8 +144,8 @@ def variable_peclet_kernel(
     from_kernel, weights, truncation = _truncated(offsets, basis, components @ mixing.T, 0.6 * tolerance)
 
     # Table k = Σ_i kernel(P_i) from_kernel[i, k], and kernel(P_i) is itself a combination of the skeleton.
-    from_skeleton = np.linalg.solve(components[:, skeleton], components @ mixing.T @ from_kernel)
-    from_skeleton = np.asarray(from_skeleton, dtype=np.float64)
+    solved = np.linalg.solve(components[:, skeleton], components @ mixing.T @ from_kernel)
+    from_skeleton = np.asarray(solved, dtype=np.float64)
     tables = np.zeros((from_skeleton.shape[1], 2 * nx - 1, 2 * ny - 1))
     half = tables[:, :, ny - 1 :]
     _combine(half, aspect, kind, peclets[skeleton], means[skeleton], from_skeleton)

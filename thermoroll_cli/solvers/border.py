@@ -52,3 +52,40 @@ def _leading_fraction(square: Array, contact: Mask) -> Array:
     out = np.ones_like(square)
     out[i, j] = np.clip(fraction, SMALLEST_COVER, 1.0)
     return out
+
+
+def stick_cover(traction: Array, stick: Mask, bound: Array, covered: Array) -> Array:
+    """Fraction of each element that sticks, (nx, ny): like `covered_fraction`, but for the border of stick and slip.
+
+    The reserve μp − |τ| falls to zero like a square root at that border (Carter), so its square is continued as a parabola;
+    the border may lie up to one element into the first slipping one."""
+    reserve = np.where(stick, np.maximum(bound - np.hypot(traction[0], traction[1]), 0.0), 0.0)
+    square = reserve**2
+    slip = (covered > 0.0) & ~stick
+    share = covered * stick
+    for flip in (False, True):
+        view = slice(None, None, -1) if flip else slice(None)
+        share[view] += _beyond_run(square[view], stick[view], slip[view])
+    return np.maximum(share, 0.0)
+
+
+def _beyond_run(square: Array, stick: Mask, slip: Mask) -> Array:
+    """What the first element of each stick run has too much (< 0) or the slipping element before it gains (> 0)."""
+    behind = np.zeros_like(stick)
+    behind[1:] = slip[:-1]
+    i, j = np.nonzero(stick & behind)
+    n = len(square)
+
+    def inside(k: int) -> tuple[Array, Mask]:
+        row = np.minimum(i + k, n - 1)
+        return square[row, j], stick[row, j] & (i + k < n)
+
+    (s1, _), (s2, c2), (s3, c3) = (inside(k) for k in range(1, 4))
+    slope, bend = 0.5 * (s1 - s3), 0.5 * (s1 - 2.0 * s2 + s3)
+    root = np.sqrt(np.maximum(slope**2 - 4.0 * bend * s2, 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fraction = 2.0 * s2 / (-slope + root) - 1.5
+    usable = c2 & c3 & (slope < 0.0) & np.isfinite(fraction)
+    out = np.zeros(square.shape)
+    out[i, j] = np.where(usable, np.clip(fraction - 1.0, -1.0, 1.0), -0.5)
+    return out

@@ -1,0 +1,65 @@
+"""Each run checks itself: what fails makes the result not converged, with a reason a person can act on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from thermoroll_cli.pipeline.contact import Contact
+from thermoroll_cli.pipeline.coupling import Coupled
+from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.pipeline.scene import Scene
+
+LOAD_ERROR = 1e-6
+COULOMB_EXCESS = 1e-4
+DIRECTION_ERROR = 1e-3
+HEAT_BALANCE = 1e-6
+
+
+def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None) -> list[str]:
+    """Reasons why the result cannot be trusted; empty when it can."""
+    reasons = [f"isothermal state: {r}" for r in _state_failures(scene, level, isothermal)]
+    if coupled is not None:
+        if not coupled.converged:
+            if coupled.touches_rim:
+                reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
+            else:
+                reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
+                               f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
+                               "lower the speed or the creepage")
+        reasons += [f"coupled state: {r}" for r in _state_failures(scene, level, coupled.contact)]
+    return reasons
+
+
+def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
+    problem, grid = scene.problem, level.grid
+    normal, tangential = contact.normal, contact.tangential
+    reasons: list[str] = []
+    everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
+    if not all(np.isfinite(f).all() for f in everything):
+        return ["a field is not finite"]
+    load = float(normal.pressure.sum()) * grid.element_area / problem.normal_force
+    if abs(load - 1.0) > LOAD_ERROR:
+        reasons.append(f"pressure carries {load:.6f} of the load")
+    if normal.pressure.min() < 0.0:
+        reasons.append("negative pressure")
+    if not tangential.converged:
+        reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
+    bound = problem.friction * normal.pressure
+    shear = np.hypot(*tangential.traction)
+    if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
+        reasons.append("traction exceeds the Coulomb bound")
+    if problem.friction > 0.0:
+        speed = np.hypot(*tangential.slip)
+        along = (tangential.traction * tangential.slip).sum(axis=0)
+        total = float((shear * speed).sum())
+        if total > 0.0 and float((shear * speed - along).sum()) > DIRECTION_ERROR * total:
+            reasons.append("slip does not point along the traction")
+    heat = float(tangential.heat.sum()) * grid.element_area
+    if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
+        reasons.append(f"dissipated heat is {heat / tangential.work if tangential.work else np.inf:.6f} of the work of the creep forces")
+    motion = problem.motion
+    force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
+    for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
+        if wanted is not None and abs(got - wanted) > 1e-5 * problem.traction_limit:
+            reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
+    return reasons

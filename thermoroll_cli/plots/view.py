@@ -1,0 +1,111 @@
+"""What the pictures need of a result, whether it was just solved or read back from a file."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.pipeline.result import Result
+
+
+class Stored(Protocol):
+    """A result read back: the coupled fields, the isothermal ones (the same object where nothing feeds back), the
+    summary as in `Result.summary()` and the problem in SI units as nested dictionaries."""
+
+    @property
+    def x(self) -> NDArray[np.float64]: ...
+    @property
+    def y(self) -> NDArray[np.float64]: ...
+    @property
+    def fields(self) -> Mapping[str, NDArray[Any]]: ...
+    @property
+    def isothermal(self) -> Mapping[str, NDArray[Any]]: ...
+    @property
+    def summary(self) -> Mapping[str, Any]: ...
+    @property
+    def problem(self) -> Mapping[str, Any]: ...
+
+
+@dataclass(frozen=True)
+class StateView:
+    """Fields (SI) and scalars (public names) of one state, and what a picture calls it."""
+
+    label: str
+    fields: Mapping[str, NDArray[Any]]
+    scalars: Mapping[str, float]
+
+    def field(self, name: str) -> NDArray[np.float64] | None:
+        """The named field, or None where it was not computed."""
+        values = self.fields.get(name)
+        if values is None or not np.any(np.isfinite(values)):
+            return None
+        return np.nan_to_num(np.asarray(values, dtype=np.float64))
+
+    def magnitude(self, stem: str) -> NDArray[np.float64] | None:
+        """Length of the vector field with components `stem`_x and `stem`_y."""
+        x, y = self.field(stem + "_x"), self.field(stem + "_y")
+        return None if x is None or y is None else np.hypot(x, y)
+
+
+@dataclass(frozen=True)
+class RunView:
+    """One result as the pictures see it; lengths and fields in SI units.
+
+    `states` holds the isothermal and the coupled state, or the single state where nothing feeds back.
+    `heat_scale` is k/(α l) with l = 1 mm, by which the article divides heat fluxes (nan without thermal constants).
+    """
+
+    title: str
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    states: tuple[StateView, ...]
+    semi_axes: tuple[float, float]
+    peak_pressure: float
+    heat_scale: float
+    problem: Mapping[str, Any]
+    summary: Mapping[str, Any]
+
+    @property
+    def converged(self) -> bool:
+        return bool(self.summary.get("status") == "converged")
+
+
+def view_of(result: Result | Stored) -> RunView:
+    """The neutral view of a solved or a stored result."""
+    if isinstance(result, Result):
+        coupled, isothermal = result.coupled.fields, result.isothermal.fields
+        problem: Mapping[str, Any] = dataclasses.asdict(result.problem)
+        single = result.coupled is result.isothermal
+        summary: Mapping[str, Any] = result.summary()
+    else:
+        coupled, isothermal, problem, summary = result.fields, result.isothermal, result.problem, result.summary
+        single = coupled is isothermal
+    states = (StateView("coupled", coupled, summary),)
+    if single:
+        states = (StateView("", coupled, summary),)
+    else:
+        states = (StateView("isothermal", isothermal, summary["isothermal"]), *states)
+    return RunView(
+        title=str(problem.get("title", "")),
+        x=np.asarray(result.x),
+        y=np.asarray(result.y),
+        states=states,
+        semi_axes=(summary["hertz_a_mm"] * 1e-3, summary["hertz_b_mm"] * 1e-3),
+        peak_pressure=summary["hertz_p0_MPa"] * 1e6,
+        heat_scale=_heat_scale(problem),
+        problem=problem,
+        summary=summary,
+    )
+
+
+def _heat_scale(problem: Mapping[str, Any]) -> float:
+    lower = problem.get("lower", {})
+    conductivity, expansion = lower.get("conductivity"), lower.get("expansion")
+    length = 1e-3
+    return conductivity / (expansion * length) if conductivity and expansion else math.nan
