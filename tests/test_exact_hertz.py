@@ -65,7 +65,7 @@ def test_ellipse_satisfies_johnsons_equations(aspect):
 
 
 def test_near_circle_is_smooth():
-    """a/b → 1 − (2/3)·(curvature difference)/… : a small difference must not drown in cancellation."""
+    """ln(a0/b0) → −(2/3) ln(κ_x/κ_y): a small difference must not drown in cancellation."""
     for difference in (1e-3, 1e-6, 1e-9, 1e-12):
         contact = hertz_contact(1.0 + difference, 1.0, 1e11, 50.0)
         slope = math.log(contact.aspect_ratio) / math.log1p(difference)

@@ -6,9 +6,11 @@ Every module is one solution; import what you need from it (this package itself 
     cattaneo_mindlin   tangential loading of a Hertz contact: full slip and partial slip, no rolling
     carter             tractive rolling of cylinders (2-D): creepage, force, traction, slip, heat
     kalker             creepage coefficients, linear creep forces, saturation, FASTSIM flexibilities
-    moving_sources     temperature of moving heat sources on a half-space, exact and in the fast and slow limits
-    spence             frictional indentation with stick (Spence's self-similar contact)
-    bentall_johnson    free rolling of cylinders of different materials: the creepage without traction
+    moving_sources     temperature under moving point and rectangular heat sources on a half-space
+    moving_ellipse     temperature under moving circles and ellipses: uniform, Hertz-shaped, paraboloid; means
+    source_limits      fast bands, sources at rest, Tian & Kennedy's closed forms
+    spence             normal indentation with friction between different materials: the stick circle
+    bentall_johnson    free rolling of cylinders of different materials at low friction
 
 Quantities are in any one consistent set of units (SI within this program). Material flows towards +x: the leading
 edge of a contact is at −x.

@@ -16,9 +16,7 @@ ROW_POINTS = 6
 def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tuple[Array, Array]:
     """Element averages of p in Pa and covered fractions, both (nx, ny), for elements between the given edges (m).
 
-    The pressure is integrated in closed form along x and by Gauss points across each row. The covered fraction is that
-    part of each element's length along x that lies within the row's mean chord, as the border compliance of the
-    tangential problem wants it.
+    Both are integrated in closed form along x and by Gauss points across each row.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
     nodes, weights = np.polynomial.legendre.leggauss(ROW_POINTS)
@@ -33,8 +31,7 @@ def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tup
     area = 0.5 * chord**2 * (ratio * np.sqrt(1.0 - ratio**2) + np.arcsin(ratio))
     mean = (np.diff(area, axis=0) @ (0.5 * weights)) * share
     pressure = hertz.peak_pressure * mean * (a / np.diff(x_edges))[:, None]
-    half = a * (chord @ (0.5 * weights)) * share
-    clipped = np.clip(x_edges[:, None], -half, half)
-    covered = np.diff(clipped, axis=0) / np.diff(x_edges)[:, None]
+    inside = np.clip(x_edges[:, None, None] / a, -chord, chord)
+    covered = (np.diff(inside, axis=0) @ (0.5 * weights)) * share * (a / np.diff(x_edges))[:, None]
     covered[covered > 1.0 - 1e-12] = 1.0
     return pressure, np.where(pressure > 0.0, covered, 0.0)

@@ -25,25 +25,35 @@ _UNIT = re.compile(
 )
 
 
+def meant_key(table: str, key: str) -> str:
+    """The key of `table` ("" is the top level) that the unknown `key` was probably meant to be, "" if none is near."""
+    known = known_keys(table)
+    return _same_quantity(key, known) or _nearest(key, known)
+
+
 def unknown_key(table: str, key: str) -> str:
-    """Help for `key`, which table `table` ("" is the top level) does not have."""
-    known = _TOP_LEVEL if not table else TABLES[table.split(".")[0]]
-    if "." in table:  # [material.lower] has constants only
-        known = tuple(Material.model_fields)
+    """Help for `key`, which `table` does not have."""
+    known = known_keys(table)
     unit = _UNIT.search(key)
-    same_quantity = [name for name in known if _quantity(name) == _quantity(key)]
-    if same_quantity and same_quantity[0].lower() != key.lower():
-        right = _UNIT.search(same_quantity[0])
-        wanted = right.group()[1:] if right else "none"
-        found = f"not {unit.group()[1:]}" if unit else "which is missing here"
-        return f'did you mean "{same_quantity[0]}"? The unit is part of the key: {wanted}, {found}'
-    near = _nearest(key, known)
+    same = _same_quantity(key, known)
     elsewhere = [name for name, keys in TABLES.items() if key in keys and name != table.split(".")[0]]
-    if elsewhere:
+    if elsewhere and (unit or not same):
         return f"{key} belongs in [{elsewhere[0]}]"
-    if near:
-        return f'did you mean "{near}"?'
-    return f"known here: {', '.join(known)}"
+    if same:
+        wanted = _UNIT.search(same)
+        found = f"not {unit.group()[1:]}" if unit else "which is missing here"
+        return (
+            f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
+        )
+    near = _nearest(key, known)
+    return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
+
+
+def known_keys(table: str) -> tuple[str, ...]:
+    """Keys `table` ("" is the top level) may have."""
+    if not table:
+        return _TOP_LEVEL
+    return tuple(Material.model_fields) if "." in table else TABLES[table]  # [material.lower] has constants only
 
 
 def missing_table(name: str) -> str:
@@ -90,6 +100,12 @@ def broken_syntax(line: str) -> str:
         r"^\s*\[[^]]*$": "a table header ends with ]",
     }
     return next((hint for pattern, hint in slips.items() if re.search(pattern, line)), "")
+
+
+def _same_quantity(key: str, known: Iterable[str]) -> str:
+    """The known key that differs from `key` in its unit only."""
+    same = [name for name in known if _quantity(name) == _quantity(key) and name.lower() != key.lower()]
+    return same[0] if same else ""
 
 
 def _quantity(key: str) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
@@ -54,13 +55,15 @@ def _one_line(value: Any) -> Any:
     return value
 
 
-def _quantity(unit: str, description: str, default: Any = ..., **limits: float) -> Any:
+def _quantity(
+    unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None
+) -> Any:
     """A number with its unit, allowed from `ge` to `le`."""
     # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
-    return Field(default, description=description, json_schema_extra={"unit": unit}, **limits)  # type: ignore[arg-type]
+    return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
 
 
-Radius = Annotated[float, BeforeValidator(_radius)]
+Radius = Annotated[float, AllowInfNan(True), BeforeValidator(_radius)]
 
 
 class Table(BaseModel):
@@ -126,13 +129,13 @@ class Force(Table):
 class Thermal(Table):
     """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
 
-    heat: bool = Field(True, description="Frictional heat and temperature; false is a purely mechanical case")
-    deformation: bool = Field(True, description="Thermal expansion acts back on the gap")
+    heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
+    deformation: bool = Field(default=True, description="Thermal expansion acts back on the gap")
     peclet: Literal["rolling", "sliding", "stationary"] = Field(
-        "rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
+        default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
     )
     partition: Annotated[float | Literal["matched"], BeforeValidator(_partition)] = Field(
-        0.5, description="Share of the heat that enters the lower body", ge=0, le=1
+        default=0.5, description="Share of the heat that enters the lower body", ge=0, le=1
     )
 
 
@@ -140,7 +143,7 @@ class Numerics(Table):
     """Discretisation: a grid or an accuracy."""
 
     grid: Annotated[int | tuple[int, int], BeforeValidator(_grid)] | None = Field(
-        None, description="Elements per side of the domain, or [nx, ny]"
+        default=None, description="Elements per side of the domain, or [nx, ny]"
     )
     accuracy: float | None = _quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
     extent: float = _quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
@@ -149,14 +152,14 @@ class Numerics(Table):
 class Output(Table):
     """What is written besides the result file."""
 
-    plots: bool = Field(True, description="Draw pictures")
+    plots: bool = Field(default=True, description="Draw pictures")
 
 
 class Settings(Table):
     """A whole case, in the units of its keys."""
 
     title: Annotated[str, BeforeValidator(_one_line)] = Field(
-        "", description="What the case is, for pictures and tables", max_length=200
+        default="", description="What the case is, for pictures and tables", max_length=200
     )
     material: Material | TwoMaterials = Field(description="One material for both bodies, or one for each")
     geometry: Geometry
@@ -194,7 +197,7 @@ REQUIRED_SECTIONS = ("geometry", "load", "rolling")
 def allowed_values(table: type[Table], key: str) -> str:
     """What `key` of `table` may be, in words."""
     field = table.model_fields[key]
-    if field.annotation is Radius or key.endswith(("radius_x_mm", "radius_y_mm")):
+    if table is Geometry:
         return f"{_RADIUS_ALLOWED}, in mm"
     special = {"grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
     if key in special:
@@ -203,9 +206,13 @@ def allowed_values(table: type[Table], key: str) -> str:
         return '"rolling", "sliding" or "stationary"'
     if field.annotation is bool:
         return "true or false"
-    limits = {
-        name: getattr(item, name) for item in field.metadata for name in ("ge", "le") if hasattr(item, name)
-    }
+    limits = {name: getattr(item, name) for item in field.metadata for name in ("ge", "le") if hasattr(item, name)}
     extra = field.json_schema_extra
     unit = extra.get("unit", "1") if isinstance(extra, dict) else "1"
-    return f"a number from {limits['ge']:g} to {limits['le']:g}" + (f", in {unit}" if unit != "1" else "")
+    in_unit = "" if unit == "1" else f", in {unit}"
+    return f"a number from {_short(limits['ge'])} to {_short(limits['le'])}{in_unit}"
+
+
+def _short(number: float) -> str:
+    """1e9, not 1e+09."""
+    return re.sub(r"e([-+])0*", lambda sign: "e-" if sign[1] == "-" else "e", f"{number:g}")

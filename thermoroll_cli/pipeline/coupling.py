@@ -80,7 +80,7 @@ def couple(
         normal, solution = level.press(expansion, pressure, max(1e-3 * outer, tolerances.normal))
         tangential = level.roll(normal, contact.tangential, min(inner, 1e-2))
         contact = Contact(normal, tangential, expansion)
-        pressure = normal.pressure
+        pressure = solution.pressure
         counts += (solution.iterations, tangential.applications, tangential.newton_steps)
         rim = solution.touches_rim
         value = expansion_of(level, contact)

@@ -11,7 +11,6 @@ from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.scene import Scene
-from thermoroll_cli.solvers.border import covered_fraction
 from thermoroll_cli.solvers.heat import HeatResponse
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -57,11 +56,11 @@ class Level:
 
     def press(self, expansion: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
         """Contact pressure on bodies that expand by `expansion` (m), starting from the pressure `start`."""
-        solution = self.normal_solver.solve(self.undeformed_gap - expansion, self.scene.problem.normal_force, start,
-                                            tolerance)
-        covered = covered_fraction(solution.pressure, solution.contact)
-        normal = Pressure(solution.pressure, covered, solution.displacement, solution.gap, solution.approach,
-                          peak_value(solution.pressure))
+        gap, force = self.undeformed_gap - expansion, self.scene.problem.normal_force
+        solution = self.normal_solver.solve(gap, force, start, tolerance)
+        refined = self.normal_solver.refine(solution, gap, force, tolerance)
+        normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
+                          peak_value(refined.pressure))
         return normal, solution
 
     # --- tangential ----------------------------------------------------------------------------------------------

@@ -14,6 +14,12 @@ Mask = NDArray[np.bool_]
 Lines = list[Array]
 """Polylines, each of shape (points, 2) in m."""
 
+SMOOTHINGS = 3
+"""Passes of a three-point average along stick borders; they move a smooth curve by a few percent of an element."""
+
+TAIL = 6
+"""Points at the end of a line that decide where it goes on."""
+
 
 @dataclass(frozen=True)
 class Borders:
@@ -38,8 +44,9 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
     labels = state.field("state")
     if slip is None or labels is None or not np.any(labels == 1) or not np.any(labels == 2):
         return Borders(lines, [])
-    squared, slipping = _extended(slip**2, labels == 2, contact)
-    return Borders(lines, _zero_lines(x, y, _continued(squared, slipping)))
+    heights = np.ma.masked_array(_continued(slip**2, labels == 2), mask=~np.pad(contact, 1))
+    step = float(np.hypot(x[1] - x[0], y[1] - y[0]))
+    return Borders(lines, [_tidied(line, step) for line in _zero_lines(x, y, heights)])
 
 
 def _continued(strength: Array, inside: Mask) -> Array:
@@ -61,23 +68,25 @@ def _continued(strength: Array, inside: Mask) -> Array:
     return np.where(count > 0, np.divide(total, count, where=count > 0, out=np.zeros_like(total)), result)
 
 
-def _extended(strength: Array, inside: Mask, known: Mask) -> tuple[Array, Mask]:
-    """Field and mask grown two elements beyond the `known` ones, so that the stick border runs on across the contact's
-    border instead of following it."""
-    for _ in range(2):
-        votes, weight, total = (np.zeros_like(strength) for _ in range(3))
-        for axis in (0, 1):
-            for step in (1, -1):
-                neighbour = _shifted(known, step, axis)
-                member = neighbour & _shifted(inside, step, axis)
-                votes += neighbour
-                weight += member
-                total += np.where(member, _shifted(strength, step, axis), 0.0)
-        new = ~known & (votes > 0)
-        grown = new & (2 * weight > votes)
-        strength = np.where(grown, total / np.maximum(weight, 1.0), strength)
-        inside, known = inside | grown, known | new
-    return strength, inside
+def _tidied(line: Array, element: float) -> Array:
+    """A stick border without the wobble of single elements. Where an open one comes near the contact's border, slip is
+    known in one or two elements only: there it is replaced by its own continuation, long enough to reach the border.
+    """
+    closed = np.array_equal(line[0], line[-1])
+    for _ in range(SMOOTHINGS):
+        middle = line.copy()
+        middle[1:-1] = 0.25 * line[:-2] + 0.5 * line[1:-1] + 0.25 * line[2:]
+        if closed:
+            middle[0] = middle[-1] = 0.25 * line[-2] + 0.5 * line[0] + 0.25 * line[1]
+        line = middle
+    if closed or len(line) < 4 * TAIL:
+        return line
+    line = line[TAIL // 2 : -(TAIL // 2)]
+    ends = []
+    for end, inner in ((line[0], line[TAIL]), (line[-1], line[-TAIL - 1])):
+        direction = end - inner
+        ends.append(end + direction * (3.0 * element / max(float(np.hypot(*direction)), 1e-300)))
+    return np.vstack([ends[0], line, ends[1]])
 
 
 def _shifted(values: NDArray, step: int, axis: int) -> NDArray:  # type: ignore[type-arg]

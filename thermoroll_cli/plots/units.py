@@ -44,7 +44,9 @@ class Quantity:
 
     def scale(self, view: RunView, maximum: float, normalised: bool) -> tuple[Scale, str]:
         """The scale and the axis label for values up to `maximum` (SI)."""
-        divisor = {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(self.unit, math.nan) if normalised else math.nan
+        divisor = (
+            {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(self.unit, math.nan) if normalised else math.nan
+        )
         if math.isfinite(divisor) and divisor > 0.0:
             return Scale(1.0 / divisor, ""), f"{self.words} {self.normalised_symbol}"
         scale = unit_for(self.unit, maximum)

@@ -1,0 +1,133 @@
+"""Fields along y = 0, isothermal and coupled in one diagram each (the article's Fig. 10)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.plots.field_figures import temperatures
+from thermoroll_cli.plots.headline import add_headline
+from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales
+from thermoroll_cli.plots.view import RunView, StateView
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT = 3.05, 1.9
+LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.68, 0.5, 0.42, 0.78, 0.3
+
+ISOTHERMAL, COUPLED = ("#0072b2", "solid"), ("#d55e00", (0, (4.0, 1.4)))
+"""Colour and dashes of the two states; distinct for the colour-blind and in print without colour."""
+
+LIMIT = "friction limit μp"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a diagram, in SI units."""
+
+    values: NDArray[np.float64]
+    colour: str
+    dashes: object
+    label: str
+    weight: float = 1.3
+
+
+def centreline_figure(view: RunView, normalised: bool) -> Figure | None:
+    """Heat flux, temperature, pressure and shear traction on y = 0, whichever exist; None without pressure."""
+    quantities = (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)
+    diagrams = [(quantity, curves_of(view, quantity)) for quantity in quantities]
+    diagrams = [(quantity, curves) for quantity, curves in diagrams if curves]
+    if not diagrams:
+        return None
+    columns = min(2, len(diagrams))
+    rows = -(-len(diagrams) // columns)
+    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.15
+    height = BOTTOM + rows * HEIGHT + (rows - 1) * GAP_Y + TOP
+    figure = new_figure(width, height)
+    for place, (quantity, curves) in enumerate(diagrams):
+        row, column = divmod(place, columns)
+        axes = add_axes(
+            figure, LEFT + column * (WIDTH + GAP_X), BOTTOM + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT
+        )
+        # Its x axis is labelled unless another diagram stands below.
+        draw_diagram(axes, view, quantity, curves, normalised, labelled=place + columns >= len(diagrams))
+    add_headline(figure, view, " on y = 0")
+    return figure
+
+
+def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
+    """The lines of `quantity` along y = 0; empty where it was not computed or vanishes."""
+    looks = (ISOTHERMAL, COUPLED) if len(view.states) > 1 else (ISOTHERMAL,)
+    curves = []
+    for state, (colour, dashes) in zip(view.states, looks, strict=True):
+        curves += [
+            Curve(
+                on_centreline(view, values), _shade(colour, body), dashes, ", ".join(filter(None, (state.label, body)))
+            )
+            for body, values in _values(view, state, quantity)
+        ]
+    if not any(curve.values.max() > 0.0 for curve in curves):
+        return []
+    friction = float(view.problem.get("friction") or 0.0)
+    if quantity is TRACTION and friction > 0.0:
+        for state, (colour, _) in zip(view.states, looks, strict=True):
+            pressure = state.field("pressure")
+            if pressure is not None:
+                limit = friction * on_centreline(view, pressure)
+                curves.append(Curve(limit, colour, (0, (1.0, 1.5)), LIMIT if state is view.states[0] else "", 0.8))
+    return curves
+
+
+def on_centreline(view: RunView, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """`values` on y = 0, which with an even number of elements lies between two rows."""
+    above = int(np.clip(np.searchsorted(view.y, 0.0), 1, view.y.size - 1))
+    low, high = view.y[above - 1], view.y[above]
+    share = float(np.clip(-low / (high - low), 0.0, 1.0))
+    return (1.0 - share) * values[:, above - 1] + share * values[:, above]
+
+
+def draw_diagram(
+    axes: Axes, view: RunView, quantity: Quantity, curves: list[Curve], normalised: bool, *, labelled: bool = True
+) -> None:
+    """Draw `curves` against x."""
+    largest = max(float(curve.values.max()) for curve in curves)
+    scale, label = quantity.scale(view, largest, normalised)
+    (factor, x_label), _ = axes_scales(view, normalised)
+    x = view.x * factor
+    for curve in curves:
+        axes.plot(
+            x, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes, linewidth=curve.weight,
+            label=curve.label or None,
+        )  # fmt: skip
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(0.0, 1.06 * largest * scale.factor)
+    few_ticks(axes, 5, 5)
+    axes.grid(color="0.9", linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.set_ylabel(label)
+    axes.tick_params(labelbottom=labelled)
+    if labelled:
+        axes.set_xlabel(x_label)
+    if any(curve.label for curve in curves):
+        axes.legend(loc="upper left", handlelength=2.6, borderaxespad=0.3, labelspacing=0.25)
+
+
+def _values(view: RunView, state: StateView, quantity: Quantity) -> list[tuple[str, NDArray[np.float64]]]:
+    if quantity is TEMPERATURE:
+        found = [(body, state.field(name)) for name, body in temperatures(view.states)]
+    elif quantity is TRACTION:
+        found = [("", state.magnitude("shear"))]
+    else:
+        found = [("", state.field(quantity.name))]
+    return [(body, values) for body, values in found if values is not None]
+
+
+def _shade(colour: str, body: str) -> str:
+    """The state's own colour; a darker relative of it for the upper body."""
+    return {ISOTHERMAL[0]: "#56b4e9", COUPLED[0]: "#e69f00"}[colour] if body == "upper body" else colour

@@ -1,0 +1,188 @@
+"""The pictures of single fields, isothermal beside coupled (the article's Figs. 6–9)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.plots.headline import add_headline
+from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
+from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
+from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity
+from thermoroll_cli.plots.view import RunView, StateView
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+LEFT, BOTTOM, TOP, GAP = 0.62, 0.72, 0.46, 0.22
+BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
+TITLE_ROOM = 0.24
+NARROWEST = 1.45
+LONGEST_ASPECT = 6.0
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One map: the number of its state, its values in SI units and the words above it."""
+
+    state: int
+    values: NDArray[np.float64]
+    words: str
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Rows and columns of panels, and the size of one in inches. `true_shape` is False where a very long contact
+    is drawn shorter than it is."""
+
+    rows: int
+    columns: int
+    width: float
+    height: float
+    true_shape: bool
+
+
+def pressure_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
+    """Contact pressure of every state; None if there is none."""
+    panels = [_panel(view, number, state.field("pressure")) for number, state in enumerate(view.states)]
+    return _figure(view, frame, PRESSURE, panels, normalised)
+
+
+def traction_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
+    """Magnitude and direction of the shear traction of every state; None without traction."""
+    panels = [_panel(view, number, state.magnitude("shear")) for number, state in enumerate(view.states)]
+    return _figure(view, frame, TRACTION, panels, normalised, arrows=True)
+
+
+def heat_flux_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
+    """Frictional heat flux of every state; None without heat."""
+    panels = [_panel(view, number, state.field("heat_flux")) for number, state in enumerate(view.states)]
+    return _figure(view, frame, HEAT_FLUX, panels, normalised)
+
+
+def temperature_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
+    """Temperature rise of every state, of both bodies where they differ; None without heat."""
+    panels = [
+        _panel(view, number, state.field(name), body)
+        for name, body in temperatures(view.states)
+        for number, state in enumerate(view.states)
+    ]
+    return _figure(view, frame, TEMPERATURE, panels, normalised, whole_domain=True)
+
+
+def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
+    """Field and body of each temperature worth a picture: both only where they differ visibly."""
+    lower, upper = ("temperature_rise_lower", "lower body"), ("temperature_rise_upper", "upper body")
+    fields = [[state.field(name) for state in states] for name, _ in (lower, upper)]
+    there = [all(values is not None for values in each) for each in fields]
+    if all(there):
+        top = max(float(np.max(values)) for each in fields for values in each if values is not None)
+        same = all(
+            np.allclose(one, other, rtol=0.0, atol=1e-3 * top)
+            for one, other in zip(*fields, strict=True)
+            if one is not None and other is not None
+        )
+        return [(lower[0], "")] if same else [lower, upper]
+    return [body for body, exists in zip((lower, upper), there, strict=True) if exists]
+
+
+def grid_for(count: int, states: int, aspect: float) -> Grid:
+    """Arrange `count` panels whose height over width is `aspect`: states side by side, below each other if flat."""
+    shown = min(max(aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    columns = 1 if shown < 0.5 else states
+    rows = count // columns
+    if columns == 1 and shown < 0.5:
+        width = 5.4
+    else:
+        width = min(2.9, 4.4 / shown, 6.0 / (shown * rows))
+    return Grid(rows, columns, width, width * shown, shown == aspect)
+
+
+def _panel(view: RunView, number: int, values: NDArray[np.float64] | None, body: str = "") -> Panel | None:
+    if values is None:
+        return None
+    words = ", ".join(part for part in (view.states[number].label, body) if part)
+    return Panel(number, values, words)
+
+
+def _figure(
+    view: RunView,
+    frame: Frame,
+    quantity: Quantity,
+    found: list[Panel | None],
+    normalised: bool,
+    *,
+    arrows: bool = False,
+    whole_domain: bool = False,
+) -> Figure | None:
+    panels = [panel for panel in found if panel is not None]
+    largest = max((float(panel.values.max()) for panel in panels), default=0.0)
+    if not largest > 0.0:
+        return None
+    scale, label = quantity.scale(view, largest, normalised)
+    left, right, bottom, top = frame.domain if whole_domain else frame.window
+    grid = grid_for(len(panels), len({panel.state for panel in panels}), (top - bottom) / (right - left))
+    slot = max(grid.width, NARROWEST)
+    room = grid.height + TITLE_ROOM
+    width = LEFT + grid.columns * slot + (grid.columns - 1) * GAP + BAR_GAP + BAR_WIDTH + BAR_LABELS
+    # Ticks and label of x stand below the lowest row only.
+    height = BOTTOM + grid.rows * room + TOP - TITLE_ROOM
+    figure = new_figure(width, height)
+    image = None
+    for place, panel in enumerate(panels):
+        row, column = divmod(place, grid.columns)
+        x = LEFT + column * (slot + GAP) + (slot - grid.width) / 2
+        axes = add_axes(figure, x, BOTTOM + (grid.rows - 1 - row) * room, grid.width, grid.height)
+        image = draw_map(
+            axes,
+            frame,
+            panel.values * scale.factor,
+            state=panel.state,
+            colours=quantity.colours,
+            limits=(0.0, largest * scale.factor),
+            whole_domain=whole_domain,
+        )
+        if arrows:
+            draw_arrows(axes, view, frame, view.states[panel.state], (grid.width, grid.height))
+        few_ticks(axes, *(max(2, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
+        peak = f"max {panel.values.max() * scale.factor:.4g}"
+        axes.set_title(f"{panel.words}, {peak}" if panel.words else peak, pad=4.0)
+        axes.tick_params(labelbottom=row == grid.rows - 1, labelleft=column == 0)
+        if row == grid.rows - 1:
+            axes.set_xlabel(frame.x_label)
+        if column == 0:
+            axes.set_ylabel(frame.y_label)
+    bar_height = grid.rows * room - TITLE_ROOM
+    bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, BOTTOM, BAR_WIDTH, bar_height)
+    figure.colorbar(image, cax=bar, label=label)
+    few_ticks(bar, y=max(3, int(bar_height / 0.4)))
+    add_headline(figure, view)
+    _legend(figure, view, any(border.stick for border in frame.borders), width)
+    if not grid.true_shape:
+        add_text(figure, width - 0.06, 0.06, "axes not to scale", fontsize=6.5, ha="right", va="bottom", color="0.35")
+    return figure
+
+
+def _legend(figure: Figure, view: RunView, with_stick: bool, width: float) -> None:
+    from matplotlib.lines import Line2D
+
+    entries = legend_entries(view, with_stick)
+    handles = [Line2D([], [], linewidth=1.1, label=words, **look) for words, look in entries]
+    # White lines need a ground to be seen on; two columns where one line would not fit.
+    figure.legend(
+        handles=handles,
+        loc="lower center",
+        ncols=len(handles) if width > 6.0 else 1 if width < 3.6 else 2,
+        bbox_to_anchor=(0.5, 0.0),
+        frameon=True,
+        facecolor="0.72",
+        edgecolor="none",
+        framealpha=1.0,
+        fancybox=False,
+        borderpad=0.3,
+        handlelength=2.4,
+        columnspacing=1.4,
+    )

@@ -1,0 +1,194 @@
+"""One field as a map with its borders: the panel that all pictures of fields are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.plots.borders import Array, Borders, Lines, borders_of
+from thermoroll_cli.plots.units import axes_scales
+from thermoroll_cli.plots.view import RunView, StateView
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
+
+OUTSIDE = "0.92"
+CONTACT_COLOUR = "#e8262a"
+STICK_COLOUR = "white"
+MARGIN = 0.06
+ARROWS_ACROSS = 15
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What all maps of one run share: coordinates in drawn units, axis labels, the borders of each state in these
+    units, and the window around the contacts (left, right, bottom, top)."""
+
+    x: Array
+    y: Array
+    x_label: str
+    y_label: str
+    borders: tuple[Borders, ...]
+    window: tuple[float, float, float, float]
+
+    @property
+    def domain(self) -> tuple[float, float, float, float]:
+        """The whole domain, to the rims of its elements."""
+        dx, dy = (self.x[1] - self.x[0]) / 2, (self.y[1] - self.y[0]) / 2
+        return self.x[0] - dx, self.x[-1] + dx, self.y[0] - dy, self.y[-1] + dy
+
+
+def frame_of(view: RunView, normalised: bool) -> Frame:
+    """The shared frame of a run's maps."""
+    (x_factor, x_label), (y_factor, y_label) = axes_scales(view, normalised)
+    factors = np.array([x_factor, y_factor])
+    borders = tuple(_scaled(borders_of(view.x, view.y, state), factors) for state in view.states)
+    frame = Frame(view.x * x_factor, view.y * y_factor, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0))
+    points = [line for border in borders for line in border.contact]
+    if not points:
+        return Frame(frame.x, frame.y, x_label, y_label, borders, frame.domain)
+    low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
+    rim = MARGIN * (high - low)
+    left, right, bottom, top = frame.domain
+    window = (max(left, low[0] - rim[0]), min(right, high[0] + rim[0]))
+    window += (max(bottom, low[1] - rim[1]), min(top, high[1] + rim[1]))
+    return Frame(frame.x, frame.y, x_label, y_label, borders, window)
+
+
+def draw_map(
+    axes: Axes,
+    frame: Frame,
+    values: NDArray[np.float64],
+    *,
+    state: int,
+    colours: str,
+    limits: tuple[float, float],
+    whole_domain: bool = False,
+) -> AxesImage:
+    """Draw `values` (drawn units, shape (nx, ny)) of the frame's state number `state` into `axes`.
+
+    A field that lives in the contact is cut off at the contact's border, a temperature (`whole_domain`) is not. The
+    isothermal borders are solid; on the coupled map its own are added, dashed.
+    """
+    image = axes.imshow(
+        values.T,
+        origin="lower",
+        extent=frame.domain,
+        vmin=limits[0],
+        vmax=limits[1],
+        cmap=colours,
+        interpolation="bilinear",
+        aspect="auto",
+    )
+    inside = _path(frame.borders[state].contact)
+    if not whole_domain:
+        axes.set_facecolor(OUTSIDE)
+        if inside is not None:
+            image.set_clip_path(inside, transform=axes.transData)
+    for number, dashes in _line_styles(state):
+        borders = frame.borders[number]
+        _add_lines(axes, borders.contact, CONTACT_COLOUR, dashes)
+        lines = _add_lines(axes, borders.stick, STICK_COLOUR, dashes)
+        clip = _path(borders.contact)
+        if lines is not None and clip is not None:
+            lines.set_clip_path(clip, transform=axes.transData)
+    left, right, bottom, top = frame.domain if whole_domain else frame.window
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    return image
+
+
+def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size: tuple[float, float]) -> None:
+    """Arrows along the shear traction, on a lattice of their own that is the same for every grid.
+
+    `size` is that of the axes in inches: the lattice is square on paper and symmetrical about its middle. The longest
+    arrow spans one spacing; those below 4 % of it are left out.
+    """
+    shear_x, shear_y = state.field("shear_x"), state.field("shear_y")
+    if shear_x is None or shear_y is None:
+        return
+    left, right, bottom, top = frame.window
+    spacing = max(size) / ARROWS_ACROSS
+    columns, rows = (max(3, round(length / spacing)) for length in size)
+    x = left + (np.arange(columns) + 0.5) / columns * (right - left)
+    y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)
+    u, v = (_sampled(frame, component, x, y) for component in (shear_x, shear_y))
+    length = np.hypot(u, v)
+    largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
+    shown = length > 0.04 * largest
+    points_x, points_y = np.meshgrid(x, y, indexing="ij")
+    unit = min(spacing, size[0] / columns, size[1] / rows) / largest
+    axes.quiver(
+        points_x[shown],
+        points_y[shown],
+        u[shown] * unit,
+        v[shown] * unit,
+        angles="uv",
+        scale=1.0,
+        scale_units="inches",
+        units="inches",
+        width=0.011,
+        headwidth=4.0,
+        headlength=4.5,
+        headaxislength=4.0,
+        minlength=0.0,
+        pivot="mid",
+        facecolor="white",
+        edgecolor="0.1",
+        linewidth=0.3,
+    )
+
+
+def legend_entries(view: RunView, with_stick: bool) -> list[tuple[str, dict[str, Any]]]:
+    """Words and line style of every kind of border in a run's maps."""
+    kinds = [("contact border", CONTACT_COLOUR)] + ([("stick border", STICK_COLOUR)] if with_stick else [])
+    return [
+        (f"{words}, {state.label}" if state.label else words, {"color": colour, "linestyle": dashes})
+        for words, colour in kinds
+        for state, (_, dashes) in zip(view.states, _line_styles(len(view.states) - 1), strict=True)
+    ]
+
+
+def _line_styles(state: int) -> list[tuple[int, Any]]:
+    styles: list[tuple[int, Any]] = [(0, "solid"), (1, (0, (3.0, 1.6)))]
+    return styles[: state + 1]
+
+
+def _scaled(borders: Borders, factors: Array) -> Borders:
+    return Borders([line * factors for line in borders.contact], [line * factors for line in borders.stick])
+
+
+def _add_lines(axes: Axes, lines: Lines, colour: str, dashes: Any) -> Artist | None:
+    from matplotlib.collections import LineCollection
+
+    if not lines:
+        return None
+    collection = LineCollection(lines, colors=colour, linewidths=1.1, linestyles=[dashes])
+    axes.add_collection(collection, autolim=False)
+    return collection
+
+
+def _path(lines: Sequence[Array]) -> Any:
+    from matplotlib.path import Path
+
+    return Path.make_compound_path(*(Path(line, closed=True) for line in lines)) if lines else None
+
+
+def _sampled(frame: Frame, values: Array, x: Array, y: Array) -> Array:
+    """Bilinear interpolation of `values` at all combinations of `x` and `y`."""
+    (i, s), (j, t) = (_position(axis, points) for axis, points in ((frame.x, x), (frame.y, y)))
+    s, t = s[:, None], t[None, :]
+    corner = [values[np.ix_(i + a, j + b)] for a in (0, 1) for b in (0, 1)]
+    return (1 - s) * ((1 - t) * corner[0] + t * corner[1]) + s * ((1 - t) * corner[2] + t * corner[3])
+
+
+def _position(axis: Array, points: Array) -> tuple[NDArray[np.int_], Array]:
+    position = np.clip((points - axis[0]) / (axis[1] - axis[0]), 0.0, axis.size - 1.0)
+    index = np.minimum(position.astype(int), axis.size - 2)
+    return index, position - index

@@ -1,0 +1,43 @@
+"""All pictures of one run."""
+
+from __future__ import annotations
+
+import pathlib
+
+from thermoroll_cli.pipeline.result import Result
+from thermoroll_cli.plots.centreline import centreline_figure
+from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure, temperature_figure, traction_figure
+from thermoroll_cli.plots.maps import frame_of
+from thermoroll_cli.plots.sheet import FORMATS, save, style
+from thermoroll_cli.plots.summary_sheet import summary_figure
+from thermoroll_cli.plots.view import Stored, view_of
+
+
+def write_figures(
+    result: Result | Stored, stem: pathlib.Path, *, image_format: str = "png", normalised: bool = False
+) -> list[pathlib.Path]:
+    """Write the pictures of `result` as `STEM_pressure.png`, `_traction`, `_heat_flux`, `_temperature`, `_centreline`
+    and `_summary`, and return their paths. What was not computed, or is zero everywhere, has no picture.
+
+    `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0.
+
+    Raises ValueError for an unknown `image_format`, OSError where a file cannot be written.
+    """
+    if image_format not in FORMATS:
+        raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
+    view = view_of(result)
+    written = []
+    with style():
+        frame = frame_of(view, normalised)
+        for name, draw in (
+            ("pressure", lambda: pressure_figure(view, frame, normalised)),
+            ("traction", lambda: traction_figure(view, frame, normalised)),
+            ("heat_flux", lambda: heat_flux_figure(view, frame, normalised)),
+            ("temperature", lambda: temperature_figure(view, frame, normalised)),
+            ("centreline", lambda: centreline_figure(view, normalised)),
+            ("summary", lambda: summary_figure(view, frame, normalised)),
+        ):
+            figure = draw()
+            if figure is not None:
+                written.append(save(figure, stem.with_name(f"{stem.name}_{name}.{image_format}")))
+    return written

@@ -1,0 +1,119 @@
+"""A figure of explicit measures in inches, drawn without pyplot, and the way it gets into a file."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import pathlib
+import secrets
+import warnings
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+DPI = 200
+
+FORMATS = ("png", "svg", "pdf")
+
+STYLE: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 8.0,
+    "axes.titlesize": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "xtick.labelsize": 7.0,
+    "ytick.labelsize": 7.0,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.major.size": 2.5,
+    "ytick.major.size": 2.5,
+    "xtick.direction": "out",
+    "legend.fontsize": 7.0,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "axes.formatter.useoffset": False,
+    "axes.formatter.limits": (-4, 5),
+    "svg.hashsalt": "thermoroll",
+}
+
+# What would make two files of the same picture differ.
+_NO_DATES = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
+@contextlib.contextmanager
+def style() -> Iterator[None]:
+    """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
+    import matplotlib
+
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(STYLE)
+        yield
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of `width` × `height` inches."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), dpi=DPI)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes at a place given in inches. Automatic layouts draw every picture twice; these measures are known."""
+    total_width, total_height = figure.get_size_inches()
+    rectangle = (left / total_width, bottom / total_height, width / total_width, height / total_height)
+    return figure.add_axes(rectangle)
+
+
+def add_text(figure: Figure, left: float, bottom: float, text: str, **options: Any) -> None:
+    """Text at a place given in inches, taken literally: a case title may contain `$` or `_`."""
+    total_width, total_height = figure.get_size_inches()
+    figure.text(left / total_width, bottom / total_height, text, parse_math=False, **options)
+
+
+def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
+    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). They are also what a picture spends most of its time on."""
+    from matplotlib.ticker import MaxNLocator
+
+    for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
+        if intervals:
+            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]))
+
+
+def one_line(text: str, length: int) -> str:
+    """`text` on one line of at most `length` characters."""
+    flat = " ".join("".join(character if character.isprintable() else " " for character in text).split())
+    return flat if len(flat) <= length else flat[: length - 1].rstrip() + "…"
+
+
+def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
+    """Write `figure` in the format of the file name's ending, complete or not at all.
+
+    Raises OSError (the file cannot be written), ValueError (unknown format).
+    """
+    image_format = path.suffix[1:]
+    if image_format not in FORMATS:
+        raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
+    content = io.BytesIO()
+    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if image_format == "png" else {}
+    with warnings.catch_warnings():
+        # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
+        warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
+        figure.savefig(content, format=image_format, metadata=_NO_DATES[image_format], **options)
+    temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
+    try:
+        temporary.write_bytes(content.getbuffer())
+        os.replace(temporary, path)
+    except BaseException as cause:
+        temporary.unlink(missing_ok=True)
+        if isinstance(cause, OSError):
+            raise OSError(cause.errno, f"cannot write {path}: {cause.strerror or cause}") from cause
+        raise
+    return path
