@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.pipeline.contact import Contact, Pressure
+from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
+from thermoroll_cli.solvers.prolongation import Prolongation
 
 Array = NDArray[np.float64]
 
@@ -18,9 +20,15 @@ Array = NDArray[np.float64]
 class Tolerances:
     """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach."""
 
-    tangential: float = 1e-6
-    normal: float = 1e-8
-    coupling: float = 1e-6
+    tangential: float
+    normal: float
+    coupling: float
+
+    @classmethod
+    def for_grid(cls, shape: tuple[int, int]) -> Tolerances:
+        """As tight as the grid deserves: a residual r moves forces and heat by r/3 at most, the grid by about 1/N²."""
+        fine = min(max(0.5 / min(shape) ** 2, 3e-6), 1e-4)
+        return cls(fine, 0.01 * fine, 0.3 * fine)
 
 
 @dataclass(frozen=True)
@@ -38,13 +46,10 @@ class Coupled:
     history: tuple[float, ...]
 
 
-def isothermal(level: Level, guess: Contact | None, coarse: Level | None, tolerance: float) -> Contact:
-    """State without thermal deformation: Hertz pressure and the tractions that go with it."""
+def isothermal(level: Level, starts: Sequence[Traction], tolerance: float) -> Contact:
+    """State without thermal deformation: Hertz pressure and the tractions that go with it, from the best of `starts`."""
     normal = level.hertz
-    start = None
-    if guess is not None:
-        start = level.continue_from(coarse, guess, normal) if coarse is not None else guess.tangential
-    return Contact(normal, level.roll(normal, start, tolerance))
+    return Contact(normal, level.roll(normal, starts, tolerance))
 
 
 def expansion_of(level: Level, contact: Contact) -> Array:
@@ -78,7 +83,7 @@ def couple(
     for _ in range(max_iterations):
         inner = max(0.05 * outer, 1.0 * tolerances.tangential)
         normal, solution = level.press(expansion, pressure, max(1e-3 * outer, tolerances.normal))
-        tangential = level.roll(normal, contact.tangential, min(inner, 1e-2))
+        tangential = level.roll(normal, [contact.tangential], min(inner, 1e-2))
         contact = Contact(normal, tangential, expansion)
         pressure = solution.pressure
         counts += (solution.iterations, tangential.applications, tangential.newton_steps)
@@ -100,8 +105,6 @@ def couple(
 
 def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contact, Array]:
     """Start of the coupled iteration on `level`: expansion, pressure and tractions of the coarser grid."""
-    from thermoroll_cli.solvers.prolongation import Prolongation
-
     prolong = Prolongation(coarse.grid, level.grid)
     assert contact.expansion is not None
     pressure = np.maximum(prolong(contact.normal.pressure), 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +15,7 @@ from thermoroll_cli.pipeline.scene import Scene
 from thermoroll_cli.solvers.heat import HeatResponse
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
-from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem
+from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, TangentialSolution
 from thermoroll_cli.solvers.tangential_operator import RollingGradient
 
 Array = NDArray[np.float64]
@@ -27,10 +28,20 @@ class Level:
     def __init__(self, scene: Scene, shape: tuple[int, int], extent: float, threads: int = 1) -> None:
         self.scene = scene
         self.grid: Grid = scene.grid(shape, extent)
+        self.extent = extent
         self.threads = threads
         self._box: Box | None = None
         self._rolling: RollingSolver | None = None
         self._heat: HeatResponse | None = None
+
+    def serves(self, scene: Scene, shape: tuple[int, int], extent: float) -> bool:
+        """Whether the kernels built here are those of another scene: same bodies, same Hertz contact, same grid."""
+        return (self.grid.shape == shape and self.extent == extent and self.scene.hertz == scene.hertz
+                and self.scene.shear_compliance == scene.shear_compliance)
+
+    def show(self, scene: Scene) -> None:
+        """Turn to another scene that the kernels serve (see `serves`)."""
+        self.scene = scene
 
     # --- normal --------------------------------------------------------------------------------------------------
 
@@ -65,8 +76,8 @@ class Level:
 
     # --- tangential ----------------------------------------------------------------------------------------------
 
-    def roll(self, normal: Pressure, start: Traction | None, tolerance: float) -> Traction:
-        """Tractions and slip under the given pressure, from the tractions `start`."""
+    def roll(self, normal: Pressure, starts: Sequence[Traction], tolerance: float) -> Traction:
+        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from zero)."""
         problem = self.scene.problem
         rigid = self.scene.rigid_slip(self.grid)
         motion = problem.motion
@@ -89,37 +100,21 @@ class Level:
         )
         solution = self._rolling.solve(
             cell,
-            zero[inner] if start is None else start.traction[inner],
-            (0.0, 0.0) if start is None else start.creepage,
-            tolerance,
+            [(start.traction[inner], start.creepage) for start in starts] or [(zero[inner], (0.0, 0.0))],
+            tolerance * (0.1 if cell.free else 1.0),
         )
         creepage = tuple(s if f is not None else g for s, g, f in zip(
             solution.creepage, given, (motion.force_x, motion.force_y), strict=True))
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * self.grid.element_area
         heat = np.zeros(self.grid.shape)
-        heat[box] = self._dissipated(solution.traction, solution.slip, rigid_inner)
+        heat[box] = _dissipated(solution, rigid_inner)
         traction, slip = zero, zero.copy()
         traction[inner], slip[inner] = solution.traction, solution.slip * (cell.covered > 0.0)
         stick = np.zeros(self.grid.shape, dtype=bool)
         stick[box] = solution.stick
         return Traction(traction, slip, stick, (creepage[0], creepage[1]), heat, work, solution.residual,
                         solution.newton_steps, solution.applications, solution.converged)
-
-    def _dissipated(self, traction: Array, slip: Array, rigid: Array) -> Array:
-        """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
-
-        The upstream difference and the border compliance take up that power exactly where it is lost (see
-        `RollingGradient.dissipation`); it is given back in proportion to their local share.
-        """
-        assert self._rolling is not None
-        resolved = np.maximum((traction * slip).sum(axis=0), 0.0)
-        missing = float((traction * rigid).sum() - resolved.sum())
-        if missing <= 0.0:
-            return resolved
-        taken = np.maximum((traction * self._rolling.gradient.dissipation(traction)).sum(axis=0), 0.0)
-        total = float(taken.sum())
-        return resolved + taken * (missing / total) if total > 0.0 else resolved
 
     def _box_around(self, contact: NDArray[np.bool_]) -> Box:
         """Bounding box of the contact; the solver of the last box is kept while the contact lies inside it."""
@@ -165,6 +160,20 @@ class Level:
         total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
         total += self._rolling.gradient.transforms if self._rolling is not None else 0
         return total + (self._heat.transforms if self._heat is not None else 0)
+
+
+def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
+    """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
+
+    The upstream difference and the border compliance take up that power where it is lost; it is given back in proportion
+    to their local share."""
+    resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
+    missing = float((solution.traction * rigid).sum() - resolved.sum())
+    taken = np.maximum(solution.lost, 0.0)
+    total = float(taken.sum())
+    if missing <= 0.0 or total <= 0.0:
+        return resolved
+    return np.asarray(resolved + taken * (missing / total))
 
 
 def peak_value(field: Array) -> float:

@@ -5,26 +5,26 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.pipeline.checks import failures
-from thermoroll_cli.pipeline.contact import Contact
-from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, couple, expansion_of, isothermal, on_finer_grid
+from thermoroll_cli.pipeline.coupling import Tolerances, couple, isothermal, on_finer_grid
 from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.pipeline.outcome import result_of
 from thermoroll_cli.pipeline.plan import Plan, make_plan
 from thermoroll_cli.pipeline.problem import Problem
-from thermoroll_cli.pipeline.result import Result, State
+from thermoroll_cli.pipeline.result import Result
+from thermoroll_cli.pipeline.rung import Neighbours, Rung, rung
 from thermoroll_cli.pipeline.scene import Scene
-from thermoroll_cli.pipeline.states import state_of
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
 GROWTH = 1.25
 """Factor by which the domain grows when the contact reaches its rim."""
+LARGEST_EXTENT = 12.0
 
 
 @dataclass
@@ -50,21 +50,6 @@ class _Lap:
         self.seconds[self.stage] = self.seconds.get(self.stage, 0.0) + time.perf_counter() - self.start
 
 
-@dataclass(frozen=True)
-class _Rung:
-    """Both states on one grid, with their reported form."""
-
-    level: Level
-    isothermal: Contact
-    coupled: Coupled | None
-    isothermal_state: State
-    coupled_state: State
-
-    @property
-    def contact(self) -> Contact:
-        return self.isothermal if self.coupled is None else self.coupled.contact
-
-
 def solve(problem: Problem, *, threads: int = 1, report: Report | None = None) -> Result:
     """Solve `problem` and return its coupled and isothermal states.
 
@@ -72,66 +57,81 @@ def solve(problem: Problem, *, threads: int = 1, report: Report | None = None) -
     called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. Raises ValueError where
     no steady state can exist; everything else that goes wrong is told in `Result.converged` and `Result.reason`.
     """
-    plan = make_plan(problem)
-    while True:
-        rungs, stopwatch = _climb(problem, plan, threads, report or (lambda stage, info: None))
-        last = rungs[-1]
-        if last.coupled is None or not last.coupled.touches_rim or plan.extent > 12.0:
-            break
-        grown = plan.extent * GROWTH
-        plan = Plan(plan.grids, grown, plan.run, plan.skipped,
-                    [*plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"],
-                    plan.facts, plan.memory_bytes, plan.seconds)
-    return _result(problem, plan, rungs, stopwatch)
+    return Solver(threads).solve(problem, report=report)
 
 
-def _climb(problem: Problem, plan: Plan, threads: int, report: Report) -> tuple[list[_Rung], _Stopwatch]:
-    scene = Scene(problem)
-    stopwatch = _Stopwatch()
-    rungs: list[_Rung] = []
-    tolerances = Tolerances()
-    for shape in plan.grids:
-        finest = shape == plan.grids[-1]
-        below = rungs[-1] if rungs else None
-        level = Level(scene, shape, plan.extent, threads)
-        with stopwatch("isothermal"):
-            iso = isothermal(level, below.isothermal if below else None, below.level if below else None,
-                             tolerances.tangential)
-        report("tangential", {"grid": list(shape), "applications": iso.tangential.applications,
-                              "residual": iso.tangential.residual})
-        coupled = None
-        if plan.runs("deformation"):
-            with stopwatch("coupling"):
-                if below is None or below.coupled is None:
-                    start, expansion = iso, np.zeros(level.grid.shape)
+class Solver:
+    """Solves problem after problem: each starts from the one before it where kernels and grids are the same.
+
+    Neighbouring points of a sweep share their kernels and need a fraction of the iterations."""
+
+    def __init__(self, threads: int = 1) -> None:
+        self.threads = threads
+        self._neighbours = Neighbours()
+
+    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
+        """As the function `solve`."""
+        plan = make_plan(problem)
+        while True:
+            rungs, stopwatch = self._climb(problem, plan, report or (lambda stage, info: None))
+            last = rungs[-1]
+            if last.coupled is None or not last.coupled.touches_rim or plan.extent > LARGEST_EXTENT:
+                break
+            grown = plan.extent * GROWTH
+            plan = replace(plan, extent=grown, warnings=[
+                *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
+        result = result_of(problem, plan, rungs, stopwatch.seconds)
+        if result.converged:
+            self._neighbours.remember(rungs)
+        return result
+
+    def _climb(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[Rung], _Stopwatch]:
+        scene = Scene(problem)
+        stopwatch = _Stopwatch()
+        rungs: list[Rung] = []
+        neighbour: Rung | None = None
+        for shape in plan.grids:
+            tolerances = Tolerances.for_grid(shape)
+            below, below_last = (rungs[-1] if rungs else None), neighbour
+            neighbour = self._neighbours.find(scene, shape, plan.extent)
+            if neighbour is not None:
+                level = neighbour.level
+                level.show(scene)
+            else:
+                level = Level(scene, shape, plan.extent, self.threads)
+            with stopwatch("isothermal"):
+                if neighbour is not None:
+                    starts = [self._neighbours.predict(neighbour, below, below_last)]
+                elif below is not None:
+                    starts = [level.continue_from(below.level, below.isothermal, level.hertz)]
                 else:
-                    start, expansion = on_finer_grid(level, below.level, below.coupled.contact)
-                coupled = couple(level, start, expansion, tolerances)
-            report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
-        with stopwatch("temperature"):
-            rungs.append(_rung(level, iso, coupled, plan))
-        if coupled is not None and coupled.touches_rim:
-            break
-        if not finest and _accurate_enough(problem, rungs):
-            break
-    return rungs, stopwatch
+                    starts = []
+                iso = isothermal(level, starts, tolerances.tangential)
+            report("tangential", {"grid": list(shape), "applications": iso.tangential.applications,
+                                  "residual": iso.tangential.residual})
+            coupled = None
+            if plan.runs("deformation"):
+                with stopwatch("coupling"):
+                    if neighbour is not None and neighbour.coupled is not None:
+                        start = neighbour.coupled.contact
+                        expansion = start.expansion
+                        assert expansion is not None
+                    elif below is None or below.coupled is None:
+                        start, expansion = iso, np.zeros(level.grid.shape)
+                    else:
+                        start, expansion = on_finer_grid(level, below.level, below.coupled.contact)
+                    coupled = couple(level, start, expansion, tolerances)
+                report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
+            with stopwatch("temperature"):
+                rungs.append(rung(level, iso, coupled, plan))
+            if coupled is not None and coupled.touches_rim:
+                break
+            if shape != plan.grids[-1] and _accurate_enough(problem, rungs):
+                break
+        return rungs, stopwatch
 
 
-def _rung(level: Level, iso: Contact, coupled: Coupled | None, plan: Plan) -> _Rung:
-    heat = plan.runs("heat")
-    # Without heat everything stays cold: known without asking a kernel.
-    cold = not heat and level.scene.problem.heating.heat
-    expansion = expansion_of(level, iso) if heat and level.scene.problem.heating.deformation else None
-    if cold:
-        expansion = np.zeros(level.grid.shape)
-    iso_state = state_of(level, iso, temperatures=heat or cold, expansion=expansion)
-    if coupled is None:
-        return _Rung(level, iso, None, iso_state, iso_state)
-    return _Rung(level, iso, coupled, iso_state,
-                 state_of(level, coupled.contact, temperatures=True, expansion=coupled.contact.expansion))
-
-
-def _accurate_enough(problem: Problem, rungs: list[_Rung]) -> bool:
+def _accurate_enough(problem: Problem, rungs: list[Rung]) -> bool:
     wanted = problem.numerics.accuracy
     if wanted is None or len(rungs) < 3:
         return False
@@ -140,64 +140,3 @@ def _accurate_enough(problem: Problem, rungs: list[_Rung]) -> bool:
     return all(e[k] <= wanted for e in (errors, errors_iso) for k in ERROR_SCALARS if not math.isnan(e[k]))
 
 
-def _result(problem: Problem, plan: Plan, rungs: list[_Rung], stopwatch: _Stopwatch) -> Result:
-    last = rungs[-1]
-    scene = last.level.scene
-    coupled_scalars = [r.coupled_state.scalars for r in rungs]
-    errors = estimates(coupled_scalars, problem)
-    reasons = failures(scene, last.level, last.isothermal, last.coupled)
-    warnings = list(plan.warnings)
-    wanted = problem.numerics.accuracy
-    if wanted is not None:
-        missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
-        if missed:
-            worst = max(missed, key=lambda k: errors[k])
-            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried ({last.level.grid.nx} elements per side): "
-                           f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
-    hertz = {k: plan.facts[k] for k in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper")}
-    history: dict[str, Any] = {}
-    if last.coupled is not None:
-        history["coupling_residual"] = np.array(last.coupled.history)
-    return Result(
-        problem=problem,
-        x=last.level.grid.x,
-        y=last.level.grid.y,
-        coupled=last.coupled_state,
-        isothermal=last.isothermal_state,
-        hertz=hertz,
-        converged=not reasons,
-        reason="; ".join(reasons),
-        error=errors,
-        work=_work(plan, rungs, stopwatch),
-        history=history,
-        warnings=tuple(warnings),
-    )
-
-
-def _work(plan: Plan, rungs: list[_Rung], stopwatch: _Stopwatch) -> dict[str, Any]:
-    levels = []
-    for r in rungs:
-        entry: dict[str, Any] = {
-            "grid": list(r.level.grid.shape),
-            "newton_steps": r.isothermal.tangential.newton_steps,
-            "applications": r.isothermal.tangential.applications,
-            "transforms": r.level.transforms,
-        }
-        if r.coupled is not None:
-            entry |= {
-                "coupling_iterations": r.coupled.iterations,
-                "coupled_normal_iterations": r.coupled.normal_iterations,
-                "coupled_newton_steps": r.coupled.newton_steps,
-                "coupled_applications": r.coupled.tangential_applications,
-            }
-        levels.append(entry)
-    last = rungs[-1].level.grid
-    return {
-        "grid": list(last.shape),
-        "extent": plan.extent,
-        "iterations": {k: levels[-1][k] for k in levels[-1] if k.endswith(("iterations", "steps"))},
-        "applications": levels[-1]["applications"] + levels[-1].get("coupled_applications", 0),
-        "levels": levels,
-        "seconds": {k: round(v, 6) for k, v in stopwatch.seconds.items()},
-        "skipped": dict(plan.skipped),
-    }

@@ -89,7 +89,7 @@ def _tidied(line: Array, element: float) -> Array:
     return np.vstack([ends[0], line, ends[1]])
 
 
-def _shifted(values: NDArray, step: int, axis: int) -> NDArray:  # type: ignore[type-arg]
+def _shifted(values: NDArray, step: int, axis: int) -> NDArray:
     """`values` of the element `step` further along `axis`; zero beyond the rim."""
     result = np.zeros_like(values)
     length = values.shape[axis]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.plots.field_figures import temperatures
+from thermoroll_cli.plots.field_figures import UPPER, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = 3.05, 1.9
-LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.68, 0.5, 0.42, 0.78, 0.3
+LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.68, 0.72, 0.4, 0.78, 0.2
 
 ISOTHERMAL, COUPLED = ("#0072b2", "solid"), ("#d55e00", (0, (4.0, 1.4)))
 """Colour and dashes of the two states; distinct for the colour-blind and in print without colour."""
@@ -33,7 +33,7 @@ class Curve:
 
     values: NDArray[np.float64]
     colour: str
-    dashes: object
+    dashes: Any
     label: str
     weight: float = 1.3
 
@@ -52,13 +52,25 @@ def centreline_figure(view: RunView, normalised: bool) -> Figure | None:
     figure = new_figure(width, height)
     for place, (quantity, curves) in enumerate(diagrams):
         row, column = divmod(place, columns)
-        axes = add_axes(
-            figure, LEFT + column * (WIDTH + GAP_X), BOTTOM + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT
-        )
+        axes = add_axes(figure, LEFT + column * (WIDTH + GAP_X), BOTTOM + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT)
         # Its x axis is labelled unless another diagram stands below.
         draw_diagram(axes, view, quantity, curves, normalised, labelled=place + columns >= len(diagrams))
-    add_headline(figure, view, " on y = 0")
+    _legend(figure, [curve for _, curves in diagrams for curve in curves])
+    add_headline(figure, view, ", on y = 0")
     return figure
+
+
+def _legend(figure: Figure, curves: list[Curve]) -> None:
+    """One legend for all diagrams, below them: each kind of line once."""
+    from matplotlib.lines import Line2D
+
+    kinds = {curve.label: curve for curve in curves if curve.label}
+    if kinds:
+        handles = [
+            Line2D([], [], color=kind.colour, linestyle=kind.dashes, linewidth=kind.weight, label=label)
+            for label, kind in kinds.items()
+        ]
+        figure.legend(handles=handles, loc="lower center", ncols=len(handles), handlelength=2.6, borderpad=0.2)
 
 
 def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
@@ -66,12 +78,9 @@ def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
     looks = (ISOTHERMAL, COUPLED) if len(view.states) > 1 else (ISOTHERMAL,)
     curves = []
     for state, (colour, dashes) in zip(view.states, looks, strict=True):
-        curves += [
-            Curve(
-                on_centreline(view, values), _shade(colour, body), dashes, ", ".join(filter(None, (state.label, body)))
-            )
-            for body, values in _values(view, state, quantity)
-        ]
+        for body, values in _values(view, state, quantity):
+            label = ", ".join(filter(None, (state.label, body)))
+            curves.append(Curve(on_centreline(view, values), _shade(colour, body), dashes, label))
     if not any(curve.values.max() > 0.0 for curve in curves):
         return []
     friction = float(view.problem.get("friction") or 0.0)
@@ -94,8 +103,8 @@ def on_centreline(view: RunView, values: NDArray[np.float64]) -> NDArray[np.floa
 
 def draw_diagram(
     axes: Axes, view: RunView, quantity: Quantity, curves: list[Curve], normalised: bool, *, labelled: bool = True
-) -> None:
-    """Draw `curves` against x."""
+) -> str:
+    """Draw `curves` against x and return the label of the vertical axis, which is set already."""
     largest = max(float(curve.values.max()) for curve in curves)
     scale, label = quantity.scale(view, largest, normalised)
     (factor, x_label), _ = axes_scales(view, normalised)
@@ -114,13 +123,14 @@ def draw_diagram(
     axes.tick_params(labelbottom=labelled)
     if labelled:
         axes.set_xlabel(x_label)
-    if any(curve.label for curve in curves):
-        axes.legend(loc="upper left", handlelength=2.6, borderaxespad=0.3, labelspacing=0.25)
+    return label
 
 
 def _values(view: RunView, state: StateView, quantity: Quantity) -> list[tuple[str, NDArray[np.float64]]]:
     if quantity is TEMPERATURE:
-        found = [(body, state.field(name)) for name, body in temperatures(view.states)]
+        # The lower body's line is the one that all other diagrams have, so only the upper body's is named.
+        bodies = temperatures(view.states)
+        found = [(body if len(bodies) > 1 and body == UPPER else "", state.field(name)) for name, body in bodies]
     elif quantity is TRACTION:
         found = [("", state.magnitude("shear"))]
     else:
@@ -130,4 +140,4 @@ def _values(view: RunView, state: StateView, quantity: Quantity) -> list[tuple[s
 
 def _shade(colour: str, body: str) -> str:
     """The state's own colour; a darker relative of it for the upper body."""
-    return {ISOTHERMAL[0]: "#56b4e9", COUPLED[0]: "#e69f00"}[colour] if body == "upper body" else colour
+    return {ISOTHERMAL[0]: "#56b4e9", COUPLED[0]: "#e69f00"}[colour] if body == UPPER else colour

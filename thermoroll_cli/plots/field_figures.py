@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
-from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
-from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity
+from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView, StateView
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LEFT, BOTTOM, TOP, GAP = 0.62, 0.72, 0.46, 0.22
+LEFT, BOTTOM, HEAD, GAP = 0.62, 0.72, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
 TITLE_ROOM = 0.24
 NARROWEST = 1.45
-LONGEST_ASPECT = 6.0
+LOWER, UPPER = "lower body", "upper body"
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def temperature_figure(view: RunView, frame: Frame, normalised: bool) -> Figure 
 
 def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
     """Field and body of each temperature worth a picture: both only where they differ visibly."""
-    lower, upper = ("temperature_rise_lower", "lower body"), ("temperature_rise_upper", "upper body")
+    lower, upper = ("temperature_rise_lower", LOWER), ("temperature_rise_upper", UPPER)
     fields = [[state.field(name) for state in states] for name, _ in (lower, upper)]
     there = [all(values is not None for values in each) for each in fields]
     if all(there):
@@ -92,9 +92,9 @@ def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
 def grid_for(count: int, states: int, aspect: float) -> Grid:
     """Arrange `count` panels whose height over width is `aspect`: states side by side, below each other if flat."""
     shown = min(max(aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
-    columns = 1 if shown < 0.5 else states
+    columns = 1 if shown < 0.5 else states if states > 1 else count
     rows = count // columns
-    if columns == 1 and shown < 0.5:
+    if shown < 0.5:
         width = 5.4
     else:
         width = min(2.9, 4.4 / shown, 6.0 / (shown * rows))
@@ -126,10 +126,12 @@ def _figure(
     left, right, bottom, top = frame.domain if whole_domain else frame.window
     grid = grid_for(len(panels), len({panel.state for panel in panels}), (top - bottom) / (right - left))
     slot = max(grid.width, NARROWEST)
-    room = grid.height + TITLE_ROOM
+    # Narrow maps have their words above the number, not before it.
+    separator, title_room = (", ", TITLE_ROOM) if slot > 2.0 else ("\n", TITLE_ROOM + 0.14)
+    room = grid.height + title_room
     width = LEFT + grid.columns * slot + (grid.columns - 1) * GAP + BAR_GAP + BAR_WIDTH + BAR_LABELS
     # Ticks and label of x stand below the lowest row only.
-    height = BOTTOM + grid.rows * room + TOP - TITLE_ROOM
+    height = BOTTOM + grid.rows * room + HEAD
     figure = new_figure(width, height)
     image = None
     for place, panel in enumerate(panels):
@@ -149,20 +151,19 @@ def _figure(
             draw_arrows(axes, view, frame, view.states[panel.state], (grid.width, grid.height))
         few_ticks(axes, *(max(2, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
         peak = f"max {panel.values.max() * scale.factor:.4g}"
-        axes.set_title(f"{panel.words}, {peak}" if panel.words else peak, pad=4.0)
+        axes.set_title(separator.join(filter(None, (panel.words, peak))), y=1.0, pad=4.0)
         axes.tick_params(labelbottom=row == grid.rows - 1, labelleft=column == 0)
         if row == grid.rows - 1:
             axes.set_xlabel(frame.x_label)
         if column == 0:
             axes.set_ylabel(frame.y_label)
-    bar_height = grid.rows * room - TITLE_ROOM
+    bar_height = grid.rows * room - title_room
     bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, BOTTOM, BAR_WIDTH, bar_height)
-    figure.colorbar(image, cax=bar, label=label)
-    few_ticks(bar, y=max(3, int(bar_height / 0.4)))
-    add_headline(figure, view)
+    if image is not None:
+        figure.colorbar(image, cax=bar, label=label)
+    few_ticks(bar, y=max(3, min(8, int(bar_height / 0.4))))
+    add_headline(figure, view, note="" if grid.true_shape else "axes not to scale")
     _legend(figure, view, any(border.stick for border in frame.borders), width)
-    if not grid.true_shape:
-        add_text(figure, width - 0.06, 0.06, "axes not to scale", fontsize=6.5, ha="right", va="bottom", color="0.35")
     return figure
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -22,7 +23,8 @@ OUTSIDE = "0.92"
 CONTACT_COLOUR = "#e8262a"
 STICK_COLOUR = "white"
 MARGIN = 0.06
-ARROWS_ACROSS = 15
+ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
+"""About so many arrows on a map, at least and at most so far apart (inches)."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,9 @@ def frame_of(view: RunView, normalised: bool) -> Frame:
     low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
     rim = MARGIN * (high - low)
     left, right, bottom, top = frame.domain
-    window = (max(left, low[0] - rim[0]), min(right, high[0] + rim[0]))
-    window += (max(bottom, low[1] - rim[1]), min(top, high[1] + rim[1]))
-    return Frame(frame.x, frame.y, x_label, y_label, borders, window)
+    sides = (max(left, low[0] - rim[0]), min(right, high[0] + rim[0]))
+    ends = (max(bottom, low[1] - rim[1]), min(top, high[1] + rim[1]))
+    return Frame(frame.x, frame.y, x_label, y_label, borders, (*sides, *ends))
 
 
 def draw_map(
@@ -114,7 +116,7 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size:
     if shear_x is None or shear_y is None:
         return
     left, right, bottom, top = frame.window
-    spacing = max(size) / ARROWS_ACROSS
+    spacing = min(max(math.sqrt(size[0] * size[1] / ARROWS), CLOSEST), WIDEST)
     columns, rows = (max(3, round(length / spacing)) for length in size)
     x = left + (np.arange(columns) + 0.5) / columns * (right - left)
     y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)

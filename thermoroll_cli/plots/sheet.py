@@ -51,7 +51,9 @@ def style() -> Iterator[None]:
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(STYLE)
+        # Of any type, since matplotlib's own stubs know its keys by heart and each version has others.
+        parameters: Any = matplotlib.rcParams
+        parameters.update(STYLE)
         yield
 
 
@@ -79,7 +81,8 @@ def add_text(figure: Figure, left: float, bottom: float, text: str, **options: A
 
 
 def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
-    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). They are also what a picture spends most of its time on."""
+    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). Few of them, also because
+    they are what a picture spends most of its time on."""
     from matplotlib.ticker import MaxNLocator
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
@@ -102,7 +105,7 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
     if image_format not in FORMATS:
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
     content = io.BytesIO()
-    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 4}} if image_format == "png" else {}
+    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if image_format == "png" else {}
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)

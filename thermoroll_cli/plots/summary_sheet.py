@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.plots.centreline import curves_of, draw_diagram
@@ -12,109 +15,137 @@ from thermoroll_cli.plots.field_figures import temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, one_line
-from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity
+from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH, HEIGHT = 11.2, 7.4
-MAP, MAP_LEFT, MAP_STEP_X, MAP_STEP_Y, MAP_BOTTOM = 1.95, 0.6, 3.05, 2.45, 2.35
-DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_BOTTOM = 2.38, 1.2, 0.45
-TABLE_LEFT, TABLE_TOP, LINE = 6.6, 6.95, 0.186
-COLUMNS = (2.72, 3.55, 4.4)
-"""Right ends of the table's columns of numbers, from its left end."""
+MAP, MAP_LEFT, MAP_STEP_X, MAP_STEP_Y, MAP_BOTTOM = 1.95, 0.62, 2.75, 2.3, 2.2
+DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_BOTTOM = 2.05, 1.15, 0.45
+WIDTH, TOP = 10.6, 0.4
+TABLE_LEFT, TABLE_SIZE, TABLE_SPACING, ROW, REMARK_ROW = 6.2, 7.5, 1.85, 0.194, 0.17
+COLUMNS = (0.0, 2.75, 3.5, 4.25)
+"""Where the table's columns are aligned: the words at their left end, the numbers at their right ends."""
+
+Rows = list[tuple[str, str, str, str]]
 
 
 def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
     """The summary sheet. Maps show the final (coupled) state; the table has both states and the error estimates."""
-    figure = new_figure(WIDTH, HEIGHT)
-    _maps(figure, view, frame, normalised)
-    diagrams = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
-    for place, (quantity, curves) in enumerate(item for item in diagrams if item[1]):
-        left = MAP_LEFT + place * MAP_STEP_X
-        axes = add_axes(figure, left, DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
-        draw_diagram(axes, view, quantity, curves, normalised)
-        axes.set_title("on y = 0", pad=3.0)
-    _table(figure, view)
+    maps = _maps(view)
+    rows, remarks = _rows(view), _remarks(view)
+    lines_of_maps = -(-len(maps) // 2)
+    height = max(
+        MAP_BOTTOM + lines_of_maps * MAP_STEP_Y - (MAP_STEP_Y - MAP) + TOP + 0.15,
+        TOP + (len(rows) + 1) * ROW + len(remarks) * REMARK_ROW,
+    )
+    figure = new_figure(WIDTH, height)
+    for place, (quantity, values, body) in enumerate(maps):
+        row, column = divmod(place, 2)
+        corner = (MAP_LEFT + column * MAP_STEP_X, height - TOP - 0.15 - MAP - row * MAP_STEP_Y)
+        _draw_map(figure, view, frame, quantity, values, body, corner, normalised, lowest=place + 2 >= len(maps))
+    curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
+    for place, (quantity, lines) in enumerate(item for item in curves if item[1]):
+        axes = add_axes(figure, MAP_LEFT + place * MAP_STEP_X, DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
+        label = draw_diagram(axes, view, quantity, lines, normalised)
+        axes.set_ylabel("")
+        axes.set_title(f"{label} on y = 0", y=1.0, pad=3.0)
+        if quantity is PRESSURE and len(view.states) > 1:
+            axes.legend(loc="lower center", handlelength=2.6)
+    _write_table(figure, rows, remarks, height)
     add_headline(figure, view)
     return figure
 
 
-def _maps(figure: Figure, view: RunView, frame: Frame, normalised: bool) -> None:
-    number = len(view.states) - 1
-    state = view.states[number]
-    thermal = temperatures(view.states)
-    fields: list[tuple[Quantity, Any, str]] = [
+def _maps(view: RunView) -> list[tuple[Quantity, NDArray[np.float64], str]]:
+    """Quantity, values and body of the maps worth drawing."""
+    state = view.states[-1]
+    thermal = temperatures(view.states)[:1]
+    found = [
         (PRESSURE, state.field("pressure"), ""),
         (TRACTION, state.magnitude("shear"), ""),
         (HEAT_FLUX, state.field("heat_flux"), ""),
-        (TEMPERATURE, state.field(thermal[0][0]) if thermal else None, thermal[0][1] if thermal else ""),
+        *((TEMPERATURE, state.field(name), body) for name, body in thermal),
     ]
-    shown = [item for item in fields if item[1] is not None and item[1].max() > 0.0]
-    for place, (quantity, values, body) in enumerate(shown):
-        row, column = divmod(place, 2)
-        whole = quantity is TEMPERATURE
-        left, right, bottom, top = frame.domain if whole else frame.window
-        aspect = min(max((top - bottom) / (right - left), 0.2), 5.0)
-        width, height = min(MAP, MAP / aspect), min(MAP, MAP * aspect)
-        corner_x = MAP_LEFT + column * MAP_STEP_X
-        corner_y = MAP_BOTTOM + (1 - row) * MAP_STEP_Y + (MAP - height) / 2
-        axes = add_axes(figure, corner_x + (MAP - width) / 2, corner_y, width, height)
-        scale, label = quantity.scale(view, float(values.max()), normalised)
-        image = draw_map(
-            axes, frame, values * scale.factor, state=number, colours=quantity.colours,
-            limits=(0.0, float(values.max()) * scale.factor), whole_domain=whole,
-        )  # fmt: skip
-        if quantity is TRACTION:
-            draw_arrows(axes, view, frame, state, (width, height))
-        few_ticks(axes, *(max(2, int(inches / 0.5)) for inches in (width, height)))
-        axes.set_title(", ".join(filter(None, (quantity.words, state.label, body))), pad=3.0)
+    return [(quantity, values, body) for quantity, values, body in found if values is not None and values.max() > 0.0]
+
+
+def _draw_map(
+    figure: Figure,
+    view: RunView,
+    frame: Frame,
+    quantity: Quantity,
+    values: NDArray[np.float64],
+    body: str,
+    corner: tuple[float, float],
+    normalised: bool,
+    *,
+    lowest: bool,
+) -> None:
+    """One map, centred in the square of side MAP whose lower left corner is `corner`."""
+    number = len(view.states) - 1
+    whole = quantity is TEMPERATURE
+    left, right, bottom, top = frame.domain if whole else frame.window
+    aspect = min(max((top - bottom) / (right - left), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    width, height = min(MAP, MAP / aspect), min(MAP, MAP * aspect)
+    x, y = corner[0] + (MAP - width) / 2, corner[1] + (MAP - height) / 2
+    axes = add_axes(figure, x, y, width, height)
+    scale, label = quantity.scale(view, float(values.max()), normalised)
+    limits = (0.0, float(values.max()) * scale.factor)
+    image = draw_map(
+        axes, frame, values * scale.factor, state=number, colours=quantity.colours, limits=limits, whole_domain=whole
+    )
+    if quantity is TRACTION:
+        draw_arrows(axes, view, frame, view.states[number], (width, height))
+    few_ticks(axes, *(max(1, int(inches / 0.5)) for inches in (width, height)))
+    axes.set_title(", ".join(filter(None, (label, body))), y=1.0, pad=3.0)
+    if lowest:
         axes.set_xlabel(frame.x_label, labelpad=1.5)
+    if corner[0] == MAP_LEFT:
         axes.set_ylabel(frame.y_label, labelpad=1.5)
-        bar = add_axes(figure, corner_x + (MAP + width) / 2 + 0.1, corner_y, 0.1, height)
-        figure.colorbar(image, cax=bar, label=label.removeprefix(quantity.words).strip())
-        few_ticks(bar, y=max(2, int(height / 0.4)))
+    bar = add_axes(figure, x + width + 0.1, y, 0.1, height)
+    figure.colorbar(image, cax=bar)
+    few_ticks(bar, y=max(2, int(height / 0.4)))
 
 
-def _table(figure: Figure, view: RunView) -> None:
-    y = TABLE_TOP
+def _rows(view: RunView) -> Rows:
+    """The table: words, isothermal and final value, estimated relative error."""
     two = len(view.states) > 1
-    heads = ("isothermal", "coupled", "rel. error") if two else ("", "value", "rel. error")
-    for end, words in zip(COLUMNS, heads, strict=True):
-        add_text(figure, TABLE_LEFT + end, y, words, ha="right", va="baseline", fontsize=7.0, color="0.35")
     error: Mapping[str, float] = view.summary.get("error", {})
+    rows: Rows = [("", "isothermal", "coupled", "est. error") if two else ("", "", "value", "est. error")]
     for name in SCALARS:
         values = [state.scalars.get(name, math.nan) for state in view.states]
-        if not any(math.isfinite(value) for value in values):
-            continue
-        y -= LINE
-        cells = [_number(value) for value in values]
-        cells = cells if two else ["", *cells]
-        _line(figure, y, _words(SCALARS[name], name), (*cells, _error(error.get(name, math.nan))))
-    y -= 0.5 * LINE
+        if any(math.isfinite(value) for value in values):
+            first = _number(values[0]) if two else ""
+            rows.append((_words(SCALARS[name], name), first, _number(values[-1]), _error(error.get(name, math.nan))))
+    rows.append(("", "", "", ""))
     for name in HERTZ_SCALARS:
-        y -= LINE
-        _line(figure, y, _words(HERTZ_SCALARS[name], name), ("", _number(view.summary.get(name, math.nan)), ""))
-    y -= 1.6 * LINE
-    for text in _remarks(view):
-        add_text(figure, TABLE_LEFT, y, one_line(text, 88), va="baseline", fontsize=7.0, color="0.25")
-        y -= LINE
+        if math.isfinite(view.summary.get(name, math.nan)):
+            rows.append((_words(HERTZ_SCALARS[name], name), "", _number(view.summary[name]), ""))
+    return rows
 
 
-def _line(figure: Figure, y: float, words: str, cells: tuple[str, str, str]) -> None:
-    add_text(figure, TABLE_LEFT, y, words, va="baseline", fontsize=7.0)
-    for end, cell in zip(COLUMNS, cells, strict=True):
-        if cell:
-            add_text(figure, TABLE_LEFT + end, y, cell, ha="right", va="baseline", fontsize=7.0)
+def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) -> None:
+    # One text a column: a text for each cell would double the time of the whole sheet.
+    for number, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "right"), strict=True)):
+        text = "\n".join(row[number] for row in rows)
+        add_text(
+            figure, TABLE_LEFT + place, height - TOP, text, ha=side, va="top",
+            fontsize=TABLE_SIZE, linespacing=TABLE_SPACING,
+        )  # fmt: skip
+    y = height - TOP - (len(rows) + 1) * ROW
+    for text in remarks:
+        add_text(figure, TABLE_LEFT, y, one_line(text, 78), va="baseline", fontsize=7.0, color="0.25")
+        y -= REMARK_ROW
 
 
 _UNITS = ("W_mm2", "rad_mm", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N")
 _SHORT = {
     "thermal_displacement_max_um": "maximum thermal displacement",
     "power_balance_error": "power balance error",
-    "peclet_lower": "Péclet number, lower body",
-    "peclet_upper": "Péclet number, upper body",
+    "temperature_rise_max_lower_K": "max. temperature rise, lower body",
+    "temperature_rise_max_upper_K": "max. temperature rise, upper body",
 }
 
 
@@ -126,7 +157,9 @@ def _words(long_name: str, name: str) -> str:
 
 
 def _number(value: float) -> str:
-    return f"{value:.5g}" if math.isfinite(value) else "–"
+    if not math.isfinite(value):
+        return "–"
+    return f"{value:.5g}" if value == 0.0 or 1e-2 <= abs(value) < 1e6 else f"{value:.3e}"
 
 
 def _error(value: float) -> str:

@@ -19,6 +19,10 @@ READABLE = (0.03, 1e4)
 """The usual unit is kept while the largest number lies in here."""
 
 
+LONGEST_ASPECT = 6.0
+"""Maps whose sides differ by more are drawn with this ratio instead of the true one."""
+
+
 @dataclass(frozen=True)
 class Scale:
     """`factor` turns SI values into what is drawn, `unit` names it ("" for dimensionless)."""
@@ -44,9 +48,7 @@ class Quantity:
 
     def scale(self, view: RunView, maximum: float, normalised: bool) -> tuple[Scale, str]:
         """The scale and the axis label for values up to `maximum` (SI)."""
-        divisor = (
-            {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(self.unit, math.nan) if normalised else math.nan
-        )
+        divisor = {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(self.unit, math.nan) if normalised else math.nan
         if math.isfinite(divisor) and divisor > 0.0:
             return Scale(1.0 / divisor, ""), f"{self.words} {self.normalised_symbol}"
         scale = unit_for(self.unit, maximum)
@@ -69,8 +71,12 @@ def unit_for(unit: str, maximum: float) -> Scale:
 
 
 def axes_scales(view: RunView, normalised: bool) -> tuple[tuple[float, str], tuple[float, str]]:
-    """Factor and label of the x and the y axis: one unit for both, or each over its Hertz semi-axis."""
+    """Factor and label of the x and the y axis: each over its Hertz semi-axis, or in one unit for both unless the
+    domain is so long that it cannot be drawn to scale anyway."""
     if normalised:
         return (1.0 / view.semi_axes[0], "x/a₀"), (1.0 / view.semi_axes[1], "y/b₀")
-    scale = unit_for("m", max(abs(view.x).max(), abs(view.y).max()))
-    return (scale.factor, scale.label("x")), (scale.factor, scale.label("y"))
+    sizes = [float(abs(axis).max()) for axis in (view.x, view.y)]
+    if max(sizes) < LONGEST_ASPECT * min(sizes):
+        sizes = [max(sizes)] * 2
+    x, y = (unit_for("m", size) for size in sizes)
+    return (x.factor, x.label("x")), (y.factor, y.label("y"))

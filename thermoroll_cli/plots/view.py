@@ -86,11 +86,10 @@ def view_of(result: Result | Stored) -> RunView:
     else:
         coupled, isothermal, problem, summary = result.fields, result.isothermal, result.problem, result.summary
         single = coupled is isothermal
-    states = (StateView("coupled", coupled, summary),)
-    if single:
-        states = (StateView("", coupled, summary),)
-    else:
-        states = (StateView("isothermal", isothermal, summary["isothermal"]), *states)
+    states: tuple[StateView, ...] = (StateView("", coupled, summary),)
+    if not single:
+        cold, warm = StateView("isothermal", isothermal, summary["isothermal"]), StateView("coupled", coupled, summary)
+        states = (cold, warm)
     return RunView(
         title=str(problem.get("title", "")),
         x=np.asarray(result.x),

@@ -7,6 +7,7 @@ Eq. 12 are needed, because the slip equation is discretised and not its integral
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +19,7 @@ from thermoroll_cli.solvers.tangential_preconditioner import StickInverse, run_s
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+Start = tuple[Array, tuple[float, float]]
 
 # ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick
 # and slip without end: near the kink the natural residual then measures the slip and no longer the traction.
@@ -48,10 +50,12 @@ class TangentialProblem:
 @dataclass(frozen=True)
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
-    solved for (0 where it was given). `residual` is |τ − Proj(τ + ρ s)| / |μp| in the 2-norm."""
+    solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| / |μp| in the 2-norm."""
 
     traction: Array
     slip: Array
+    lost: Array
     stick: Mask
     creepage: tuple[float, float]
     residual: float
@@ -71,16 +75,15 @@ class RollingSolver:
     def solve(
         self,
         problem: TangentialProblem,
-        traction: Array,
-        creepage: tuple[float, float] = (0.0, 0.0),
+        starts: Sequence[Start],
         tolerance: float = 1e-6,
         max_newton: int = 40,
         max_krylov: int = 60,
     ) -> TangentialSolution:
-        """Solve from the starting `traction` (2, n, m) and, where forces are given, the starting `creepage`."""
+        """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from."""
         before = self.gradient.applications
         newton = _Newton(problem, self.gradient, self.inverse)
-        state = newton.start(traction, creepage)
+        state = min((newton.start(*start) for start in starts), key=lambda s: s.norm)
         history = [state.norm]
         forcing, steps = 0.1, 0
         while state.norm > tolerance and steps < max_newton:
@@ -90,11 +93,12 @@ class RollingSolver:
             state = newton.step(state, forcing, max_krylov)
             steps += 1
             history.append(state.norm)
-        state = newton.finish(state)
+        state, lost = newton.finish(state)
         creep = tuple(float(c) for c in newton.creepage(state.unknown))
         return TangentialSolution(
             traction=state.traction,
             slip=np.where(state.stick, 0.0, state.slip),
+            lost=lost,
             stick=state.stick & newton.contact,
             creepage=(creep[0], creep[1]),
             residual=state.norm,
@@ -139,7 +143,8 @@ class _Newton:
         self.free = problem.free
         self.count = max(int(self.contact.sum()), 1)
         self.size = self.bound.size
-        self.root = np.sqrt(self.count)
+        # Weight of the force equations: a prescribed force is met twenty times more closely than the tractions are.
+        self.root = np.sqrt(self.count) / 20.0
         self.reference = float(np.linalg.norm(self.bound)) or 1.0
         typical = float(self.bound.sum()) / self.count
         self.unit = typical * float(own.mean()) or 1.0  # a creepage of the size that matters
@@ -159,12 +164,18 @@ class _Newton:
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
-    def finish(self, state: _Iterate) -> _Iterate:
-        """The last iterate with its slip computed afresh: combined images carry rounding."""
-        return self._iterate(state.traction, state.unknown, self._slip(state.traction, state.unknown))
+    def finish(self, state: _Iterate) -> tuple[_Iterate, Array]:
+        """The last iterate with its slip computed afresh (combined images carry rounding), and the power lost in it."""
+        gradient, dissipative = self.gradient.split(state.traction)
+        lost = (state.traction * (dissipative + self.border * state.traction)).sum(axis=0)
+        slip = self._slip_of(gradient, state.traction, state.unknown)
+        return self._iterate(state.traction, state.unknown, slip), lost
 
     def _slip(self, traction: Array, unknown: Array) -> Array:
-        slip = self.problem.rigid_slip - self.gradient(traction) - self.border * traction
+        return self._slip_of(self.gradient(traction), traction, unknown)
+
+    def _slip_of(self, gradient: Array, traction: Array, unknown: Array) -> Array:
+        slip = self.problem.rigid_slip - gradient - self.border * traction
         slip += self.creepage(unknown)[:, None, None]
         return slip
 

@@ -115,9 +115,10 @@ class RollingGradient:
         self.applications += 1
         return _difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
 
-    def dissipation(self, traction: Array) -> Array:
-        """The part of ∂u/∂x by which the upstream formula dissipates power, (2, n, m).
+    def split(self, traction: Array) -> tuple[Array, Array]:
+        """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
 
-        Summed against the traction it is what slip zones narrower than an element ought to have dissipated."""
+        Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""
         self.applications += 1
-        return _difference(self.displacement(traction), DISSIPATIVE_WEIGHTS, self.dx)
+        u = self.displacement(traction)
+        return _difference(u, DIFFERENCE_WEIGHTS, self.dx), _difference(u, DISSIPATIVE_WEIGHTS, self.dx)

@@ -1,0 +1,82 @@
+"""`thermoroll validate`, `init` and `schema`: everything about case files that needs no solver."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+
+
+class Template(StrEnum):
+    """Cases that `init` writes."""
+
+    article = "article"
+    wheel_rail = "wheel-rail"
+    ball_bearing = "ball-bearing"
+    traction_drive = "traction-drive"
+
+
+def validate(
+    cases: options.Cases,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Check cases, tell all their errors."""
+    from thermoroll_cli.files.case import Case, CaseError
+
+    overrides = options.parse_overrides(settings)
+    errors: list[CaseError] = []
+    for path in cases:
+        found: CaseError | None = None
+        try:
+            Case.read(path, overrides)
+        except CaseError as cause:
+            found = cause
+            errors.append(cause)
+        if as_json:
+            findings = [finding.record() for finding in found.findings] if found else []
+            streams.write_json({"case": str(path), "valid": found is None, "errors": findings})
+        elif found is None and not quiet:
+            streams.write(f"{path}: valid")
+    if errors:
+        raise typer.Exit(options.tell_invalid(errors))
+
+
+def init(
+    file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Case file to write; - is standard output.")] = Path(
+        "case.toml"
+    ),
+    template: Annotated[Template, typer.Option("--template", help="What to start from.")] = Template.article,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Write a case with comments, to be edited."""
+    from thermoroll_cli.files.templates import template_text
+
+    text = template_text(template.value)
+    if str(file) == "-":
+        streams.write(text.rstrip("\n"))
+        return
+    if file.exists() and not force:
+        raise FileExistsError(f"{file} exists; --force overwrites it")
+    from thermoroll_cli.files.atomic import write_bytes
+
+    write_bytes(file, text.encode())
+    if not quiet:
+        streams.note(f"wrote {file}; try: thermoroll run {file}")
+
+
+def schema() -> None:
+    """Print the JSON schema of case files."""
+    import json
+
+    from thermoroll_cli.files.case_schema import case_schema
+
+    streams.write(json.dumps(case_schema(), indent=2, ensure_ascii=True, allow_nan=False))

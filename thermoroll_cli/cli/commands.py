@@ -1,0 +1,45 @@
+"""The command line: every command with its name. What a command needs is imported when it runs."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from thermoroll_cli import __version__
+from thermoroll_cli.cli import cases, results, run, show, streams
+
+app = typer.Typer(
+    name="thermoroll",
+    help="Three-dimensional thermo-elastic rolling contact in the steady state.",
+    epilog="Exit codes: 0 fine, 1 a bug in the program, 2 usage, 3 invalid case, 4 not converged, "
+    "5 input/output, 6 comparison outside tolerance.",
+    invoke_without_command=True,
+    # Rich would double the time of --help and draw boxes that scripts cannot read.
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+@app.callback()
+def thermoroll(
+    context: typer.Context,
+    version: Annotated[bool, typer.Option("--version", help="Show the version and exit.")] = False,
+) -> None:
+    if version:
+        streams.write(f"thermoroll {__version__}")
+        raise typer.Exit
+    if context.invoked_subcommand is None:
+        typer.echo(context.get_help(), err=True)
+        raise typer.Exit(2)
+
+
+app.command("run")(run.run)
+app.command("show")(show.show)
+app.command("validate")(cases.validate)
+app.command("init")(cases.init)
+app.command("schema")(cases.schema)
+app.command("plot")(results.plot)
+app.command("compare")(results.compare)
+app.command("export")(results.export)

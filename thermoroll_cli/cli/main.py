@@ -1,0 +1,74 @@
+"""Entry point: runs the command line and turns whatever happens into a message and an exit code."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Sequence
+
+from thermoroll_cli.cli import streams
+from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, Interrupted, catch_signals
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run `thermoroll` with `arguments` (default: those of the process) and return its exit code."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    restore_signals = catch_signals()
+    streams.prepare()
+    try:
+        return _guarded(arguments)
+    except Interrupted as stop:
+        streams.note(f"thermoroll: stopped by {signal.Signals(stop.number).name}; what was written is complete")
+        streams.abandon_output()
+        return stop.exit_code
+    finally:
+        restore_signals()
+
+
+def _guarded(arguments: Sequence[str]) -> int:
+    try:
+        code = _dispatch(arguments)
+        if sys.stdout is not None:
+            sys.stdout.flush()
+        return code
+    except (ClosedOutput, BrokenPipeError):
+        streams.abandon_output()
+        return ExitCode.CLOSED_OUTPUT
+    except OSError as cause:
+        streams.error(str(cause))
+        streams.abandon_output()
+        return ExitCode.INPUT_OUTPUT
+    except MemoryError:
+        streams.error("not enough memory")
+        return ExitCode.INPUT_OUTPUT
+    except Exception as cause:
+        report_bug(cause, arguments)
+        return ExitCode.BUG
+
+
+def _dispatch(arguments: Sequence[str]) -> int:
+    from thermoroll_cli.cli.commands import app
+
+    before = sys.stdout
+    try:
+        app(list(arguments), prog_name="thermoroll")
+    except SystemExit as end:
+        if sys.stdout is not before:
+            # The parser's own way to say that the reader of its help has gone.
+            sys.stdout = before
+            raise ClosedOutput from None
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    return ExitCode.FINE
+
+
+def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> None:
+    """Tell that `cause` should not have happened; with its trace if `-v` was given."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    message = " ".join(str(cause).split())
+    streams.error(f"this is a bug in thermoroll, please report it: {type(cause).__name__}: {message}")
+    if {"-v", "--verbose"} & set(arguments):
+        import traceback
+
+        streams.note("".join(traceback.format_exception(cause)).rstrip())
+    else:
+        streams.note("  -v shows where it happened")

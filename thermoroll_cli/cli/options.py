@@ -1,0 +1,81 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from thermoroll_cli.cli import streams
+from thermoroll_cli.cli.exits import ExitCode
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case import CaseError, Override
+
+
+class ImageFormat(StrEnum):
+    """File types of pictures."""
+
+    png = "png"
+    svg = "svg"
+    pdf = "pdf"
+
+
+Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files; - is standard input.")]
+OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file; - is standard input.")]
+Results = Annotated[list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of thermoroll run.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set",
+        metavar="KEY=VALUE",
+        help="Override a key of the case, for example load.normal_N=80. Of two keys that exclude each other "
+        "(grid and accuracy) this one stays. Repeatable.",
+    ),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
+Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]
+Format = Annotated[ImageFormat, typer.Option("--format", help="File type of the pictures.")]
+Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
+
+
+def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
+    """The overrides given with `--set`. Ends the program (usage) where one is not of the form key=value."""
+    from thermoroll_cli.files.case import Override
+
+    try:
+        return [Override.parse(text) for text in settings or ()]
+    except ValueError as cause:
+        raise typer.BadParameter(str(cause), param_hint="--set") from None
+
+
+def tell_invalid(errors: Sequence[CaseError], closing: str = "") -> int:
+    """Tell all findings of all invalid cases, each once. Returns the exit code for invalid cases."""
+    colour = streams.coloured(sys.stderr)
+    findings = [finding for error in errors for finding in error.findings]
+    texts = list(dict.fromkeys(finding.render(colour) for finding in findings))
+    for text in texts:
+        streams.note(text)
+    count = f"{len(texts)} error{'s' if len(texts) > 1 else ''}"
+    streams.note(f"thermoroll: {count}{closing}")
+    return ExitCode.INVALID_CASE
+
+
+def check_writable(folder: Path) -> None:
+    """Create `folder` if need be and see that files can be written there. Raises OSError with a plain message."""
+    import tempfile
+
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        # Permission bits do not tell it all (root, read-only mounts): trying does.
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except FileExistsError:
+        raise OSError(f"cannot write to {folder}: that is a file, not a folder") from None
+    except OSError as cause:
+        raise OSError(f"cannot write to {folder}: {cause.strerror or cause}") from None

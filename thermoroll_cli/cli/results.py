@@ -1,0 +1,142 @@
+"""`thermoroll plot`, `compare` and `export`: what is done with result files."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.exits import ExitCode
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.compare import Comparison, Row
+
+Folder = Annotated[
+    Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
+]
+Result = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="Result file of thermoroll run.")]
+
+
+class ExportFormat(StrEnum):
+    """File types for other programs."""
+
+    xdmf = "xdmf"
+    csv = "csv"
+
+
+def plot(
+    results: options.Results,
+    output: Folder = None,
+    image_format: options.Format = options.ImageFormat.png,
+    normalised: options.Normalised = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Draw the pictures of results again."""
+    from thermoroll_cli.files.hdf5 import read_result
+    from thermoroll_cli.plots.run_figures import write_figures
+
+    stored = [read_result(path) for path in results]
+    for path, result in zip(results, stored, strict=True):
+        stem = _target(path, output)
+        for picture in write_figures(result, stem, image_format=image_format.value, normalised=normalised):
+            if not quiet:
+                streams.write(str(picture))
+
+
+def compare(
+    a: Annotated[Path, typer.Argument(metavar="A.h5", help="Result file.")],
+    b: Annotated[Path, typer.Argument(metavar="B.h5", help="Result file to compare with it.")],
+    rtol: Annotated[float, typer.Option("--rtol", metavar="R", help="Largest relative difference allowed.")] = 1e-6,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Compare two results.
+
+    Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R.
+    """
+    from thermoroll_cli.files.compare import compare_results
+    from thermoroll_cli.files.hdf5 import read_result
+
+    if not 0.0 <= rtol < float("inf"):
+        raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
+    comparison = compare_results(read_result(a), read_result(b), rtol)
+    if as_json:
+        streams.write_json(_comparison_record(comparison))
+    elif not quiet:
+        for line in _comparison_lines(comparison, verbose):
+            streams.write(line)
+    raise typer.Exit(ExitCode.FINE if comparison.within else ExitCode.OUTSIDE_TOLERANCE)
+
+
+def export(
+    result: Result,
+    export_format: Annotated[ExportFormat, typer.Option("--format", help="File type.")],
+    output: Folder = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Export a result to XDMF or CSV.
+
+    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets.
+    """
+    from thermoroll_cli.files.export import export_csv, export_xdmf
+
+    stem = _target(result, output)
+    target = stem.with_name(f"{stem.name}.{export_format.value}")
+    {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
+    if not quiet:
+        streams.write(str(target))
+
+
+def _target(result: Path, folder: Path | None) -> Path:
+    """Path without suffix of what is made from `result`."""
+    if folder is None:
+        return result.with_name(result.stem)
+    options.check_writable(folder)
+    return folder / result.stem
+
+
+def _comparison_record(comparison: Comparison) -> dict[str, Any]:
+    # JSON has no infinity: a quantity that one side lacks has no number, but it is outside.
+    rows = [
+        {"name": row.name, "kind": row.kind, "a": row.a, "b": row.b, "difference": row.difference}
+        | {"within": row.within(comparison.rtol), "note": row.note}
+        for row in comparison.rows
+    ]
+    return {
+        "within": comparison.within,
+        "rtol": comparison.rtol,
+        "largest": comparison.largest,
+        "notes": comparison.notes,
+        "rows": rows,
+    }
+
+
+def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
+    from thermoroll_cli.cli.table import align
+
+    shown = comparison.rows if verbose else comparison.outside
+    cells = [("", "first", "second", "difference", "")]
+    cells += [
+        (row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}", _remark(row, comparison)) for row in shown
+    ]
+    outside = len(comparison.outside)
+    verdict = f"{outside} of {len(comparison.rows)} quantities differ by more than" if outside else "all within"
+    return [
+        *(align(cells) if shown else []),
+        *(f"  note: {text}" for text in comparison.notes),
+        f"{verdict} {comparison.rtol:g}; largest difference {comparison.largest:.1e}",
+    ]
+
+
+def _value(value: float | str | None) -> str:
+    return "–" if value is None else value if isinstance(value, str) else f"{value:.8g}"
+
+
+def _remark(row: Row, comparison: Comparison) -> str:
+    return "; ".join(part for part in ("" if row.within(comparison.rtol) else "outside", row.note) if part)

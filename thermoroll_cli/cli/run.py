@@ -1,0 +1,190 @@
+"""`thermoroll run`: solve cases, write their results, draw pictures, print scalars."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.exits import ExitCode, worst
+from thermoroll_cli.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case import Case, Override
+    from thermoroll_cli.pipeline.result import Result
+
+
+@dataclass(frozen=True)
+class _Wishes:
+    """How the results are wanted."""
+
+    folder: Path
+    as_json: bool
+    pictures: bool
+    image_format: str
+    normalised: bool
+    threads: int
+    quiet: bool
+    verbose: bool
+
+
+def run(
+    cases: Annotated[
+        list[Path] | None, typer.Argument(metavar="CASE...", help="Case files; - is standard input.")
+    ] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path(
+        "results"
+    ),
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
+    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    from_results: Annotated[
+        list[Path] | None,
+        typer.Option("--from", metavar="RESULT.h5", help="Solve the case in a result file again. Repeatable."),
+    ] = None,
+    image_format: options.Format = options.ImageFormat.png,
+    normalised: options.Normalised = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Solve cases, write results and pictures.
+
+    Writes DIR/NAME.h5 and DIR/NAME_*.png and prints a table of scalars with estimated errors. NAME is the name of the
+    case file without .toml (stdin for standard input). All cases are checked before the first is solved. With several
+    cases the exit code is that of the worst.
+    """
+    if not cases and not from_results:
+        raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
+    overrides = options.parse_overrides(settings)
+    wishes = _Wishes(output, as_json, not no_plots, image_format.value, normalised, threads, quiet, verbose)
+    valid = _read_all(cases or [], from_results or [], overrides)
+    _check_names(valid)
+    options.check_writable(output)
+    raise typer.Exit(worst([_attempt(case, wishes) for case in valid]))
+
+
+def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override]) -> list[Case]:
+    from thermoroll_cli.files.case import Case, CaseError
+
+    valid, errors = [], []
+    for path in paths:
+        try:
+            valid.append(Case.read(path, overrides))
+        except CaseError as cause:
+            errors.append(cause)
+    for path in result_paths:
+        from thermoroll_cli.files.hdf5 import read_result
+
+        stored = read_result(path, with_fields=False)
+        try:
+            valid.append(Case.from_json(stored.case_json, name=path.stem, overrides=overrides))
+        except CaseError as cause:
+            errors.append(cause)
+    if errors:
+        raise typer.Exit(options.tell_invalid(errors, "; nothing was computed"))
+    return valid
+
+
+def _check_names(cases: Sequence[Case]) -> None:
+    twice = [name for name, count in Counter(case.name for case in cases).items() if count > 1]
+    if twice:
+        raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
+
+
+def _attempt(case: Case, wishes: _Wishes) -> int:
+    """Run one case; what goes wrong with it does not stop the others."""
+    from thermoroll_cli.cli.main import report_bug
+
+    try:
+        return _run_case(case, wishes)
+    except MemoryError:
+        streams.error(f"{case.name}: not enough memory; thermoroll show tells what a grid needs")
+        return ExitCode.INPUT_OUTPUT
+    except Exception as cause:
+        report_bug(cause)
+        return ExitCode.BUG
+
+
+def _run_case(case: Case, wishes: _Wishes) -> int:
+    from thermoroll_cli.pipeline.solve import solve
+
+    progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose)
+    try:
+        result = solve(case.problem, threads=wishes.threads, report=progress)
+    finally:
+        progress.close()
+    code = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED
+    try:
+        files = _write_files(case, result, wishes)
+    except OSError as cause:
+        # What was computed is still worth printing.
+        streams.error(f"{case.name}: {cause}")
+        files, code = [], ExitCode.INPUT_OUTPUT
+    if not wishes.quiet or wishes.as_json:
+        _print(case, result, files, wishes)
+    if not result.converged:
+        streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
+    return code
+
+
+def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
+    from thermoroll_cli.files.hdf5 import write_result
+
+    target = wishes.folder / f"{case.name}.h5"
+    command_line = shlex.join(["thermoroll", *sys.argv[1:]])
+    write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=command_line)
+    if not (wishes.pictures and case.plots):
+        return [target]
+    from thermoroll_cli.plots.run_figures import write_figures
+
+    stem = wishes.folder / case.name
+    pictures = write_figures(result, stem, image_format=wishes.image_format, normalised=wishes.normalised)
+    return [target, *pictures]
+
+
+def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -> None:
+    summary = result.summary()
+    if wishes.as_json:
+        streams.write_json({"name": case.name, "title": case.settings.title, **summary, "files": files})
+        if not wishes.quiet:
+            for warning in result.warnings:
+                streams.note(f"thermoroll: {case.name}: warning: {warning}")
+        return
+    for line in _report(case, result, summary, wishes.verbose):
+        streams.write(line)
+    if files:
+        more = (
+            f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
+        )
+        streams.write(f"  wrote {files[0]}{more}")
+
+
+def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
+    from thermoroll_cli.cli.table import SHORT, scalar_table
+    from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
+
+    motion = result.problem.motion
+    # A creepage is a result only where a force is prescribed in its place.
+    solved_for = [
+        name
+        for name, given in (("creepage_longitudinal", motion.creepage_x), ("creepage_lateral", motion.creepage_y))
+        if given is None
+    ]
+    names = (*SCALARS, *HERTZ_SCALARS) if verbose else (*SHORT, *solved_for)
+    title = f" ({case.settings.title})" if case.settings.title else ""
+    grid = "×".join(str(side) for side in result.work.get("grid", ()))
+    outcome = "converged" if result.converged else f"NOT CONVERGED: {result.reason}"
+    both = result.isothermal is not result.coupled
+    return [
+        f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""),
+        *scalar_table(summary, {**SCALARS, **HERTZ_SCALARS}, names, both=both),
+        *(f"  warning: {warning}" for warning in result.warnings),
+    ]

@@ -1,0 +1,90 @@
+"""Results go to standard output, everything else to standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Mapping
+from typing import Any, TextIO
+
+from thermoroll_cli.cli.exits import ClosedOutput
+
+
+def prepare() -> None:
+    """Let no character that the terminal's encoding lacks stop the program."""
+    for stream in (sys.stdout, sys.stderr):
+        reconfigure = getattr(stream, "reconfigure", None)
+        if reconfigure is not None:
+            reconfigure(errors="replace")
+
+
+def write(text: str) -> None:
+    """Write `text` and a line end to standard output, now. Raises ClosedOutput if nobody reads it, OSError if the
+    disk it goes to is full."""
+    if sys.stdout is None:  # started with standard output closed
+        return
+    try:
+        sys.stdout.write(text + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise ClosedOutput from None
+
+
+def note(text: str) -> None:
+    """Write `text` and a line end to standard error, if anybody can read it."""
+    try:
+        if sys.stderr is not None:
+            sys.stderr.write(text + "\n")
+            sys.stderr.flush()
+    except OSError:
+        pass
+
+
+def error(text: str) -> None:
+    """Tell what went wrong."""
+    note(f"thermoroll: error: {text}")
+
+
+def abandon_output() -> None:
+    """Send what is still buffered for standard output nowhere: writing it at exit would fail again, with a trace."""
+    if sys.stdout is None:
+        return
+    try:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    except (OSError, ValueError):
+        pass
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether somebody watches `stream` on a terminal that can redraw a line."""
+    try:
+        return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
+    except ValueError:  # closed
+        return False
+
+
+def coloured(stream: TextIO | None) -> bool:
+    """Whether to colour what goes to `stream` (https://no-color.org)."""
+    return is_terminal(stream) and not os.environ.get("NO_COLOR")
+
+
+def write_json(content: Mapping[str, Any]) -> None:
+    """Write `content` to standard output as one line of strict JSON; nan and infinity become null."""
+    write(json.dumps(plain(content), allow_nan=False))
+
+
+def plain(value: Any) -> Any:
+    """`value` as what strict JSON knows: NumPy's numbers and arrays as Python's, nan and infinity as None."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if hasattr(value, "tolist"):  # NumPy, which is not imported for this
+        return plain(value.tolist())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value if value is None or isinstance(value, str | int) else str(value)

@@ -1,0 +1,107 @@
+"""Results as tables for people."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+SHORT = (
+    "Q_F_W",
+    "gamma_c",
+    "gamma_st",
+    "gamma_p",
+    "temperature_rise_max_lower_K",
+    "temperature_rise_max_upper_K",
+    "force_x_N",
+    "force_y_N",
+    "spin_moment_Nmm",
+    "pressure_max_MPa",
+    "shear_max_MPa",
+    "contact_area_mm2",
+    "thermal_displacement_max_um",
+)
+"""Scalars in the table that `run` prints; `run -v` prints them all."""
+
+_SIGNIFICANT_DIGITS = 5
+_NEGLIGIBLE_ERROR = 1e-6
+_NOISE = 1e-6
+
+
+def scalar_table(
+    summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool
+) -> list[str]:
+    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, meaning.
+
+    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
+    """
+    rows = [("", "coupled", "isothermal", "")] if both else []
+    isothermal = summary["isothermal"]
+    for name in names:
+        value = summary.get(name, math.nan)
+        if not _computed(value):
+            continue
+        error = summary["error"].get(name, math.nan)
+        shown = "0" if _is_noise(name, summary) else with_error(value, error)
+        beside = "0" if _is_noise(name, isothermal) else number(isothermal.get(name, math.nan))
+        rows.append((name, shown, beside, meanings.get(name, "")))
+    if not both:
+        rows = [(name, value, "", meaning) for name, value, _, meaning in rows]
+    return align(rows)
+
+
+def align(rows: Sequence[Sequence[str]]) -> list[str]:
+    """`rows` as lines with columns below each other."""
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))] if rows else []
+    return [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip()
+        for row in rows
+    ]
+
+
+def with_error(value: float, relative_error: float) -> str:
+    """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals."""
+    error = abs(value * relative_error)
+    if not math.isfinite(error) or error == 0.0:
+        return number(value)
+    if relative_error < _NEGLIGIBLE_ERROR:
+        return f"{number(value)} ± {error:.0e}"
+    if relative_error >= 1.0:
+        return f"{value:.1g} ± {error:.1g}"
+    power = _common_power(value)
+    scaled, error = value / 10.0**power, error / 10.0**power
+    exponent = math.floor(math.log10(error))
+    decimals = -exponent + (1 if error / 10.0**exponent < 1.95 else 0)
+    text = f"{_rounded(scaled, decimals)} ± {_rounded(error, decimals)}"
+    return f"({text})e{power}" if power else text
+
+
+def number(value: float | None) -> str:
+    """A number with the digits worth reading; a dash for one that was not computed."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    return f"{value:.{_SIGNIFICANT_DIGITS}g}"
+
+
+def _common_power(value: float) -> int:
+    """The power of ten to take out of a number too small or too large to be written plainly."""
+    if value == 0.0 or 1e-3 <= abs(value) < 1e6:
+        return 0
+    return math.floor(math.log10(abs(value)))
+
+
+def _rounded(value: float, decimals: int) -> str:
+    return f"{round(value, decimals):.{max(decimals, 0)}f}"
+
+
+def _is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
+    """Whether a force component is what rounding leaves of the zero that a symmetry makes."""
+    forces = {"force_x_N", "force_y_N"}
+    if name not in forces:
+        return False
+    other = scalars.get((forces - {name}).pop(), 0.0)
+    return abs(scalars.get(name, 0.0)) <= _NOISE * abs(other)
+
+
+def _computed(value: Any) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)

@@ -1,0 +1,139 @@
+"""Commented case files to start from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from string import Template
+
+
+@dataclass(frozen=True)
+class _Values:
+    about: str
+    title: str
+    radii: tuple[float, float, float, float]
+    normal: float
+    friction: float
+    speed: float
+    longitudinal: float
+    spin: float
+    peclet: str = "rolling"
+    numerics: str = "accuracy = 1e-3"
+    conductivity: float = 50.2
+    diffusivity: float = 10.0
+
+
+_TEMPLATES = {
+    "article": _Values(
+        about="Two steel spheres, the case of Sec. 4.1 of Yu & Suh. The article's speed of 1 m/s gives far less heat\n"
+        "# than it reports; at 200 m/s with stationary heat sources its pressure peak and its leading edge are met.",
+        title="Sphere on sphere",
+        radii=(30.0, 30.0, 30.0, 30.0),
+        normal=65.0,
+        friction=0.3,
+        speed=200.0,
+        longitudinal=0.003,
+        spin=0.0,
+        peclet="stationary",
+        numerics="grid = 128",
+    ),
+    "wheel-rail": _Values(
+        about="A railway wheel (upper) with a worn, concave tread on a rail head with a crown radius of 300 mm.",
+        title="Wheel on rail",
+        radii=(float("inf"), 300.0, 500.0, -400.0),
+        normal=100e3,
+        friction=0.3,
+        speed=30.0,
+        longitudinal=0.002,
+        spin=0.0,
+        conductivity=50.0,
+        diffusivity=14.2,
+    ),
+    "ball-bearing": _Values(
+        about="A ball of 12.7 mm diameter (upper) in the groove of an inner ring (lower): concave across rolling.",
+        title="Ball in a grooved raceway",
+        radii=(22.0, -6.6, 6.35, 6.35),
+        normal=300.0,
+        friction=0.1,
+        speed=5.0,
+        longitudinal=0.0005,
+        spin=0.01,
+        conductivity=46.6,
+        diffusivity=12.5,
+    ),
+    "traction-drive": _Values(
+        about="Two rollers of a traction drive, the upper one crowned, near their largest tangential force.",
+        title="Traction drive",
+        radii=(40.0, 40.0, 40.0, 200.0),
+        normal=1500.0,
+        friction=0.08,
+        speed=10.0,
+        longitudinal=0.004,
+        spin=0.0,
+        conductivity=46.6,
+        diffusivity=12.5,
+    ),
+}
+
+_TEXT = Template("""\
+# $about
+#
+# Units are part of the keys. `thermoroll validate` checks this file, `thermoroll show` explains it,
+# `thermoroll run` solves it.
+
+title = "$title"
+
+# Of both bodies. Without the last three constants and [thermal] the case is purely mechanical.
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.28
+conductivity_W_mK = $conductivity
+expansion_um_mK = 11.7      # 1e-6 per K
+diffusivity_mm2_s = $diffusivity
+
+# Radii along rolling (x) and across (y); inf is flat, negative is concave.
+[geometry]
+lower_radius_x_mm = $lower_x
+lower_radius_y_mm = $lower_y
+upper_radius_x_mm = $upper_x
+upper_radius_y_mm = $upper_y
+
+[load]
+normal_N = $normal
+friction_coefficient = $friction
+
+# Mean speed of both surfaces.
+[rolling]
+speed_m_s = $speed
+
+# Slip of the lower body against the upper one, over the rolling speed.
+[creepage]
+longitudinal = $longitudinal
+lateral = 0.0
+spin_rad_mm = $spin
+
+# heat = false: purely mechanical; deformation = false: heat and temperature, but the bodies keep their shape.
+# peclet = "rolling": the material carries the heat through the contact; "stationary": as if nothing moved.
+# partition: share of the heat that enters the lower body.
+[thermal]
+heat = true
+deformation = true
+peclet = "$peclet"
+partition = 0.5
+
+# An accuracy wanted in the scalars, or a grid: elements per side, or [nx, ny].
+# extent: side of the domain in Hertz semi-axes; the contact itself takes 2.
+[numerics]
+$numerics
+extent = 2.2
+
+[output]
+plots = true
+""")
+
+
+def template_text(name: str) -> str:
+    """The template `name` as the text of a case file. Raises KeyError for a name there is none of."""
+    values = _TEMPLATES[name]
+    fields = dict(vars(values))
+    radii = dict(zip(("lower_x", "lower_y", "upper_x", "upper_y"), fields.pop("radii"), strict=True))
+    return _TEXT.substitute(fields | radii)

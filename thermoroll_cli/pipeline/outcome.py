@@ -1,0 +1,77 @@
+"""The result of a solve from its rungs: error estimates, self-checks, account of the work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.pipeline.checks import failures
+from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.pipeline.plan import Plan
+from thermoroll_cli.pipeline.problem import Problem
+from thermoroll_cli.pipeline.result import Result
+from thermoroll_cli.pipeline.rung import Rung
+
+
+def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> Result:
+    last = rungs[-1]
+    scene = last.level.scene
+    coupled_scalars = [r.coupled_state.scalars for r in rungs]
+    errors = estimates(coupled_scalars, problem)
+    reasons = failures(scene, last.level, last.isothermal, last.coupled)
+    warnings = list(plan.warnings)
+    wanted = problem.numerics.accuracy
+    if wanted is not None:
+        missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
+        if missed:
+            worst = max(missed, key=lambda k: errors[k])
+            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried ({last.level.grid.nx} elements per side): "
+                           f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
+    hertz = {k: plan.facts[k] for k in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper")}
+    history: dict[str, Any] = {}
+    if last.coupled is not None:
+        history["coupling_residual"] = np.array(last.coupled.history)
+    return Result(
+        problem=problem,
+        x=last.level.grid.x,
+        y=last.level.grid.y,
+        coupled=last.coupled_state,
+        isothermal=last.isothermal_state,
+        hertz=hertz,
+        converged=not reasons,
+        reason="; ".join(reasons),
+        error=errors,
+        work=_work(plan, rungs, seconds),
+        history=history,
+        warnings=tuple(warnings),
+    )
+
+
+def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str, Any]:
+    levels = []
+    for r in rungs:
+        entry: dict[str, Any] = {
+            "grid": list(r.level.grid.shape),
+            "newton_steps": r.isothermal.tangential.newton_steps,
+            "applications": r.isothermal.tangential.applications,
+            "transforms": r.level.transforms,
+        }
+        if r.coupled is not None:
+            entry |= {
+                "coupling_iterations": r.coupled.iterations,
+                "coupled_normal_iterations": r.coupled.normal_iterations,
+                "coupled_newton_steps": r.coupled.newton_steps,
+                "coupled_applications": r.coupled.tangential_applications,
+            }
+        levels.append(entry)
+    last = rungs[-1].level.grid
+    return {
+        "grid": list(last.shape),
+        "extent": plan.extent,
+        "iterations": {k: levels[-1][k] for k in levels[-1] if k.endswith(("iterations", "steps"))},
+        "applications": levels[-1]["applications"] + levels[-1].get("coupled_applications", 0),
+        "levels": levels,
+        "seconds": {k: round(v, 6) for k, v in seconds.items()},
+        "skipped": dict(plan.skipped),
+    }
