@@ -122,9 +122,7 @@ def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
 
     shown = comparison.rows if verbose else comparison.outside
     cells = [("", "first", "second", "difference", "")]
-    cells += [
-        (row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}", _remark(row, comparison)) for row in shown
-    ]
+    cells += [(row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}", _remark(row, comparison)) for row in shown]
     outside = len(comparison.outside)
     verdict = f"{outside} of {len(comparison.rows)} quantities differ by more than" if outside else "all within"
     return [

@@ -36,12 +36,8 @@ class _Wishes:
 
 
 def run(
-    cases: Annotated[
-        list[Path] | None, typer.Argument(metavar="CASE...", help="Case files; - is standard input.")
-    ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path(
-        "results"
-    ),
+    cases: Annotated[list[Path] | None, typer.Argument(metavar="CASE...", help="Case files; - is standard input.")] = None,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
@@ -161,9 +157,7 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
     for line in _report(case, result, summary, wishes.verbose):
         streams.write(line)
     if files:
-        more = (
-            f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
-        )
+        more = f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
         streams.write(f"  wrote {files[0]}{more}")
 
 

@@ -28,15 +28,13 @@ _NEGLIGIBLE_ERROR = 1e-6
 _NOISE = 1e-6
 
 
-def scalar_table(
-    summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool
-) -> list[str]:
+def scalar_table(summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool) -> list[str]:
     """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, meaning.
 
     `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
     """
     rows = [("", "coupled", "isothermal", "")] if both else []
-    isothermal = summary["isothermal"]
+    isothermal = {**summary, **summary["isothermal"]}
     for name in names:
         value = summary.get(name, math.nan)
         if not _computed(value):
@@ -54,8 +52,7 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     """`rows` as lines with columns below each other."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))] if rows else []
     return [
-        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip()
-        for row in rows
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip() for row in rows
     ]
 
 
@@ -95,12 +92,13 @@ def _rounded(value: float, decimals: int) -> str:
 
 
 def _is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
-    """Whether a force component is what rounding leaves of the zero that a symmetry makes."""
-    forces = {"force_x_N", "force_y_N"}
-    if name not in forces:
+    """Whether a force or moment is what rounding leaves of the zero that a symmetry makes."""
+    if name not in ("force_x_N", "force_y_N", "spin_moment_Nmm"):
         return False
-    other = scalars.get((forces - {name}).pop(), 0.0)
-    return abs(scalars.get(name, 0.0)) <= _NOISE * abs(other)
+    scale = math.hypot(scalars.get("force_x_N", 0.0), scalars.get("force_y_N", 0.0))
+    if name == "spin_moment_Nmm":
+        scale *= math.sqrt(scalars["hertz_a_mm"] * scalars["hertz_b_mm"])
+    return abs(scalars.get(name, 0.0)) <= _NOISE * scale
 
 
 def _computed(value: Any) -> bool:

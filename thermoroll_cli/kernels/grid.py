@@ -35,9 +35,9 @@ class Grid:
     @cached_property
     def x(self) -> NDArray[np.float64]:
         """Element centres along x, shape (nx,)."""
-        return (np.arange(self.nx) - 0.5 * (self.nx - 1)) * self.dx
+        return np.asarray((np.arange(self.nx) - 0.5 * (self.nx - 1)) * self.dx, dtype=np.float64)
 
     @cached_property
     def y(self) -> NDArray[np.float64]:
         """Element centres along y, shape (ny,)."""
-        return (np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy
+        return np.asarray((np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy, dtype=np.float64)

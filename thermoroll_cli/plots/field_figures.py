@@ -123,8 +123,7 @@ def _figure(
     if not largest > 0.0:
         return None
     scale, label = quantity.scale(view, largest, normalised)
-    left, right, bottom, top = frame.domain if whole_domain else frame.window
-    grid = grid_for(len(panels), len({panel.state for panel in panels}), (top - bottom) / (right - left))
+    grid = grid_for(len(panels), len({panel.state for panel in panels}), frame.aspect(whole_domain))
     slot = max(grid.width, NARROWEST)
     # Narrow maps have their words above the number, not before it.
     separator, title_room = (", ", TITLE_ROOM) if slot > 2.0 else ("\n", TITLE_ROOM + 0.14)

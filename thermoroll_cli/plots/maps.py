@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -30,7 +31,8 @@ ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
 @dataclass(frozen=True)
 class Frame:
     """What all maps of one run share: coordinates in drawn units, axis labels, the borders of each state in these
-    units, and the window around the contacts (left, right, bottom, top)."""
+    units, the window around the contacts (left, right, bottom, top), and how many units of x a unit of y is (1 for
+    normalised coordinates, which are drawn as if they were lengths)."""
 
     x: Array
     y: Array
@@ -38,6 +40,16 @@ class Frame:
     y_label: str
     borders: tuple[Borders, ...]
     window: tuple[float, float, float, float]
+    y_in_x: float = 1.0
+
+    def view(self, whole_domain: bool) -> tuple[float, float, float, float]:
+        """What a map shows: left, right, bottom, top."""
+        return self.domain if whole_domain else self.window
+
+    def aspect(self, whole_domain: bool) -> float:
+        """True height over width of what a map shows."""
+        left, right, bottom, top = self.view(whole_domain)
+        return (top - bottom) * self.y_in_x / (right - left)
 
     @property
     def domain(self) -> tuple[float, float, float, float]:
@@ -51,16 +63,17 @@ def frame_of(view: RunView, normalised: bool) -> Frame:
     (x_factor, x_label), (y_factor, y_label) = axes_scales(view, normalised)
     factors = np.array([x_factor, y_factor])
     borders = tuple(_scaled(borders_of(view.x, view.y, state), factors) for state in view.states)
-    frame = Frame(view.x * x_factor, view.y * y_factor, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0))
+    y_in_x = 1.0 if normalised else x_factor / y_factor
+    frame = Frame(view.x * x_factor, view.y * y_factor, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0), y_in_x)
     points = [line for border in borders for line in border.contact]
     if not points:
-        return Frame(frame.x, frame.y, x_label, y_label, borders, frame.domain)
+        return dataclasses.replace(frame, window=frame.domain)
     low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
     rim = MARGIN * (high - low)
     left, right, bottom, top = frame.domain
     sides = (max(left, low[0] - rim[0]), min(right, high[0] + rim[0]))
     ends = (max(bottom, low[1] - rim[1]), min(top, high[1] + rim[1]))
-    return Frame(frame.x, frame.y, x_label, y_label, borders, (*sides, *ends))
+    return dataclasses.replace(frame, window=(*sides, *ends))
 
 
 def draw_map(
@@ -100,7 +113,7 @@ def draw_map(
         clip = _path(borders.contact)
         if lines is not None and clip is not None:
             lines.set_clip_path(clip, transform=axes.transData)
-    left, right, bottom, top = frame.domain if whole_domain else frame.window
+    left, right, bottom, top = frame.view(whole_domain)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     return image
@@ -110,7 +123,7 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size:
     """Arrows along the shear traction, on a lattice of their own that is the same for every grid.
 
     `size` is that of the axes in inches: the lattice is square on paper and symmetrical about its middle. The longest
-    arrow spans one spacing; those below 4 % of it are left out.
+    arrow spans most of a spacing; those below 4 % of it are left out.
     """
     shear_x, shear_y = state.field("shear_x"), state.field("shear_y")
     if shear_x is None or shear_y is None:
@@ -125,7 +138,7 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size:
     largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
     shown = length > 0.04 * largest
     points_x, points_y = np.meshgrid(x, y, indexing="ij")
-    unit = min(spacing, size[0] / columns, size[1] / rows) / largest
+    unit = 0.9 * min(spacing, size[0] / columns, size[1] / rows) / largest
     axes.quiver(
         points_x[shown],
         points_y[shown],

@@ -87,7 +87,8 @@ def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
         if intervals:
-            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10]))
+            fewest = min(intervals, 2)
+            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=fewest))
 
 
 def one_line(text: str, length: int) -> str:

@@ -19,10 +19,11 @@ from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMP
 from thermoroll_cli.plots.view import RunView
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MAP, MAP_LEFT, MAP_STEP_X, MAP_STEP_Y, MAP_BOTTOM = 1.95, 0.62, 2.75, 2.3, 2.2
-DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_BOTTOM = 2.05, 1.15, 0.45
+LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.2, 0.35, 0.65
+DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.45
 WIDTH, TOP = 10.6, 0.4
 TABLE_LEFT, TABLE_SIZE, TABLE_SPACING, ROW, REMARK_ROW = 6.2, 7.5, 1.85, 0.194, 0.17
 COLUMNS = (0.0, 2.75, 3.5, 4.25)
@@ -35,19 +36,24 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
     """The summary sheet. Maps show the final (coupled) state; the table has both states and the error estimates."""
     maps = _maps(view)
     rows, remarks = _rows(view), _remarks(view)
-    lines_of_maps = -(-len(maps) // 2)
+    columns, box = _arrangement(len(maps), frame.aspect(False))
+    step_x, step_y = MAPS_WIDTH / columns, box[1] + TITLE_ROOM
     height = max(
-        MAP_BOTTOM + lines_of_maps * MAP_STEP_Y - (MAP_STEP_Y - MAP) + TOP + 0.15,
+        MAPS_BOTTOM + -(-len(maps) // columns) * step_y + TOP,
         TOP + (len(rows) + 1) * ROW + len(remarks) * REMARK_ROW,
     )
     figure = new_figure(WIDTH, height)
     for place, (quantity, values, body) in enumerate(maps):
-        row, column = divmod(place, 2)
-        corner = (MAP_LEFT + column * MAP_STEP_X, height - TOP - 0.15 - MAP - row * MAP_STEP_Y)
-        _draw_map(figure, view, frame, quantity, values, body, corner, normalised, lowest=place + 2 >= len(maps))
+        row, column = divmod(place, columns)
+        corner = (LEFT + column * step_x, height - TOP - 0.15 - box[1] - row * step_y)
+        draw = _draw_map(figure, view, frame, quantity, values, body, (*corner, *box), normalised)
+        if place + columns >= len(maps):
+            draw.set_xlabel(frame.x_label, labelpad=1.5)
+        if column == 0:
+            draw.set_ylabel(frame.y_label, labelpad=1.5)
     curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
     for place, (quantity, lines) in enumerate(item for item in curves if item[1]):
-        axes = add_axes(figure, MAP_LEFT + place * MAP_STEP_X, DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
+        axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
         label = draw_diagram(axes, view, quantity, lines, normalised)
         axes.set_ylabel("")
         axes.set_title(f"{label} on y = 0", y=1.0, pad=3.0)
@@ -71,6 +77,15 @@ def _maps(view: RunView) -> list[tuple[Quantity, NDArray[np.float64], str]]:
     return [(quantity, values, body) for quantity, values, body in found if values is not None and values.max() > 0.0]
 
 
+def _arrangement(count: int, aspect: float) -> tuple[int, tuple[float, float]]:
+    """Columns of maps and the box (width, height) for each: below each other if flat, in one row if tall."""
+    if aspect < 0.5:
+        return 1, (MAPS_WIDTH - BAR_ROOM, min(0.8, (MAPS_WIDTH - BAR_ROOM) * aspect))
+    if aspect > 3.5:
+        return max(count, 1), (MAPS_WIDTH / max(count, 2) - BAR_ROOM, 4.0)
+    return 2, (1.95, 1.95)
+
+
 def _draw_map(
     figure: Figure,
     view: RunView,
@@ -78,18 +93,15 @@ def _draw_map(
     quantity: Quantity,
     values: NDArray[np.float64],
     body: str,
-    corner: tuple[float, float],
+    box: tuple[float, float, float, float],
     normalised: bool,
-    *,
-    lowest: bool,
-) -> None:
-    """One map, centred in the square of side MAP whose lower left corner is `corner`."""
+) -> Axes:
+    """One map, centred in `box` (left, bottom, width, height in inches), with its colour bar to the right of it."""
     number = len(view.states) - 1
     whole = quantity is TEMPERATURE
-    left, right, bottom, top = frame.domain if whole else frame.window
-    aspect = min(max((top - bottom) / (right - left), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
-    width, height = min(MAP, MAP / aspect), min(MAP, MAP * aspect)
-    x, y = corner[0] + (MAP - width) / 2, corner[1] + (MAP - height) / 2
+    aspect = min(max(frame.aspect(whole), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
+    x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
     axes = add_axes(figure, x, y, width, height)
     scale, label = quantity.scale(view, float(values.max()), normalised)
     limits = (0.0, float(values.max()) * scale.factor)
@@ -99,14 +111,13 @@ def _draw_map(
     if quantity is TRACTION:
         draw_arrows(axes, view, frame, view.states[number], (width, height))
     few_ticks(axes, *(max(1, int(inches / 0.5)) for inches in (width, height)))
-    axes.set_title(", ".join(filter(None, (label, body))), y=1.0, pad=3.0)
-    if lowest:
-        axes.set_xlabel(frame.x_label, labelpad=1.5)
-    if corner[0] == MAP_LEFT:
-        axes.set_ylabel(frame.y_label, labelpad=1.5)
+    words = ", ".join(filter(None, (label, body)))
+    # Maps that stand close together have short names.
+    axes.set_title(words if box[2] > 1.5 else words.removeprefix(quantity.words).strip(), y=1.0, pad=3.0)
     bar = add_axes(figure, x + width + 0.1, y, 0.1, height)
     figure.colorbar(image, cax=bar)
-    few_ticks(bar, y=max(2, int(height / 0.4)))
+    few_ticks(bar, y=max(2, min(8, int(height / 0.4))))
+    return axes
 
 
 def _rows(view: RunView) -> Rows:

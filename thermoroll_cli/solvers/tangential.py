@@ -25,6 +25,13 @@ Start = tuple[Array, tuple[float, float]]
 # and slip without end: near the kink the natural residual then measures the slip and no longer the traction.
 RELAXATION = 0.35
 
+# Traction that a creepage causes in full stick, in units of creepage over an element's own compliance: an estimate from below.
+STICK_TRACTION = 1.0
+
+# Free creepages may begin with steps of this many units (the creepage that saturates a single element).
+UNSEEN_CREEPAGE = 2.0
+MAX_HALVINGS = 10
+
 
 @dataclass(frozen=True)
 class TangentialProblem:
@@ -51,7 +58,7 @@ class TangentialProblem:
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
-    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| / |μp| in the 2-norm."""
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| in the 2-norm over that of the tractions to expect."""
 
     traction: Array
     slip: Array
@@ -145,7 +152,11 @@ class _Newton:
         self.size = self.bound.size
         # Weight of the force equations: a prescribed force is met twenty times more closely than the tractions are.
         self.root = np.sqrt(self.count) / 20.0
-        self.reference = float(np.linalg.norm(self.bound)) or 1.0
+        # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
+        rigid = np.hypot(*problem.rigid_slip)
+        pull = np.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
+        expected = np.minimum(self.bound, STICK_TRACTION * rigid / float(own.mean()) + pull)
+        self.reference = float(np.linalg.norm(expected)) or 1.0
         typical = float(self.bound.sum()) / self.count
         self.unit = typical * float(own.mean()) or 1.0  # a creepage of the size that matters
         self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
@@ -203,18 +214,23 @@ class _Newton:
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
         change_slip = self.creepage(change_unknown)[:, None, None] - solution.image.reshape(shape) - self.border * change
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
-        length = 1.0
-        best: _Iterate | None = None
-        while length > 1e-3:
+        length = self._longest(state.unknown, change_unknown)
+        trials: list[_Iterate] = []
+        for _ in range(MAX_HALVINGS):
             trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
                                   state.slip + length * change_slip)
-            if best is None or trial.norm < best.norm:
-                best = trial
+            trials.append(trial)
             if trial.norm <= (1.0 - 1e-4 * length) * state.norm:
                 break
             length *= 0.5
-        assert best is not None
-        return best
+        return min(trials, key=lambda t: t.norm)
+
+    def _longest(self, unknown: Array, change: Array) -> float:
+        """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
+        and a full step would leap into sliding, from where there is no gradient back."""
+        size = float(np.linalg.norm(change))
+        allowed = float(np.linalg.norm(unknown)) + UNSEEN_CREEPAGE
+        return min(1.0, allowed / size) if size > allowed else 1.0
 
 
 class _Linearisation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -76,29 +77,34 @@ class RollingGradient:
         self.self_gradient = self._self_gradient(tables)
 
     def _self_gradient(self, tables: tuple[Array, Array, Array]) -> tuple[float, float]:
-        """∂u_x/∂x and ∂u_y/∂y-direction response of an element to its own traction, 1/Pa."""
-        return tuple(
-            sum(w * t[abs(k), 0] for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
+        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y: response of an element to its own traction, 1/Pa."""
+        along, across = (
+            sum(w * float(t[abs(k), 0]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
             for t in tables[:2]
-        )  # type: ignore[return-value]
+        )
+        return along, across
 
     @property
     def transforms(self) -> int:
         return sum(c.transforms for c in self._convolutions)
 
-    def _both(self, task: object) -> None:
+    def _both(self, task: Callable[[int], None]) -> None:
         if self._pool is not None:
-            list(self._pool.map(task, (0, 1)))  # type: ignore[arg-type]
+            list(self._pool.map(task, (0, 1)))
         else:
-            task(0)  # type: ignore[operator]
-            task(1)  # type: ignore[operator]
+            task(0)
+            task(1)
 
     def displacement(self, traction: Array) -> Array:
         """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""
         n, m = self.shape
         u = np.empty((2, n + 4, m))
         hat, convolutions = self._traction_hat, self._convolutions
-        self._both(lambda i: convolutions[i].forward(traction[i], out=hat[i]))
+        
+        def there(i: int) -> None:
+            convolutions[i].forward(traction[i], out=hat[i])
+
+        self._both(there)
 
         def back(i: int) -> None:
             total, cross = self._work_hat[i]

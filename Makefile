@@ -1,0 +1,49 @@
+# Everything starts from Python 3.11 or newer; `make PYTHON=/path/to/python3.12 …` picks another one.
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGES := thermoroll_cli tests $(wildcard scripts)
+
+.DEFAULT_GOAL := help
+.PHONY: help install run test format check
+
+help:
+	@echo "make run      install, solve the article's case and draw its pictures"
+	@echo "make test     install and run the tests"
+	@echo "make install  install into $(VENV)"
+	@echo "make format   format the code"
+	@echo "make check    ruff and mypy"
+
+install: $(VENV)/.installed
+
+run: install
+	$(BIN)/thermoroll run cases/article_4_1.toml -o results
+	@echo
+	@echo "Pictures: $(CURDIR)/results/article_4_1_*.png, numbers: results/article_4_1.h5"
+
+test: $(VENV)/.installed-test
+	$(BIN)/python -m pytest
+
+format: $(VENV)/.installed-test
+	$(BIN)/ruff format $(PACKAGES)
+	$(BIN)/ruff check --fix $(PACKAGES)
+
+check: $(VENV)/.installed-test
+	$(BIN)/ruff check $(PACKAGES)
+	$(BIN)/mypy thermoroll_cli
+
+$(VENV)/bin/python:
+	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \
+		"Install one, or name it: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { echo "$(PYTHON) cannot make a virtual environment." \
+		"On Debian and Ubuntu: apt install python3-venv" >&2; rm -rf $(VENV); exit 1; }
+
+# The stamps make an installation happen once, and again when pyproject.toml changes.
+$(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(VENV)/.installed-test: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/.installed

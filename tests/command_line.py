@@ -1,0 +1,63 @@
+"""Running the real command, as a shell does."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+MECHANICAL = """\
+title = "Two spheres"
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.28
+[geometry]
+lower_radius_x_mm = 30.0
+lower_radius_y_mm = 30.0
+upper_radius_x_mm = 30.0
+upper_radius_y_mm = 30.0
+[load]
+normal_N = 65.0
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 1.0
+[creepage]
+longitudinal = 0.003
+[numerics]
+grid = 16
+"""
+"""A case that is solved in no time."""
+
+THERMAL = MECHANICAL.replace(
+    "[geometry]", "conductivity_W_mK = 50.2\nexpansion_um_mK = 11.7\ndiffusivity_mm2_s = 10.0\n[geometry]"
+)
+"""The same with heat."""
+
+ENTRY_POINT = Path(sys.executable).with_name("thermoroll")
+COMMAND = [str(ENTRY_POINT)] if ENTRY_POINT.exists() else [sys.executable, "-m", "thermoroll_cli"]
+
+
+def thermoroll(
+    *arguments: str | Path, cwd: Path | None = None, stdin: str = "", env: Mapping[str, str | None] | None = None
+) -> subprocess.CompletedProcess[str]:
+    """Run the command with `arguments`; variables in `env` are set, or removed where None. A trace is never right."""
+    done = subprocess.run(
+        [*COMMAND, *map(str, arguments)],
+        cwd=cwd,
+        input=stdin,
+        env=environment(env or {}),
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+    )
+    assert "Traceback" not in done.stderr
+    return done
+
+
+def environment(changes: Mapping[str, str | None]) -> dict[str, str]:
+    """The environment of this process with `changes`; None removes a variable."""
+    merged = {**os.environ, "PYTHONWARNINGS": "error", **changes}
+    return {key: value for key, value in merged.items() if value is not None}

@@ -1,0 +1,234 @@
+"""Scalars against the swept quantity (the article's Fig. 13; creep curves, speed curves)."""
+
+from __future__ import annotations
+
+import math
+import pathlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH, HEIGHT = 2.5, 1.75
+LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.7, 0.5, 0.2, 0.72, 0.28
+LEGEND_ROW = 0.19
+COLUMNS = 3
+
+PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
+"""Colours that the colour-blind can tell apart (Okabe and Ito)."""
+
+DIAGRAMS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("frictional heat $Q_F$ (W)", ("Q_F_W",)),
+    ("contact area ratio $\\gamma_c$", ("gamma_c",)),
+    ("stick area ratio $\\gamma_{st}$", ("gamma_st",)),
+    ("pressure ratio $\\gamma_p$", ("gamma_p",)),
+    ("max. temperature rise $\\Delta T$ (K)", ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K")),
+    ("creep force $F_x$ (N)", ("force_x_N",)),
+    ("creep force $F_y$ (N)", ("force_y_N",)),
+    ("spin moment $M_z$ (N mm)", ("spin_moment_Nmm",)),
+    ("creepage $\\xi_x$", ("creepage_longitudinal",)),
+    ("creepage $\\xi_y$", ("creepage_lateral",)),
+)
+"""Label and columns of each diagram; where several columns hold values, the largest is drawn."""
+
+PREFIXES = ("isothermal.", "isothermal_")
+"""How the columns of the isothermal state may be called."""
+
+NEGLIGIBLE = 1e-9
+"""A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
+
+FAMILIES = (("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral"))
+
+UNITS = {
+    "_mm2_s": "mm²/s",
+    "_um_mK": "µm/(m K)",
+    "_W_mK": "W/(m K)",
+    "_rad_mm": "rad/mm",
+    "_m_s": "m/s",
+    "_GPa": "GPa",
+    "_1_K": "1/K",
+    "_mm": "mm",
+    "_N": "N",
+    "_K": "K",
+}
+"""Endings of case keys and the units they stand for, the longer ones first."""
+
+Column = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Line:
+    """The points of one combination of the further swept quantities, in the order of the first one."""
+
+    rows: NDArray[np.int_]
+    label: str
+    colour: str
+
+
+def write_sweep_figure(
+    table: Mapping[str, Sequence[Any]], over: Sequence[str], path: pathlib.Path, *, title: str = ""
+) -> pathlib.Path:
+    """Draw the scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
+
+    There is one line for each combination of the further quantities. Columns with the prefix `isothermal.` (or
+    `isothermal_`) are dashed beside the solid coupled ones. Points that failed (nan, None, text) are left out. The
+    axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no
+    diagram. The format follows from the ending of `path`.
+
+    Raises ValueError (nothing swept, a column missing, unknown format), OSError.
+    """
+    if not over or any(name not in table for name in over):
+        raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
+    x = _numbers(table[over[0]])
+    if not np.any(np.isfinite(x)):
+        raise ValueError(f"the column {over[0]} holds no numbers")
+    lines = _lines(table, over, x)
+    diagrams = [(label, names) for label, names in DIAGRAMS if _worth_drawing(table, names, over)]
+    columns = min(COLUMNS, max(1, len(diagrams)))
+    rows = max(1, -(-len(diagrams) // columns))
+    states = [prefix for prefix in ("", *PREFIXES) if any(prefix + name in table for _, names in diagrams for name in names)]
+    legend = _legend_entries(lines, states)
+    legend_rows = -(-len(legend) // columns)
+    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.15
+    bottom = BOTTOM + legend_rows * LEGEND_ROW
+    height = bottom + rows * HEIGHT + (rows - 1) * GAP_Y + TOP + (0.15 if title else 0.0)
+    with style():
+        figure = new_figure(width, height)
+        for place, (label, names) in enumerate(diagrams):
+            row, column = divmod(place, columns)
+            left = LEFT + column * (WIDTH + GAP_X)
+            axes = add_axes(figure, left, bottom + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT)
+            for prefix in states:
+                values = _merged(table, [prefix + name for name in names])
+                if values is not None:
+                    _draw(axes, x, values, lines, dashed=bool(prefix))
+            _finish(axes, x, label, over[0] if place + columns >= len(diagrams) else "")
+        if legend:
+            _legend(figure, legend, columns)
+        if title:
+            figure.text(0.1 / width, 1.0 - 0.08 / height, one_line(title, int(width * 12)), va="top", parse_math=False)
+        return save(figure, path)
+
+
+def is_logarithmic(values: Column) -> bool:
+    """Whether positive values over at least a factor 5 are spaced more evenly in their logarithms."""
+    points = np.unique(values[np.isfinite(values)])
+    if points.size < 3 or points[0] <= 0.0 or points[-1] < 5.0 * points[0]:
+        return False
+
+    def unevenness(positions: Column) -> float:
+        steps = np.diff(positions)
+        return float(steps.std() / steps.mean())
+
+    return unevenness(np.log(points)) < unevenness(points)
+
+
+def _lines(table: Mapping[str, Sequence[Any]], over: Sequence[str], x: Column) -> list[Line]:
+    keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
+    lines = []
+    for number, key in enumerate(dict.fromkeys(keys)):
+        rows = np.array([row for row, other in enumerate(keys) if other == key and math.isfinite(x[row])], dtype=int)
+        names = (f"{words_of(name)} = {_cell(value)}" for name, value in zip(over[1:], key, strict=True))
+        lines.append(Line(rows[np.argsort(x[rows], kind="stable")], ", ".join(names), PALETTE[number % len(PALETTE)]))
+    return lines
+
+
+def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], over: Sequence[str]) -> bool:
+    values = _merged(table, names)
+    if values is None:
+        return False
+    finite = values[np.isfinite(values)]
+    if names[0].startswith("creepage") and np.ptp(finite) <= 1e-6 * np.abs(finite).max():
+        return False
+    if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
+        # The swept creepage against itself.
+        return False
+    family = next((family for family in FAMILIES if names[0] in family), names)
+    reference = _merged(table, family)
+    top = 0.0 if reference is None else float(np.nanmax(np.abs(reference), initial=0.0))
+    return float(np.abs(finite).max()) > NEGLIGIBLE * top
+
+
+def _draw(axes: Axes, x: Column, values: Column, lines: list[Line], *, dashed: bool) -> None:
+    for line in lines:
+        rows = line.rows[np.isfinite(values[line.rows])]
+        look: dict[str, Any] = {"linestyle": (0, (4.0, 1.6)), "linewidth": 0.9} if dashed else {"linewidth": 1.3}
+        marker: dict[str, Any] = {} if dashed or rows.size > 30 else {"marker": "o", "markersize": 2.2}
+        axes.plot(x[rows], values[rows], color=line.colour, **look, **marker)
+
+
+def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
+    if is_logarithmic(x):
+        axes.set_xscale("log")
+        few_ticks(axes, y=5)
+    else:
+        few_ticks(axes, 5, 5)
+    axes.set_ylabel(label)
+    axes.grid(color="0.9", linewidth=0.5)
+    axes.set_axisbelow(True)
+    axes.tick_params(labelbottom=bool(x_label))
+    if x_label:
+        axes.set_xlabel(words_of(x_label), parse_math=False)
+
+
+def _legend_entries(lines: list[Line], states: list[str]) -> list[tuple[str, dict[str, Any]]]:
+    entries: list[tuple[str, dict[str, Any]]] = []
+    if len(states) > 1:
+        entries += [("coupled", {"color": "0.2", "linewidth": 1.3})]
+        entries += [("isothermal", {"color": "0.2", "linewidth": 0.9, "linestyle": (0, (4.0, 1.6))})]
+    shown = lines if len(lines) > 1 else []
+    return entries + [(line.label, {"color": line.colour, "linewidth": 1.3}) for line in shown]
+
+
+def _legend(figure: Any, entries: list[tuple[str, dict[str, Any]]], columns: int) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], label=label, **look) for label, look in entries]
+    legend = figure.legend(handles=handles, loc="lower center", ncols=columns, handlelength=2.6, borderpad=0.2)
+    for text in legend.get_texts():
+        text.set_parse_math(False)
+
+
+def _merged(table: Mapping[str, Sequence[Any]], names: Sequence[str]) -> Column | None:
+    """The largest of the named columns point by point; None where none of them holds a number."""
+    found = [_numbers(table[name]) for name in names if name in table]
+    found = [values for values in found if np.any(np.isfinite(values))]
+    return np.fmax.reduce(found) if found else None
+
+
+def _numbers(values: Sequence[Any]) -> Column:
+    """The column as numbers, nan for what is none."""
+    result = np.full(len(values), math.nan)
+    for row, value in enumerate(values):
+        try:
+            result[row] = float(value)
+        except (TypeError, ValueError):
+            continue
+    result[~np.isfinite(result)] = math.nan
+    return result
+
+
+def _cell(value: Any) -> str:
+    try:
+        return f"{float(value):.4g}"
+    except (TypeError, ValueError):
+        return str(value)
+
+
+def words_of(key: str) -> str:
+    """A case key as an axis label: `rolling.speed_m_s` becomes "rolling speed (m/s)"."""
+    section, _, name = key.rpartition(".")
+    suffix = next((suffix for suffix in UNITS if name.endswith(suffix)), "")
+    words = name.removesuffix(suffix).replace("_", " ")
+    if section in ("creepage", "force", "load") and section not in words and words != "spin":
+        words = f"{words} {section}"
+    elif section == "rolling":
+        words = f"{section} {words}"
+    return f"{words} ({UNITS[suffix]})" if suffix else words
