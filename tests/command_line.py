@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import ExitStack, chdir, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 MECHANICAL = """\
 title = "Two spheres"
@@ -61,3 +65,28 @@ def environment(changes: Mapping[str, str | None]) -> dict[str, str]:
     """The environment of this process with `changes`; None removes a variable."""
     merged = {**os.environ, "PYTHONWARNINGS": "error", **changes}
     return {key: value for key, value in merged.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class Called:
+    """What a call of the entry point left: as a process would, but without starting one."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Called:
+    """`thermoroll` with `arguments` within this process, which saves the imports. For what needs no process of its own."""
+    from thermoroll_cli.cli.main import main
+
+    words = [str(argument) for argument in arguments]
+    out, err = io.StringIO(), io.StringIO()
+    with ExitStack() as stack:
+        stack.enter_context(chdir(cwd or Path.cwd()))
+        stack.enter_context(redirect_stdout(out))
+        stack.enter_context(redirect_stderr(err))
+        stack.enter_context(mock.patch.object(sys, "argv", ["thermoroll", *words]))
+        stack.enter_context(mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode()))))
+        code = main()
+    return Called(code, out.getvalue(), err.getvalue())

@@ -12,7 +12,9 @@ import numpy as np
 from scipy.special import elliprd
 
 from thermoroll_cli.pipeline.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.pipeline.result import Result
 from thermoroll_cli.pipeline.scene import Scene
+from thermoroll_cli.pipeline.solve import solve
 
 REFERENCE = Path(__file__).parent / "reference"
 STEEL = Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6)
@@ -108,3 +110,43 @@ def reference_problem(case: str, grid: int | tuple[int, int]) -> Problem:
 def order(sizes: np.ndarray | list[float], errors: np.ndarray | list[float]) -> float:
     """Order p of errors ~ h^p for h ~ 1/size: slope of the log-log line through the points."""
     return float(-np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
+
+
+@cache
+def solved(problem: Problem) -> Result:
+    """Result of a problem, solved once for all tests of a session."""
+    return solve(problem)
+
+
+@dataclass(frozen=True)
+class Dimensionless:
+    """Forces over μW, moment over μW sqrt(a0 b0), heat over μW V, stick fraction, applications on the finest grid."""
+
+    force_x: float
+    force_y: float
+    moment: float
+    heat: float
+    stick: float
+    power_balance_error: float
+    applications: int
+
+    @classmethod
+    def of(cls, result: Result) -> Dimensionless:
+        problem, s = result.problem, result.isothermal.scalars
+        limit = problem.traction_limit
+        mean_radius = math.sqrt(result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"])
+        return cls(
+            s["force_x_N"] / limit,
+            s["force_y_N"] / limit,
+            s["spin_moment_Nmm"] / (limit * mean_radius),
+            s["Q_F_W"] / (limit * problem.motion.speed),
+            s["gamma_st"],
+            s["power_balance_error"],
+            result.work["levels"][-1]["applications"],
+        )
+
+
+@cache
+def rolled(case: str, grid: int) -> Dimensionless:
+    """One of the seven reference cases on a grid."""
+    return Dimensionless.of(solved(reference_problem(case, grid)))

@@ -25,6 +25,10 @@ def changed(key: str, line: str) -> str:
     return "\n".join(line if old.startswith(f"{key} ") else old for old in lines) + "\n"
 
 
+def line_of(text: str, start: str) -> str:
+    return f"line {[line.startswith(start) for line in text.splitlines()].index(True) + 1}"
+
+
 @pytest.mark.parametrize(
     ("key", "line", "message", "allowed"),
     [
@@ -70,7 +74,7 @@ def test_bad_values(key: str, line: str, message: str, allowed: str) -> None:
     assert finding.span is not None
     assert (finding.span.line, finding.span.column) == (number, line.index("=") + 3)
     assert finding.key.split(".")[-1] == line.split()[0]
-    assert finding.value and line.endswith(finding.value) or finding.value.endswith("…")
+    assert (finding.value and line.endswith(finding.value)) or finding.value.endswith("…")
 
 
 @pytest.mark.parametrize(
@@ -169,13 +173,13 @@ def test_creepage_and_force_of_one_direction() -> None:
     for direction in ("longitudinal", "lateral"):
         text = changed("longitudinal", f"{direction} = 0.0") + f"[force]\n{direction}_N = 1.0\n"
         finding = findings(text)[0]
-        assert f"cannot be given together with creepage.{direction} (line 15)" in finding.message
+        assert f"cannot be given together with creepage.{direction} ({line_of(text, f'{direction} =')})" in finding.message
 
 
 def test_grid_and_accuracy() -> None:
     (finding,) = findings(MECHANICAL + "accuracy = 1e-3\n")
     assert finding.key == "numerics.accuracy"
-    assert "numerics.grid (line 17)" in finding.message
+    assert f"numerics.grid ({line_of(MECHANICAL, 'grid')})" in finding.message
 
 
 def test_heat_without_its_constants_names_them() -> None:

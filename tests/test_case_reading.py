@@ -95,12 +95,12 @@ def test_material_of_each_body() -> None:
 
 
 def test_override_replaces_and_adds() -> None:
-    case = parse(MECHANICAL, "load.normal_N=80", "creepage.lateral=.001", "thermal.peclet=stationary", "title=Other one")
+    case = parse(THERMAL, "load.normal_N=80", "creepage.lateral=.001", "thermal.peclet=stationary", "title=Other one")
     assert case.problem.normal_force == 80.0
     assert case.problem.motion.creepage_y == 0.001
     assert case.problem.heating.peclet == "stationary"
     assert case.problem.title == "Other one"
-    assert case.text == MECHANICAL
+    assert case.text == THERMAL
 
 
 @pytest.mark.parametrize("text", ["1\n[load]", "[1, 2", "a b"])

@@ -47,9 +47,7 @@ def test_ellipse_off_centre_is_a_sum_of_strips(peclet, point):
     total = 0.0
     for centre in y:
         half_length = a * math.sqrt(1 - (centre / b) ** 2)
-        total += float(
-            rectangle_temperature(point[0], point[1] - centre, half_length, b / strips, 1.0, 1.0, 1.0, peclet)
-        )
+        total += float(rectangle_temperature(point[0], point[1] - centre, half_length, b / strips, 1.0, 1.0, 1.0, peclet))
     assert ellipse_temperature(*point, a, b, 1.0, 1.0, 1.0, peclet) == pytest.approx(total, rel=1e-3)
 
 

@@ -57,9 +57,7 @@ def test_source_at_rest_is_a_closed_form():
             - corner(x + length, y - width)
             + corner(x - length, y - width)
         )
-        assert rectangle_temperature(x, y, length, width, 3.0, 2.0, 1.0, 0.0) == pytest.approx(
-            1.5 * expected, rel=1e-12
-        )
+        assert rectangle_temperature(x, y, length, width, 3.0, 2.0, 1.0, 0.0) == pytest.approx(1.5 * expected, rel=1e-12)
     square = rectangle_maximum(1.0, 1.0, 1.0, 1.0, 1.0, 0.0)
     assert square.temperature == pytest.approx(4 / math.pi * math.log(1 + math.sqrt(2)), rel=1e-14)
     assert square.x == pytest.approx(0.0, abs=1e-7)

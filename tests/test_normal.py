@@ -38,10 +38,7 @@ class Contact:
         self.grid = Grid.over((n, n), extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
         self.x, self.y = self.grid.x[:, None], self.grid.y[None, :]
         self.gap = self.hertz.undeformed_gap(self.x, self.y)
-        edges = [
-            np.append(c - 0.5 * d, c[-1] + 0.5 * d)
-            for c, d in ((self.grid.x, self.grid.dx), (self.grid.y, self.grid.dy))
-        ]
+        edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((self.grid.x, self.grid.dx), (self.grid.y, self.grid.dy))]
         self.exact, self.covered = element_averages(self.hertz, *edges)
         self.solver = NormalSolver(self.grid, self.hertz.contact_modulus)
 

@@ -52,10 +52,10 @@ class Case:
         """The case that `to_json` wrote. Raises CaseError."""
         try:
             content = json.loads(text)
-        except ValueError as cause:
-            raise CaseError([Finding(f"no resolved case in it: {cause}", source=name)]) from None
-        for key, value in content.get("geometry", {}).items():
-            content["geometry"][key] = math.inf if value == "inf" else value
+            geometry = content["geometry"]
+            content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise CaseError([Finding("no resolved case in it", source=name)]) from None
         return cls.parse(_toml(content), name=name, overrides=overrides)
 
     @classmethod

@@ -135,7 +135,7 @@ class Thermal(Table):
         default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
     )
     partition: Annotated[float | Literal["matched"], BeforeValidator(_partition)] = Field(
-        default=0.5, description="Share of the heat that enters the lower body", ge=0, le=1
+        default=0.5, description="Share of the heat that enters the lower body"
     )
 
 

@@ -19,10 +19,10 @@ def case_schema() -> dict[str, Any]:
     tables = schema["$defs"]
     tables["Numerics"]["not"] = {"required": ["grid", "accuracy"]}
     side = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
-    tables["Numerics"]["properties"]["grid"] = {
-        "description": tables["Numerics"]["properties"]["grid"]["description"],
-        "anyOf": [side, {"type": "array", "items": side, "minItems": 2, "maxItems": 2}],
-    }
+    grid = tables["Numerics"]["properties"]["grid"]
+    grid["anyOf"] = [side, {"type": "array", "items": side, "minItems": 2, "maxItems": 2}]
+    partition = tables["Thermal"]["properties"]["partition"]
+    partition["anyOf"] = [{"type": "number", "minimum": 0, "maximum": 1}, {"const": "matched"}]
     for radius in tables["Geometry"]["properties"].values():
         radius["not"] = {"const": 0}
     schema["allOf"] = [
@@ -38,14 +38,14 @@ def case_schema() -> dict[str, Any]:
 
 
 def _tidied(node: Any) -> Any:
-    """`node` as a person would write it: without titles that repeat the key, and without the null that stands for
-    "left out" (TOML has none, a key is there or not)."""
+    """`node` as a person would write it: without titles that repeat the key, without defaults of whole tables, and
+    without the null that stands for "left out" (TOML has none, a key is there or not)."""
     if isinstance(node, list):
         return [_tidied(item) for item in node]
     if not isinstance(node, dict):
         return node
-    dropped = {key for key, value in node.items() if (key, value) == ("default", None)}
-    dropped |= {"title"} if isinstance(node.get("title"), str) else set()
+    dropped = {"title"} if isinstance(node.get("title"), str) else set()
+    dropped |= {"default"} if isinstance(node.get("default"), dict | None) else set()
     node = {key: _tidied(value) for key, value in node.items() if key not in dropped}
     choices = node.get("anyOf")
     if choices and {"type": "null"} in choices:

@@ -8,18 +8,21 @@ import sys
 import tomllib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 from thermoroll_cli.files.case_errors import CaseError, Finding
 from thermoroll_cli.files.toml_positions import Entry, KeyPath, Span, locate_keys
 
-SIZE_LIMIT = 1 << 20
-"""Bytes a case file may have. Real ones have a thousand; anything larger is some other file given by mistake."""
+SIZE_LIMIT = 1 << 16
+"""Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
 
 STANDARD_INPUT = "-"
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LOOSE_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+# tomllib takes quadratic time over a key of many parts.
+_ENDLESS_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){33}")
 _SHOWN_VALUE_LENGTH = 40
 
 # One of these replaces the other: a case that says `grid` can be run with `--set numerics.accuracy=1e-3`.
@@ -78,7 +81,7 @@ class CaseSource:
         entry = self.entries[known]
         exact = known == path and entry.value != entry.key
         span = entry.value if exact and not at_key else entry.key
-        line_text = self._line(span.line)
+        line_text = self._lines[span.line - 1]
         value = _shorten(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
         return Finding(message, key, value, allowed, hint, self.name, span, line_text)
 
@@ -86,8 +89,9 @@ class CaseSource:
         """` (line 12)` for a key of the text, nothing for one that is not in it."""
         return f" (line {self.entries[path].key.line})" if path in self.entries else ""
 
-    def _line(self, number: int) -> str:
-        return self.text.split("\n")[number - 1]
+    @cached_property
+    def _lines(self) -> list[str]:
+        return self.text.split("\n")
 
 
 def read_source(path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> CaseSource:
@@ -102,12 +106,14 @@ def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> Ca
     """Parse `text` and apply `overrides`. Raises CaseError if it is not TOML."""
     text = text.replace("\r\n", "\n")
     try:
+        if _ENDLESS_KEY.search(text):
+            raise ValueError
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as cause:
         raise CaseError([_syntax_error(name, text, str(cause))]) from None
     except (RecursionError, ValueError):
-        # A ValueError of another kind: an integer of thousands of digits.
-        message = "not a case: values nested too deeply or numbers too long"
+        # ValueErrors of another kind: an integer of thousands of digits, and the endless key.
+        message = "not a case: nested too deeply, or numbers too long"
         raise CaseError([Finding(message, source=name)]) from None
     source = CaseSource(name, text, content, locate_keys(text), tuple(overrides))
     apply_overrides(content, overrides)

@@ -184,7 +184,7 @@ def _message(error: Any) -> str:
     kind, value = error["type"], error["input"]
     if isinstance(value, float) and math.isnan(value):
         return "nan is not a number"
-    if kind == "finite_number":
+    if kind == "finite_number" or (kind == "float_type" and type(value) is int):  # an integer no float can hold
         return "must be finite"
     if kind == "greater_than_equal":
         return "must be greater than 0" if error["ctx"]["ge"] > 0 >= value else "is below the allowed range"

@@ -70,8 +70,9 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     whose state differs. nan equals nan.
     """
     rows = [_text_row("status", a.summary, b.summary)]
-    rows += _scalar_rows("", a.summary, b.summary, (*SCALARS, *HERTZ_SCALARS))
-    rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS))
+    arm = max(_arm(a.summary), _arm(b.summary))
+    rows += _scalar_rows("", a.summary, b.summary, (*SCALARS, *HERTZ_SCALARS), arm)
+    rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
     notes = []
     if _same_grid(a, b):
         rows += _field_rows("", a.fields, b.fields)
@@ -91,7 +92,7 @@ def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Row:
     return Row(name, "text", left, right, 0.0 if left == right else math.inf)
 
 
-def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...]) -> Iterator[Row]:
+def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...], arm: float) -> Iterator[Row]:
     for name in _union(a, b, order):
         if name in _NOT_PHYSICAL:
             continue
@@ -100,7 +101,7 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
         elif isinstance(a[name], str) or isinstance(b[name], str):
             yield _text_row(prefix + name, {prefix + name: a[name]}, {prefix + name: b[name]})
         else:
-            scale = max(_scale(name, a), _scale(name, b))
+            scale = max(_scale(name, a, arm), _scale(name, b, arm))
             yield Row(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
@@ -128,17 +129,19 @@ def _field_difference(a: NDArray[Any], b: NDArray[Any], scale: float) -> float:
     return distance / scale if scale > 0.0 else math.inf
 
 
-def _scale(name: str, scalars: Mapping[str, Any]) -> float:
+def _arm(summary: Mapping[str, Any]) -> float:
+    """sqrt(a0 b0) in mm: the lever of forces in the spin moment and of spin in the slip."""
+    return math.sqrt(_finite(summary.get("hertz_a_mm")) * _finite(summary.get("hertz_b_mm")))
+
+
+def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
     """The magnitude that a difference in `name` is measured by."""
 
     def size(*names: str) -> float:
         return math.hypot(*(_finite(scalars.get(each)) for each in names))
 
-    arm = math.sqrt(_finite(scalars.get("hertz_a_mm")) * _finite(scalars.get("hertz_b_mm")))
     force = size("force_x_N", "force_y_N")
-    creepage = math.hypot(
-        size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm"))
-    )
+    creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
     if name in ("force_x_N", "force_y_N"):
         return force
     if name == "spin_moment_Nmm":
@@ -179,7 +182,8 @@ def _same_grid(a: StoredResult, b: StoredResult) -> bool:
 
 def _grid(result: StoredResult) -> str:
     """Elements and domain in words: two grids may differ in extent alone."""
-    (nx, width), (ny, height) = ((axis.size, np.ptp(axis) * 1e3) for axis in (result.x, result.y))
+    axes = (result.x, result.y)
+    (nx, width), (ny, height) = ((n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1)) for axis in axes)
     return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm"
 
 

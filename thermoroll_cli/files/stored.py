@@ -98,6 +98,8 @@ def _check_plain_file(path: pathlib.Path) -> None:
     try:
         if path.is_dir():
             raise ResultFileError(f"{path}: this is a folder, not a result file")
+        if path.exists() and not path.is_file():
+            raise ResultFileError(f"{path}: not a regular file")
         if not path.exists():
             raise ResultFileError(f"{path}: no such file")
         with open(path, "rb"):

@@ -77,7 +77,7 @@ class _Scanner:
             start = self.position
             many = self.text.startswith("[[", start)
             self.position += 2 if many else 1
-            prefix = self._dotted_key()
+            prefix = _within_latest(self._dotted_key(), tables_seen, many)
             self.position += 2 if many else 1
             if many:
                 index = tables_seen.get(prefix, 0)
@@ -166,3 +166,13 @@ class _Scanner:
         if not found:
             raise _Lost
         return found
+
+
+def _within_latest(path: KeyPath, tables_seen: dict[KeyPath, int], many: bool) -> KeyPath:
+    """`path` of a header, with the index of the latest table wherever it leads through an array of tables."""
+    full: KeyPath = ()
+    for depth, part in enumerate(path, start=1):
+        full = (*full, part)
+        if full in tables_seen and not (many and depth == len(path)):
+            full = (*full, tables_seen[full] - 1)
+    return full

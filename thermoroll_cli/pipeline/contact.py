@@ -46,8 +46,17 @@ class Traction:
 
 @dataclass(frozen=True)
 class Contact:
-    """A complete state; `expansion` is the thermal displacement that the pressure was computed with (None: none)."""
+    """A complete state; `expansion` is the thermal displacement that the pressure was computed with (None: none), `lift` that
+    by the shear of dissimilar bodies, −u_z^τ (None: the bodies are alike)."""
 
     normal: Pressure
     tangential: Traction
     expansion: Array | None = None
+    lift: Array | None = None
+
+    @property
+    def offset(self) -> Array | None:
+        """All that closes the gap besides load and elastic indentation, in m."""
+        if self.expansion is None or self.lift is None:
+            return self.lift if self.expansion is None else self.expansion
+        return self.expansion + self.lift

@@ -60,17 +60,28 @@ def expansion_of(level: Level, contact: Contact) -> Array:
     return np.asarray(expansion - expansion[inside].mean())
 
 
+def lift_of(level: Level, contact: Contact) -> Array | None:
+    """−u_z^τ by which the shear of `contact` closes the gap between dissimilar bodies; None if it does not.
+
+    Its mean stays in: unlike the expansion it vanishes far away, and so it counts in the approach."""
+    if not (level.scene.dissimilar and level.scene.has_traction):
+        return None
+    return level.normal_shear.lift(contact.tangential.traction)
+
+
 def couple(
     level: Level,
     start: Contact,
-    expansion: Array,
+    offset: Array,
     tolerances: Tolerances,
     max_iterations: int = 60,
+    heated: bool = True,
 ) -> Coupled:
-    """Iterate the circle of Fig. 2 from the tractions of `start` and a first guess of the `expansion` (m).
+    """Iterate the circle of Fig. 2 from the tractions of `start` and a first guess of the normal `offset` (m).
 
-    The unknown of the fixed point is the expansion; Anderson acceleration mixes its iterates. Inner problems are solved
-    ten times more tightly than the outer residual stands.
+    The unknown of the fixed point is the offset: thermal expansion (unless not `heated`) plus, for dissimilar bodies, the
+    lift by shear. Anderson acceleration mixes its iterates. Inner problems are solved ten times more tightly than the
+    outer residual stands.
     """
     scale = level.scene.hertz.approach
     mixer = Anderson(depth=4, first_damping=0.7)
@@ -82,15 +93,17 @@ def couple(
     converged = rim = False
     for _ in range(max_iterations):
         inner = max(0.05 * outer, 1.0 * tolerances.tangential)
-        normal, solution = level.press(expansion, pressure, max(1e-3 * outer, tolerances.normal))
+        normal, solution = level.press(offset, pressure, max(1e-3 * outer, tolerances.normal))
         tangential = level.roll(normal, [contact.tangential], min(inner, 1e-2))
-        contact = Contact(normal, tangential, expansion)
+        contact = Contact(normal, tangential)
         pressure = solution.pressure
         counts += (solution.iterations, tangential.applications, tangential.newton_steps)
         rim = solution.touches_rim
-        value = expansion_of(level, contact)
-        change = value - expansion
-        change -= change[normal.contact].mean()
+        lift = lift_of(level, contact)
+        contact = _split(contact, offset, lift, heated)
+        change = _sum(expansion_of(level, contact) if heated else None, lift) - offset
+        if lift is None:
+            change -= change[normal.contact].mean()
         outer = float(np.abs(change[normal.contact]).max()) / scale
         history.append(outer)
         if rim:
@@ -98,15 +111,31 @@ def couple(
         if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
             converged = solution.converged and tangential.converged
             break
-        expansion = mixer.next(expansion, expansion + change)
+        offset = mixer.next(offset, offset + change)
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 
 
+def _split(contact: Contact, offset: Array, lift: Array | None, heated: bool) -> Contact:
+    """`contact` with the `offset` that its pressure was computed with told apart into expansion and lift."""
+    if lift is None:
+        return replace(contact, expansion=offset)
+    return replace(contact, expansion=offset - lift, lift=lift) if heated else replace(contact, lift=offset)
+
+
+def _sum(expansion: Array | None, lift: Array | None) -> Array:
+    if expansion is None or lift is None:
+        total = expansion if lift is None else lift
+        assert total is not None
+        return total
+    return expansion + lift
+
+
 def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contact, Array]:
-    """Start of the coupled iteration on `level`: expansion, pressure and tractions of the coarser grid."""
+    """Start of the coupled iteration on `level`: offset, pressure and tractions of the coarser grid."""
     prolong = Prolongation(coarse.grid, level.grid)
-    assert contact.expansion is not None
+    offset = contact.offset
+    assert offset is not None
     pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
     guess: Pressure = replace(level.hertz, pressure=pressure, covered=(pressure > 0.0).astype(float))
-    return Contact(guess, level.continue_from(coarse, contact, guess)), prolong(contact.expansion)
+    return Contact(guess, level.continue_from(coarse, contact, guess)), prolong(offset)

@@ -12,6 +12,7 @@ from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.scene import Scene
+from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
 from thermoroll_cli.solvers.heat import HeatResponse
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -37,7 +38,8 @@ class Level:
     def serves(self, scene: Scene, shape: tuple[int, int], extent: float) -> bool:
         """Whether the kernels built here are those of another scene: same bodies, same Hertz contact, same grid."""
         return (self.grid.shape == shape and self.extent == extent and self.scene.hertz == scene.hertz
-                and self.scene.shear_compliance == scene.shear_compliance)
+                and self.scene.shear_compliance == scene.shear_compliance
+                and self.scene.coupling_constant == scene.coupling_constant)
 
     def show(self, scene: Scene) -> None:
         """Turn to another scene that the kernels serve (see `serves`)."""
@@ -65,21 +67,35 @@ class Level:
         return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
                         hertz.peak_pressure)
 
-    def press(self, expansion: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
-        """Contact pressure on bodies that expand by `expansion` (m), starting from the pressure `start`."""
-        gap, force = self.undeformed_gap - expansion, self.scene.problem.normal_force
+    def press(self, offset: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
+        """Contact pressure on bodies whose gap is closed by `offset` (m) beforehand (thermal expansion, lift by shear),
+        starting from the pressure `start`."""
+        gap, force = self.undeformed_gap - offset, self.scene.problem.normal_force
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
                           peak_value(refined.pressure))
         return normal, solution
 
+    # --- dissimilar bodies ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def normal_shear(self) -> NormalShearCoupling:
+        return NormalShearCoupling(self.grid, self.scene.coupling_constant)
+
     # --- tangential ----------------------------------------------------------------------------------------------
 
-    def roll(self, normal: Pressure, starts: Sequence[Traction], tolerance: float) -> Traction:
-        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from zero)."""
-        problem = self.scene.problem
+    def driving_slip(self, normal: Pressure) -> Array:
+        """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x where the bodies stretch differently."""
         rigid = self.scene.rigid_slip(self.grid)
+        if self.scene.dissimilar:
+            rigid -= self.normal_shear.stretch(normal.pressure)
+        return rigid
+
+    def roll(self, normal: Pressure, starts: Sequence[Traction], tolerance: float) -> Traction:
+        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick)."""
+        problem = self.scene.problem
+        rigid = self.driving_slip(normal)
         motion = problem.motion
         given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
         zero = np.zeros((2, *self.grid.shape))
@@ -100,7 +116,7 @@ class Level:
         )
         solution = self._rolling.solve(
             cell,
-            [(start.traction[inner], start.creepage) for start in starts] or [(zero[inner], (0.0, 0.0))],
+            [(start.traction[inner], start.creepage) for start in starts],
             tolerance * (0.1 if cell.free else 1.0),
         )
         creepage = tuple(s if f is not None else g for s, g, f in zip(
@@ -159,6 +175,7 @@ class Level:
         """Padded transforms done on this level by all stages."""
         total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
         total += self._rolling.gradient.transforms if self._rolling is not None else 0
+        total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
         return total + (self._heat.transforms if self._heat is not None else 0)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
-from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.problem import Material, Problem
 from thermoroll_cli.solvers.heat import HeatedBody
@@ -34,6 +34,22 @@ class Scene:
         lower, upper = self.problem.lower, self.problem.upper
         return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
 
+    @cached_property
+    def coupling_constant(self) -> float:
+        """K in 1/Pa by which normal and tangential problem are coupled; 0 for bodies without elastic mismatch."""
+        lower, upper = self.problem.lower, self.problem.upper
+        return coupling_constant((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+
+    @property
+    def dissimilar(self) -> bool:
+        """Whether pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0)."""
+        return self.coupling_constant != 0.0
+
+    @property
+    def dundurs_beta(self) -> float:
+        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3)."""
+        return math.pi * self.problem.contact_modulus * self.coupling_constant
+
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
         """`shape` elements over `extent` semi-axes in each direction."""
         return Grid.over(shape, extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
@@ -46,9 +62,10 @@ class Scene:
 
     @property
     def moves(self) -> bool:
-        """Whether there is any creepage, spin or force that could load the contact tangentially."""
+        """Whether anything could load the contact tangentially: creepage, spin, a force, or bodies that stretch differently
+        under pressure."""
         m = self.problem.motion
-        return any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
+        return self.dissimilar or any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
 
     @property
     def has_traction(self) -> bool:

@@ -15,10 +15,16 @@ Lines = list[Array]
 """Polylines, each of shape (points, 2) in m."""
 
 SMOOTHINGS = 3
-"""Passes of a three-point average along stick borders; they move a smooth curve by a few percent of an element."""
+"""Passes of a three-point average along borders; they move a smooth curve by a few percent of an element."""
 
 TAIL = 6
 """Points at the end of a line that decide where it goes on."""
+
+REACH = 3.0
+"""How many elements it goes on."""
+
+RINGS = 3
+"""Elements over which fields are continued: the border is at most this far from an element that it does not cut."""
 
 
 @dataclass(frozen=True)
@@ -39,53 +45,74 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
     if pressure is None or not np.any(pressure > 0.0):
         return Borders([], [])
     contact = pressure > 0.0
-    lines = _zero_lines(x, y, _continued(pressure**2, contact))
+    # Elements that the border cuts hold averages over their covered part, and slip where they ought to stick.
+    trusted = contact & _surrounded(contact)
+    if not np.any(trusted):
+        trusted = contact
+    element = float(np.hypot(x[1] - x[0], y[1] - y[0]))
+    # Hertz's p² is a paraboloid; slip has no such form, and parabolas would make more of its noise.
+    heights = _continued(pressure**2, trusted, contact, curved=True)
+    lines = [_smoothed(line) for line in _zero_lines(x, y, heights)]
     slip = state.magnitude("slip")
     labels = state.field("state")
     if slip is None or labels is None or not np.any(labels == 1) or not np.any(labels == 2):
         return Borders(lines, [])
-    heights = np.ma.masked_array(_continued(slip**2, labels == 2), mask=~np.pad(contact, 1))
-    step = float(np.hypot(x[1] - x[0], y[1] - y[0]))
-    return Borders(lines, [_tidied(line, step) for line in _zero_lines(x, y, heights)])
+    slipping = (labels == 2) & trusted
+    heights = np.ma.masked_array(_continued(slip**2, slipping, slipping, curved=False), mask=~np.pad(trusted, RINGS))
+    return Borders(lines, [_to_the_border(_smoothed(line), element) for line in _zero_lines(x, y, heights)])
 
 
-def _continued(strength: Array, inside: Mask) -> Array:
-    """`strength` (positive inside, falling linearly to its border) continued linearly to negative values outside,
-    with one more ring of elements around. The zero lines are the border."""
-    strength, inside = np.pad(strength, 1), np.pad(inside, 1)
-    top = strength.max()
-    result = np.where(inside, np.maximum(strength, 1e-12 * top), -top)
-    total, count = np.zeros_like(strength), np.zeros_like(strength)
+def _surrounded(mask: Mask) -> Mask:
+    """Elements whose eight neighbours are all in `mask`."""
     for axis in (0, 1):
-        for step in (1, -1):
-            near, far = _shifted(strength, step, axis), _shifted(strength, 2 * step, axis)
-            near_inside, far_inside = _shifted(inside, step, axis), _shifted(inside, 2 * step, axis)
-            guess = np.where(far_inside, 2 * near - far, -near)
-            # An element outside must stay outside, however the field is curved.
-            use = ~inside & near_inside
-            total += np.where(use, np.minimum(guess, -0.02 * near), 0.0)
-            count += use
-    return np.where(count > 0, np.divide(total, count, where=count > 0, out=np.zeros_like(total)), result)
+        mask = mask & _shifted(mask, 1, axis) & _shifted(mask, -1, axis)
+    return mask
 
 
-def _tidied(line: Array, element: float) -> Array:
-    """A stick border without the wobble of single elements. Where an open one comes near the contact's border, slip is
-    known in one or two elements only: there it is replaced by its own continuation, long enough to reach the border.
-    """
-    closed = np.array_equal(line[0], line[-1])
+def _continued(strength: Array, trusted: Mask, inside: Mask, *, curved: bool) -> Array:
+    """`strength` (positive on the `trusted` elements, falling to its border) continued over the next elements, through
+    zero: by parabolas if `curved`, otherwise by straight lines. Elements further off count as what `inside` says. The
+    field gets RINGS elements around."""
+    values, known, inside = np.pad(strength, RINGS), np.pad(trusted, RINGS), np.pad(inside, RINGS)
+    top = max(float(strength.max()), 1e-300)
+    far = np.where(inside, np.maximum(values, 1e-12 * top), -top)
+    values = np.where(known, values, 0.0)
+    for _ in range(RINGS):
+        total, count = np.zeros_like(values), np.zeros(values.shape)
+        for axis in (0, 1):
+            for step in (1, -1):
+                use = ~known & _shifted(known, step, axis) & _shifted(known, 2 * step, axis)
+                one, two, three = (_shifted(values, number * step, axis) for number in (1, 2, 3))
+                bend = np.where(_shifted(known, 3 * step, axis), one - 2 * two + three, 0.0) if curved else 0.0
+                total += np.where(use, 2 * one - two + bend, 0.0)
+                count += use
+        values = np.where(count > 0, total / np.maximum(count, 1.0), values)
+        known = known | (count > 0)
+    return np.where(known, values, far)
+
+
+def _smoothed(line: Array) -> Array:
+    """`line` without the wobble of single elements."""
+    closed = bool(np.array_equal(line[0], line[-1]))
     for _ in range(SMOOTHINGS):
         middle = line.copy()
         middle[1:-1] = 0.25 * line[:-2] + 0.5 * line[1:-1] + 0.25 * line[2:]
         if closed:
             middle[0] = middle[-1] = 0.25 * line[-2] + 0.5 * line[0] + 0.25 * line[1]
         line = middle
-    if closed or len(line) < 4 * TAIL:
+    return line
+
+
+def _to_the_border(line: Array, element: float) -> Array:
+    """An open stick border continued at its ends, far enough to reach the contact's border, where it is cut off: slip
+    is not known well in the last elements before that."""
+    if np.array_equal(line[0], line[-1]) or len(line) < 4 * TAIL:
         return line
     line = line[TAIL // 2 : -(TAIL // 2)]
     ends = []
     for end, inner in ((line[0], line[TAIL]), (line[-1], line[-TAIL - 1])):
         direction = end - inner
-        ends.append(end + direction * (3.0 * element / max(float(np.hypot(*direction)), 1e-300)))
+        ends.append(end + direction * (REACH * element / max(float(np.hypot(*direction)), 1e-300)))
     return np.vstack([ends[0], line, ends[1]])
 
 
@@ -111,6 +138,7 @@ def _zero_lines(x: Array, y: Array, padded: Array) -> Lines:
 
 
 def _ringed(axis: Array) -> Array:
-    """Element centres with one more on each side."""
-    step = axis[1] - axis[0] if axis.size > 1 else 1.0
-    return np.concatenate([[axis[0] - step], axis, [axis[-1] + step]])
+    """Element centres with RINGS more on each side."""
+    step = axis[1] - axis[0]
+    beyond = step * np.arange(1, RINGS + 1)
+    return np.concatenate([axis[0] - beyond[::-1], axis, axis[-1] + beyond])

@@ -144,6 +144,7 @@ def _figure(
             state=panel.state,
             colours=quantity.colours,
             limits=(0.0, largest * scale.factor),
+            clipped=not whole_domain,
             whole_domain=whole_domain,
         )
         if arrows:

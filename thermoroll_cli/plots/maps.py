@@ -84,12 +84,14 @@ def draw_map(
     state: int,
     colours: str,
     limits: tuple[float, float],
+    clipped: bool = True,
     whole_domain: bool = False,
 ) -> AxesImage:
     """Draw `values` (drawn units, shape (nx, ny)) of the frame's state number `state` into `axes`.
 
-    A field that lives in the contact is cut off at the contact's border, a temperature (`whole_domain`) is not. The
-    isothermal borders are solid; on the coupled map its own are added, dashed.
+    A field that lives in the contact is `clipped` by its border, a temperature is not. The isothermal borders are
+    solid; on the coupled map its own are added, dashed. What is shown is the surroundings of the contact or the
+    `whole_domain`.
     """
     image = axes.imshow(
         values.T,
@@ -102,7 +104,7 @@ def draw_map(
         aspect="auto",
     )
     inside = _path(frame.borders[state].contact)
-    if not whole_domain:
+    if clipped:
         axes.set_facecolor(OUTSIDE)
         if inside is not None:
             image.set_clip_path(inside, transform=axes.transData)

@@ -49,6 +49,7 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         draw = _draw_map(figure, view, frame, quantity, values, body, (*corner, *box), normalised)
         if place + columns >= len(maps):
             draw.set_xlabel(frame.x_label, labelpad=1.5)
+        draw.tick_params(labelleft=column == 0)
         if column == 0:
             draw.set_ylabel(frame.y_label, labelpad=1.5)
     curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
@@ -98,15 +99,20 @@ def _draw_map(
 ) -> Axes:
     """One map, centred in `box` (left, bottom, width, height in inches), with its colour bar to the right of it."""
     number = len(view.states) - 1
-    whole = quantity is TEMPERATURE
-    aspect = min(max(frame.aspect(whole), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
     width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
     x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
     axes = add_axes(figure, x, y, width, height)
     scale, label = quantity.scale(view, float(values.max()), normalised)
     limits = (0.0, float(values.max()) * scale.factor)
     image = draw_map(
-        axes, frame, values * scale.factor, state=number, colours=quantity.colours, limits=limits, whole_domain=whole
+        axes,
+        frame,
+        values * scale.factor,
+        state=number,
+        colours=quantity.colours,
+        limits=limits,
+        clipped=quantity is not TEMPERATURE,
     )
     if quantity is TRACTION:
         draw_arrows(axes, view, frame, view.states[number], (width, height))
@@ -174,7 +180,7 @@ def _number(value: float) -> str:
 
 
 def _error(value: float) -> str:
-    return f"{value:.0e}" if math.isfinite(value) else "–"
+    return f"{value:.0e}" if math.isfinite(value) and value > 0.0 else "–"
 
 
 def _remarks(view: RunView) -> list[str]:

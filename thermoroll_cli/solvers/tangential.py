@@ -8,7 +8,7 @@ Eq. 12 are needed, because the slip equation is discretised and not its integral
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,17 @@ STICK_TRACTION = 1.0
 # Free creepages may begin with steps of this many units (the creepage that saturates a single element).
 UNSEEN_CREEPAGE = 2.0
 MAX_HALVINGS = 10
+
+REFINABLE = 1e-2
+
+MAX_NEWTON = 40
+MAX_KRYLOV = 60
+LOOSEST = 0.1
+STICK_FORCING = 1e-2
+UNBOUNDED = 1e8
+
+# Thinner slivers carry less than 1e-4 of an element's load; a compliance beyond 1/1e-3 would only lose digits.
+SMALLEST_COVER = 1e-3
 
 
 @dataclass(frozen=True)
@@ -84,23 +95,25 @@ class RollingSolver:
         problem: TangentialProblem,
         starts: Sequence[Start],
         tolerance: float = 1e-6,
-        max_newton: int = 40,
-        max_krylov: int = 60,
     ) -> TangentialSolution:
-        """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from."""
+        """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from.
+
+        Without a start, or where that start fails, Newton begins from the tractions of full stick cut down to the bound. From
+        anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
+        that nothing drives them back."""
         before = self.gradient.applications
         newton = _Newton(problem, self.gradient, self.inverse)
-        state = min((newton.start(*start) for start in starts), key=lambda s: s.norm)
-        history = [state.norm]
-        forcing, steps = 0.1, 0
-        while state.norm > tolerance and steps < max_newton:
-            if steps:
-                ratio = history[-1] / history[-2]
-                forcing = min(0.1, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
-            state = newton.step(state, forcing, max_krylov)
-            steps += 1
-            history.append(state.norm)
+        history: list[float] = []
+        states = [newton.start(*start) for start in starts]
+        if states:
+            state = self._iterate(newton, min(states, key=lambda s: s.norm), tolerance, history)
+        if not states or state.norm > tolerance:
+            start = newton.start(*self._full_stick(problem))
+            state = self._iterate(newton, start, tolerance, history)
         state, lost = newton.finish(state)
+        if tolerance < state.norm < REFINABLE:
+            # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
+            state, lost = newton.finish(self._iterate(newton, state, tolerance, history))
         creep = tuple(float(c) for c in newton.creepage(state.unknown))
         return TangentialSolution(
             traction=state.traction,
@@ -109,11 +122,36 @@ class RollingSolver:
             stick=state.stick & newton.contact,
             creepage=(creep[0], creep[1]),
             residual=state.norm,
-            newton_steps=steps,
+            newton_steps=len(history) - 1,
             applications=self.gradient.applications - before,
             converged=state.norm <= 2.0 * tolerance,
             history=tuple(history),
         )
+
+    @staticmethod
+    def _iterate(newton: _Newton, state: _Iterate, tolerance: float, history: list[float]) -> _Iterate:
+        """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
+        history.append(state.norm)
+        forcing = LOOSEST
+        best = state
+        for step in range(MAX_NEWTON):
+            if state.norm <= tolerance:
+                break
+            if step:
+                ratio = history[-1] / history[-2]
+                forcing = min(LOOSEST, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
+            state = newton.step(state, forcing)
+            history.append(state.norm)
+            if state.norm < best.norm:
+                best = state
+        return best
+
+    def _full_stick(self, problem: TangentialProblem) -> Start:
+        """Tractions that let nothing slip, whatever the bound: a linear problem."""
+        newton = _Newton(replace(problem, bound=problem.bound * UNBOUNDED), self.gradient, self.inverse)
+        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
+        creep = newton.creepage(state.unknown)
+        return state.traction, (float(creep[0]), float(creep[1]))
 
 
 @dataclass(frozen=True)
@@ -137,7 +175,7 @@ class _Newton:
         self.problem, self.gradient, self.inverse = problem, gradient, inverse
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
-        covered = np.where(self.contact, np.minimum(problem.covered, 1.0), 1.0)
+        covered = np.where(self.contact, np.clip(problem.covered, SMALLEST_COVER, 1.0), 1.0)
         # A partly covered element is stiffer to load: its traction acts on the covered part only. The plane-strain and
         # anti-plane limits of the kernel give the compliance that is missing (numerics.md, sub-element leading edge).
         missing = (1.0 - covered) / covered
@@ -206,9 +244,9 @@ class _Newton:
 
     # --- one step ------------------------------------------------------------------------------------------------
 
-    def step(self, state: _Iterate, forcing: float, max_krylov: int) -> _Iterate:
+    def step(self, state: _Iterate, forcing: float) -> _Iterate:
         linear = _Linearisation(self, state)
-        solution = gmres(linear.expensive, linear.cheap, linear.precondition, -state.residual, forcing, max_krylov)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, -state.residual, forcing, MAX_KRYLOV)
         shape = (2, *self.bound.shape)
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
