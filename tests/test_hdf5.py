@@ -251,7 +251,7 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
     dice = random.Random(1)
     intact = read_result(stored)
     messages = 0
-    for number in range(400):
+    for number in range(250):
         damaged = bytearray(content)
         for _ in range(dice.choice([1, 1, 3, 20])):
             damaged[dice.randrange(len(damaged))] = dice.randrange(256)
@@ -268,4 +268,4 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
             # What is read without complaint is right: fields carry checksums too.
             for name, values in intact.fields.items():
                 np.testing.assert_array_equal(result.fields[name], values)
-    assert messages > 150
+    assert messages > 90

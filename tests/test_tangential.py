@@ -226,7 +226,7 @@ def kalker_coefficients(aspect: float, nu: float, n: int, spin: bool) -> np.ndar
     bound = np.where(covered[box] > 0.0, 100.0 * g * creep * max(aspect, 1.0), 0.0)
 
     def resultants(rigid: np.ndarray) -> tuple[float, float, float]:
-        solution = solve_cell(gradient, TangentialProblem(bound, covered[box], rigid, grid.element_area), 1e-6)
+        solution = solve_cell(gradient, TangentialProblem(bound, covered[box], rigid, grid.element_area), 1e-5)
         assert solution.converged and solution.stick[bound > 0.0].all()
         tx, ty = solution.traction
         return tx.sum() * grid.element_area, ty.sum() * grid.element_area, (x * ty - y * tx).sum() * grid.element_area
@@ -274,8 +274,20 @@ def test_kalker_coefficients_match_the_printed_table(row):
     if aspect < 3.0:
         found = 2.0 * kalker_coefficients(aspect, 0.25, 64, False) - kalker_coefficients(aspect, 0.25, 32, False)
     else:
-        found = kalker_coefficients(aspect, 0.25, 128, False)
+        found = kalker_coefficients(aspect, 0.25, 128 if aspect > 5.0 else 96, False)
     assert found == pytest.approx(printed, rel=0.01)
+
+
+def test_pipeline_reaches_the_linear_limit():
+    """Friction out of reach and a small creepage: the whole pipeline gives the forces of full stick."""
+    base = rolling(grid=64, body=elastic(0.25), friction=100.0)
+    creep = 1e-3 * saturation(base).creepage
+    result = solved(replace(base, motion=Motion(1.0, creep, creep)))
+    hertz, s = Scene(base).hertz, result.coupled.scalars
+    unit = elastic(0.25).shear_modulus * hertz.semi_axis_x * hertz.semi_axis_y * creep
+    found = [s["force_x_N"] / unit, s["force_y_N"] / unit, s["spin_moment_Nmm"] * 1e-3 / (unit * hertz.mean_radius)]
+    assert result.converged
+    assert found == pytest.approx(kalker_coefficients(1.0, 0.25, 64, False), rel=2e-3)
 
 
 # --- Carter: the limit of a long contact --------------------------------------------------------------------------
@@ -306,7 +318,7 @@ def carter_strip(n: int, offset: float, share: float, lateral: bool) -> tuple[fl
 
 
 @pytest.mark.parametrize("lateral", [False, True])
-@pytest.mark.parametrize(("share", "least"), [(0.2, 1.5), (0.5, 1.2), (0.8, 0.5)])
+@pytest.mark.parametrize(("share", "least"), [(0.2, 1.5), (0.5, 1.0), (0.8, 0.5)])
 def test_strip_carries_carters_force_wherever_its_border_lies(share, least, lateral):
     """Border elements covered in part: mean and spread over grid offsets as in numerics.md, falling with the grid.
 

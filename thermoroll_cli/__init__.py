@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Case", "__version__", "solve"]
 
 
-def solve(
-    case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapping[str, Any]], None] | None = None
-) -> Result:
+def solve(case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
     """Solve a case (or a problem in SI units): both states with fields in SI units, scalars in those of their names.
 
     `threads` and `report` as in `pipeline.solve.solve`. A result that did not converge says so in `converged`.

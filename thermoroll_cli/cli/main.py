@@ -28,10 +28,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _guarded(arguments: Sequence[str]) -> int:
     try:
         code = _dispatch(arguments)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        streams.flush()
         return code
-    except (ClosedOutput, BrokenPipeError):
+    except ClosedOutput:
         streams.abandon_output()
         return ExitCode.CLOSED_OUTPUT
     except OSError as cause:

@@ -27,6 +27,16 @@ def write(text: str) -> None:
         return
     try:
         sys.stdout.write(text + "\n")
+    except BrokenPipeError:
+        raise ClosedOutput from None
+    flush()
+
+
+def flush() -> None:
+    """Hand what is buffered for standard output to whoever reads it. Raises as `write` does."""
+    if sys.stdout is None:
+        return
+    try:
         sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None

@@ -42,9 +42,7 @@ def unknown_key(table: str, key: str) -> str:
     if same:
         wanted = _UNIT.search(same)
         found = f"not {unit.group()[1:]}" if unit else "which is missing here"
-        return (
-            f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
-        )
+        return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
     near = _nearest(key, known)
     return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
 

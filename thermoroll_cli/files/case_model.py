@@ -55,9 +55,7 @@ def _one_line(value: Any) -> Any:
     return value
 
 
-def _quantity(
-    unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None
-) -> Any:
+def _quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
     """A number with its unit, allowed from `ge` to `le`."""
     # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
     return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)

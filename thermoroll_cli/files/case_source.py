@@ -64,9 +64,7 @@ class CaseSource:
     entries: dict[KeyPath, Entry] = field(default_factory=dict)
     overrides: tuple[Override, ...] = ()
 
-    def finding(
-        self, path: KeyPath, message: str, *, allowed: str = "", hint: str = "", at_key: bool = False
-    ) -> Finding:
+    def finding(self, path: KeyPath, message: str, *, allowed: str = "", hint: str = "", at_key: bool = False) -> Finding:
         """An error about `path`, placed at its value (or its key), or at the nearest table around it."""
         key = ".".join(str(part) for part in path)
         # What was set last counts; a table is meant by what was set in it only if the text does not have it.
@@ -197,9 +195,7 @@ def _syntax_error(name: str, text: str, message: str) -> Finding:
         column = len(lines[line - 1]) + 1
     line_text = lines[line - 1] if line <= len(lines) else ""
     span = Span(line, column, 1)
-    return Finding(
-        f"broken TOML: {message}", hint=broken_syntax(line_text), source=name, span=span, line_text=line_text
-    )
+    return Finding(f"broken TOML: {message}", hint=broken_syntax(line_text), source=name, span=span, line_text=line_text)
 
 
 def _similar_file(name: str) -> str:

@@ -91,39 +91,27 @@ class Convolution:
         padded[np.ix_(ix, iy)] = table
         return self._spectrum_of_padded(padded)
 
-    def quadrant_spectrum(self, quadrant: Array, parity: int | tuple[int, int] = 1) -> Array:
-        """Spectrum of a kernel given for offsets ≥ 0 that is even (`parity` 1) or odd (−1) in both offsets, or has a parity
-        along x and one along y: real numbers S.
-
-        Equal parities have the real spectrum S. A kernel odd in one offset only has the imaginary spectrum iS: multiply by S
-        as by a real one, and the sum of all such products by i (`turn`).
+    def quadrant_spectrum(self, quadrant: Array, parity: int = 1) -> Array:
+        """Real spectrum of a kernel that is even (`parity` 1) or odd (−1) in both offsets, given for offsets ≥ 0.
 
         `quadrant` has shape (≥ reach_x, ny) with reach_x = nx + max(before, after). Each value is stored twice, beside
         itself, so that it multiplies a complex spectrum viewed as floats: NumPy would otherwise convert it every time.
         """
-        along_x, along_y = (parity, parity) if isinstance(parity, int) else parity
         reach = self.nx + max(self.before, self.after)
         quadrant = quadrant[:reach, : self.ny]
         padded = np.zeros((self.px, self.py))
         mx, my = quadrant.shape
         padded[:mx, :my] = quadrant
-        padded[:mx, self.py - my + 1 :] = along_y * quadrant[:, :0:-1]
-        padded[self.px - mx + 1 :, :my] = along_x * quadrant[:0:-1]
-        padded[self.px - mx + 1 :, self.py - my + 1 :] = along_x * along_y * quadrant[:0:-1, :0:-1]
-        spectrum = self._spectrum_of_padded(padded)
-        return np.repeat(spectrum.real if along_x == along_y else spectrum.imag, 2, axis=1)
+        padded[:mx, self.py - my + 1 :] = parity * quadrant[:, :0:-1]
+        padded[self.px - mx + 1 :, :my] = parity * quadrant[:0:-1]
+        padded[self.px - mx + 1 :, self.py - my + 1 :] = quadrant[:0:-1, :0:-1]
+        return np.repeat(self._spectrum_of_padded(padded).real, 2, axis=1)
 
 
 def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
     """`out` = complex spectrum times a real one stored in pairs (see `quadrant_spectrum`)."""
     np.multiply(spectrum.view(np.float64), real_pairs, out=out.view(np.float64))
     return out
-
-
-def turn(spectrum: Spectrum) -> Spectrum:
-    """The spectrum times i, in place: what is left to do after `multiply` by kernels odd in one offset only."""
-    spectrum *= 1j
-    return spectrum
 
 
 def periodic_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:

@@ -126,19 +126,6 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
     return j_x, j_y
 
 
-def coupling_gradient_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
-    """∂J_x/∂x and ∂J_y/∂x of `coupling_tables` at element centres, dimensionless, each of shape (nx, ny).
-
-    The first is even in both offsets, the second odd in both. Exact: second differences of atan(y/x) and ½ ln(x²+y²)
-    (K times them is ∂u^p/∂x of a uniform unit pressure on one element)."""
-    x, y = _corners(nx, ny, dx, dy)
-    along = _cell_difference(np.arctan(y / x))
-    across = _cell_difference(np.log(np.hypot(x, y) / np.sqrt(dx * dy)))
-    across[0, :] = 0.0
-    across[:, 0] = 0.0
-    return along, across
-
-
 def _corners(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
     """Corners of the elements at offsets 0…nx−1, 0…ny−1, as (nx+1, 1) and (1, ny+1)."""
     return ((np.arange(nx + 1) - 0.5) * dx)[:, None], ((np.arange(ny + 1) - 0.5) * dy)[None, :]

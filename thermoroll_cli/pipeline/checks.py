@@ -15,14 +15,18 @@ DIRECTION_ERROR = 1e-3
 HEAT_BALANCE = 1e-6
 
 
-def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None) -> list[str]:
+def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None,
+             feedback: Coupled | None = None) -> list[str]:
     """Reasons why the result cannot be trusted; empty when it can."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(scene, level, isothermal)]
+    if feedback is not None and not feedback.converged and not feedback.touches_rim:
+        reasons.append(f"coupling of pressure and shear stopped after {feedback.iterations} iterations at a residual of "
+                       f"{feedback.residual:.1e} of the approach: try a finer or coarser numerics.grid")
+    if any(c.touches_rim for c in (feedback, coupled) if c is not None):
+        reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     if coupled is not None:
         if not coupled.converged:
-            if coupled.touches_rim:
-                reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
-            else:
+            if not coupled.touches_rim:
                 reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
                                f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
                                "lower the speed or the creepage")

@@ -47,16 +47,15 @@ class Traction:
 @dataclass(frozen=True)
 class Contact:
     """A complete state; `expansion` is the thermal displacement that the pressure was computed with (None: none), `lift` that
-    by the shear of dissimilar bodies, −u_z^τ (None: the bodies are alike)."""
+    by the shear of dissimilar bodies, −u_z^τ (0: none)."""
 
     normal: Pressure
     tangential: Traction
     expansion: Array | None = None
-    lift: Array | None = None
+    lift: Array | float = 0.0
 
     @property
-    def offset(self) -> Array | None:
-        """All that closes the gap besides load and elastic indentation, in m."""
-        if self.expansion is None or self.lift is None:
-            return self.lift if self.expansion is None else self.expansion
-        return self.expansion + self.lift
+    def offset(self) -> Array:
+        """All that closes the gap besides load and elastic indentation, in m, (nx, ny)."""
+        thermal = np.zeros(self.normal.pressure.shape) if self.expansion is None else self.expansion
+        return thermal + self.lift

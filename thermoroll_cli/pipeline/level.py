@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
+from thermoroll_cli.pipeline.heat import Heat, divide
 from thermoroll_cli.pipeline.scene import Scene
 from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
-from thermoroll_cli.solvers.heat import HeatResponse
+from thermoroll_cli.solvers.heat import HeatResponse, ThermalResponse
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
+from thermoroll_cli.solvers.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, TangentialSolution
 from thermoroll_cli.solvers.tangential_operator import RollingGradient
 
@@ -34,6 +36,7 @@ class Level:
         self._box: Box | None = None
         self._rolling: RollingSolver | None = None
         self._heat: HeatResponse | None = None
+        self._last_heat: tuple[Contact, Heat] | None = None
 
     def serves(self, scene: Scene, shape: tuple[int, int], extent: float) -> bool:
         """Whether the kernels built here are those of another scene: same bodies, same Hertz contact, same grid."""
@@ -44,6 +47,7 @@ class Level:
     def show(self, scene: Scene) -> None:
         """Turn to another scene that the kernels serve (see `serves`)."""
         self.scene = scene
+        self._last_heat = None
 
     # --- normal --------------------------------------------------------------------------------------------------
 
@@ -149,9 +153,17 @@ class Level:
 
     # --- heat ----------------------------------------------------------------------------------------------------
 
-    def heat_response(self, creepage: tuple[float, float]) -> HeatResponse:
-        """Kernels for the speeds that belong to the given creepages; rebuilt only when these change."""
+    @cached_property
+    def _sliding(self) -> SlidingKernels:
+        return SlidingKernels(self.grid)
+
+    def heat_response(self, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
+        """Thermal response of both bodies at the given creepages and `slip` s/V (2, nx, ny), which only matters where the
+        Péclet number is made with it. Kernels are kept, and built again only when speeds change."""
         lower, upper = self.scene.heated_bodies(*creepage)
+        problem = self.scene.problem
+        if problem.heating.peclet == "sliding":
+            return SlidingHeatResponse(self._sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._heat is None or self._heat.bodies != (lower, upper):
             self._heat = HeatResponse(self.grid, lower, upper)
         return self._heat
@@ -159,6 +171,15 @@ class Level:
     def heat_flux(self, tangential: Traction) -> Array:
         """Frictional heat flux q in W/m², (nx, ny)."""
         return self.scene.problem.motion.speed * tangential.heat
+
+    def heat(self, contact: Contact) -> Heat:
+        """The heat of a state, divided between the bodies. The one of the last state asked for is kept."""
+        if self._last_heat is None or self._last_heat[0].tangential is not contact.tangential:
+            tangential = contact.tangential
+            response = self.heat_response(tangential.creepage, tangential.slip)
+            heating = self.scene.problem.heating
+            self._last_heat = contact, divide(heating, response, self.heat_flux(tangential), contact.normal.contact)
+        return self._last_heat[1]
 
     # --- between grids -------------------------------------------------------------------------------------------
 
@@ -176,6 +197,7 @@ class Level:
         total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
         total += self._rolling.gradient.transforms if self._rolling is not None else 0
         total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
+        total += self._sliding.transforms if "_sliding" in self.__dict__ else 0
         return total + (self._heat.transforms if self._heat is not None else 0)
 
 

@@ -19,7 +19,7 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
     scene = last.level.scene
     coupled_scalars = [r.coupled_state.scalars for r in rungs]
     errors = estimates(coupled_scalars, problem)
-    reasons = failures(scene, last.level, last.isothermal, last.coupled)
+    reasons = failures(scene, last.level, last.isothermal, last.coupled, last.feedback)
     warnings = list(plan.warnings)
     wanted = problem.numerics.accuracy
     if wanted is not None:
@@ -32,6 +32,8 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
     history: dict[str, Any] = {}
     if last.coupled is not None:
         history["coupling_residual"] = np.array(last.coupled.history)
+    if last.feedback is not None:
+        history["elastic_coupling_residual"] = np.array(last.feedback.history)
     return Result(
         problem=problem,
         x=last.level.grid.x,
@@ -53,16 +55,21 @@ def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str,
     for r in rungs:
         entry: dict[str, Any] = {
             "grid": list(r.level.grid.shape),
-            "newton_steps": r.isothermal.tangential.newton_steps,
-            "applications": r.isothermal.tangential.applications,
+            "newton_steps": (r.feedback or r.isothermal.tangential).newton_steps,
+            "applications": (r.feedback or r.isothermal.tangential).applications,
             "transforms": r.level.transforms,
         }
+        if r.feedback is not None:
+            entry |= {
+                "elastic_coupling_iterations": r.feedback.iterations,
+                "normal_iterations": r.feedback.normal_iterations,
+            }
         if r.coupled is not None:
             entry |= {
                 "coupling_iterations": r.coupled.iterations,
                 "coupled_normal_iterations": r.coupled.normal_iterations,
                 "coupled_newton_steps": r.coupled.newton_steps,
-                "coupled_applications": r.coupled.tangential_applications,
+                "coupled_applications": r.coupled.applications,
             }
         levels.append(entry)
     last = rungs[-1].level.grid

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from thermoroll_cli.pipeline.heat import divide
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.problem import Problem
 from thermoroll_cli.pipeline.scene import Scene
 
-COARSEST = 16
+COARSEST = 8
 FINEST_FOR_ACCURACY = 512
 SMALLEST_EXTENT = 2.1
 """The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
@@ -54,7 +55,11 @@ def make_plan(problem: Problem) -> Plan:
     scene = Scene(problem)
     run, skipped, warnings = [], {}, []
     heating = problem.heating
-    skipped["normal (isothermal)"] = "smooth bodies without thermal bulge: Hertz's closed form is exact"
+    if scene.feeds_back:
+        run.append("elastic coupling")
+    else:
+        skipped["elastic coupling"] = _why_uncoupled(scene)
+        skipped["normal (isothermal)"] = "smooth bodies without thermal bulge: Hertz's closed form is exact"
     if not scene.moves:
         skipped["tangential"] = "no creepage, spin or force: everything sticks without traction"
     elif problem.friction == 0.0:
@@ -63,7 +68,7 @@ def make_plan(problem: Problem) -> Plan:
         run.append("tangential")
     if not heating.heat:
         skipped["heat"] = "switched off or no thermal constants: purely mechanical"
-    elif not scene.has_traction:
+    elif not scene.has_traction and not heating.conducts:
         skipped["heat"] = "nothing rubs: no frictional heat"
     else:
         run.append("heat")
@@ -89,8 +94,18 @@ def make_plan(problem: Problem) -> Plan:
     return Plan(grids, extent, run, skipped, warnings, _facts(scene), *_cost(grids[-1], run))
 
 
+def _why_uncoupled(scene: Scene) -> str:
+    """Why pressure and shear do not act on each other."""
+    lower, upper = scene.problem.lower, scene.problem.upper
+    if scene.dissimilar:
+        return "no friction: there is no shear to act on the pressure"
+    if (lower.youngs_modulus, lower.poisson_ratio) == (upper.youngs_modulus, upper.poisson_ratio):
+        return "both bodies have the same elastic constants"
+    return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
+
+
 def grid_ladder(problem: Problem) -> tuple[tuple[int, int], ...]:
-    """Grids from coarse to fine, each side doubled (rounded), down to about `COARSEST` elements on the shorter side."""
+    """Grids from coarse to fine, each side doubled (rounded), from about `COARSEST` elements."""
     wish = problem.numerics.grid
     if wish is None:
         shapes = []
@@ -100,28 +115,29 @@ def grid_ladder(problem: Problem) -> tuple[tuple[int, int], ...]:
             n *= 2
         return tuple(shapes)
     ladder = [wish]
-    while min(ladder[0]) >= 2 * COARSEST:
-        nx, ny = ladder[0]
-        ladder.insert(0, ((nx + 1) // 2, (ny + 1) // 2))
+    while max(ladder[0]) >= 2 * COARSEST:
+        nx, ny = (n if n < 2 * COARSEST else (n + 1) // 2 for n in ladder[0])
+        ladder.insert(0, (nx, ny))
     return tuple(ladder)
 
 
 def bulge_bound(scene: Scene) -> float:
     """Estimate from above of the thermal expansion's variation over the contact in m.
 
-    The whole contact is let slide at its rigid slip, which the elastic slip exceeds only locally, and the expansion of that
+    The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the expansion of that
     heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few times the
     saturation creepage at most."""
     problem, motion = scene.problem, scene.problem.motion
-    level = Level(scene, (COARSEST, COARSEST), SMALLEST_EXTENT)
-    rigid = scene.rigid_slip(level.grid)
+    level = Level(scene, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+    rigid = level.driving_slip(level.hertz)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
             rigid[i] += 3.0 * scene.saturation_creepage
     slip = np.hypot(rigid[0], rigid[1])
     flux = problem.friction * level.hertz.pressure * slip * motion.speed
-    expansion = level.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0)).displacement(flux)
-    return float(np.ptp(expansion[level.hertz.contact]))
+    response = level.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
+    heat = divide(problem.heating, response, flux, level.hertz.contact)
+    return float(np.ptp(heat.expansion()[level.hertz.contact]))
 
 
 def _half_space_warnings(scene: Scene) -> list[str]:
@@ -149,6 +165,7 @@ def _facts(scene: Scene) -> dict[str, float]:
         "peclet_upper": scene.peclet(problem.upper),
         "friction_limit_N": problem.traction_limit,
         "saturation_creepage": scene.saturation_creepage,
+        "dundurs_beta": scene.dundurs_beta,
     }
 
 
@@ -156,5 +173,7 @@ def _cost(shape: tuple[int, int], run: list[str]) -> tuple[int, float]:
     """Rough memory (bytes) and time (s, one core): counts of padded fields and transforms times their size."""
     padded = 4 * shape[0] * shape[1]
     fields = 12 + (90 if "tangential" in run else 0) // 2 + (12 if "heat" in run else 0)
-    transforms = 10 + (280 if "tangential" in run else 0) * (4 if "deformation" in run else 1)
+    fields += 8 if "elastic coupling" in run else 0
+    solves = (4 if "deformation" in run else 1) + ("elastic coupling" in run)
+    transforms = 10 + (280 if "tangential" in run else 0) * solves
     return 8 * padded * fields, 0.1 + transforms * padded * math.log2(padded) * 1.2e-10 * 5.0

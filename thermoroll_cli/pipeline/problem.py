@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 PecletMode = Literal["rolling", "sliding", "stationary"]
+Partition = float | Literal["matched"]
 
 
 @dataclass(frozen=True)
@@ -71,12 +72,29 @@ class Motion:
 
 @dataclass(frozen=True)
 class Heating:
-    """How frictional heat is treated. `partition` is the share of the lower body."""
+    """How frictional heat is treated.
+
+    `partition` is the share of the lower body, or "matched": divided from point to point so that both surfaces are equally
+    warm inside the contact. Bulk temperatures (K) are those of the bodies far from the contact, above the temperature to
+    which the coefficient of friction belongs; with a matched partition their difference drives heat through the contact.
+    """
 
     heat: bool = True
     deformation: bool = True
     peclet: PecletMode = "rolling"
-    partition: float = 0.5
+    partition: Partition = 0.5
+    bulk_lower: float = 0.0
+    bulk_upper: float = 0.0
+
+    @property
+    def bulk_difference(self) -> float:
+        """Bulk temperature of the upper body less that of the lower one in K."""
+        return self.bulk_upper - self.bulk_lower
+
+    @property
+    def conducts(self) -> bool:
+        """Whether heat flows between the bodies even without friction."""
+        return self.partition == "matched" and self.bulk_difference != 0.0
 
 
 @dataclass(frozen=True)

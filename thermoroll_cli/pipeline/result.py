@@ -19,6 +19,7 @@ FIELDS: dict[str, tuple[str, str]] = {
     "slip_y": ("m/s", "slip velocity along y"),
     "state": ("1", "0 out of contact, 1 stick, 2 slip"),
     "heat_flux": ("W/m2", "frictional heat flux into both bodies"),
+    "heat_flux_lower": ("W/m2", "heat flux into the lower body, friction and conduction"),
     "temperature_rise_lower": ("K", "surface temperature rise of the lower body"),
     "temperature_rise_upper": ("K", "surface temperature rise of the upper body"),
     "displacement_elastic": ("m", "normal elastic displacement, sum of both bodies"),
@@ -47,6 +48,7 @@ SCALARS: dict[str, str] = {
     "contact_area_mm2": "contact area",
     "stick_area_mm2": "stick area",
     "thermal_displacement_max_um": "maximum thermal displacement (sum of both bodies)",
+    "partition_mean": "share of the frictional heat that enters the lower body",
     "power_balance_error": "relative mismatch of dissipated heat and work of the creep forces",
 }
 """Physical scalars of one state, in the units of their names, in the order they are reported."""

@@ -18,7 +18,8 @@ from thermoroll_cli.solvers.prolongation import Prolongation
 
 @dataclass(frozen=True)
 class Rung:
-    """Both states on one grid, with their reported form."""
+    """Both states on one grid, with their reported form; `coupled` and `feedback` account for the iterations with heat, and
+    for those of pressure and shear between dissimilar bodies without it (None: not needed)."""
 
     scene: Scene
     level: Level
@@ -26,13 +27,19 @@ class Rung:
     coupled: Coupled | None
     isothermal_state: State
     coupled_state: State
+    feedback: Coupled | None = None
+
+    @property
+    def touches_rim(self) -> bool:
+        """Whether a contact was found to reach the edge of the domain."""
+        return any(c.touches_rim for c in (self.feedback, self.coupled) if c is not None)
 
     @property
     def contact(self) -> Contact:
         return self.isothermal if self.coupled is None else self.coupled.contact
 
 
-def rung(level: Level, iso: Contact, coupled: Coupled | None, plan: Plan) -> Rung:
+def rung(level: Level, iso: Contact, coupled: Coupled | None, plan: Plan, feedback: Coupled | None = None) -> Rung:
     heat = plan.runs("heat")
     # Without heat everything stays cold: known without asking a kernel.
     cold = not heat and level.scene.problem.heating.heat
@@ -41,9 +48,9 @@ def rung(level: Level, iso: Contact, coupled: Coupled | None, plan: Plan) -> Run
         expansion = np.zeros(level.grid.shape)
     iso_state = state_of(level, iso, temperatures=heat or cold, expansion=expansion)
     if coupled is None:
-        return Rung(level.scene, level, iso, None, iso_state, iso_state)
+        return Rung(level.scene, level, iso, None, iso_state, iso_state, feedback)
     return Rung(level.scene, level, iso, coupled, iso_state,
-                 state_of(level, coupled.contact, temperatures=True, expansion=coupled.contact.expansion))
+                 state_of(level, coupled.contact, temperatures=True, expansion=coupled.contact.expansion), feedback)
 
 
 class Neighbours:

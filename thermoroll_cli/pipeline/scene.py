@@ -71,6 +71,11 @@ class Scene:
     def has_traction(self) -> bool:
         return self.moves and self.problem.friction > 0.0
 
+    @property
+    def feeds_back(self) -> bool:
+        """Whether shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
+        return self.dissimilar and self.has_traction
+
     def rigid_slip(self, grid: Grid) -> Array:
         """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
         motion = self.problem.motion
@@ -92,24 +97,28 @@ class Scene:
     def heated_bodies(self, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
         """Lower and upper body with the speeds of their material through the contact, V ± C/2 (model.md)."""
         p = self.problem
-        share = p.heating.partition
-        if p.heating.peclet == "stationary":
-            return self._heated(p.lower, share, 0.0, 0.0), self._heated(p.upper, 1.0 - share, 0.0, 0.0)
+        if p.heating.peclet != "rolling":
+            return self._heated(p.lower, 0.0, 0.0), self._heated(p.upper, 0.0, 0.0)
+        if p.motion.force_x is not None:
+            creepage_x = _rounded(creepage_x)
+        if p.motion.force_y is not None:
+            creepage_y = _rounded(creepage_y)
         speed, cx, cy = p.motion.speed, creepage_x * p.motion.speed / 2.0, creepage_y * p.motion.speed / 2.0
-        return (
-            self._heated(p.lower, share, speed + cx, cy),
-            self._heated(p.upper, 1.0 - share, speed - cx, -cy),
-        )
+        return self._heated(p.lower, speed + cx, cy), self._heated(p.upper, speed - cx, -cy)
 
     @staticmethod
-    def _heated(body: Material, share: float, speed_x: float, speed_y: float) -> HeatedBody:
+    def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
         if body.conductivity is None or body.expansion is None or body.diffusivity is None:
             raise ValueError("thermal constants are missing")
-        return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, share,
-                          speed_x, speed_y)
+        return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, speed_x, speed_y)
 
     def peclet(self, body: Material) -> float:
         """V a0/κ of one body, nan without a diffusivity."""
         if body.diffusivity is None:
             return math.nan
         return self.problem.motion.speed * self.hertz.semi_axis_x / body.diffusivity
+
+
+def _rounded(creepage: float) -> float:
+    """A creepage that is still being solved for, to 1e-6: thermal tables need not be made again for less."""
+    return round(creepage * 2.0**20) / 2.0**20

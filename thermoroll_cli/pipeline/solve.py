@@ -8,11 +8,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import numpy as np
-
-from thermoroll_cli.pipeline.coupling import Tolerances, couple, isothermal, on_finer_grid
+from thermoroll_cli.pipeline.coupling import Tolerances, couple, on_finer_grid
 from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.pipeline.mechanical import mechanical
 from thermoroll_cli.pipeline.outcome import result_of
 from thermoroll_cli.pipeline.plan import Plan, make_plan
 from thermoroll_cli.pipeline.problem import Problem
@@ -75,7 +74,7 @@ class Solver:
         while True:
             rungs, stopwatch = self._climb(problem, plan, report or (lambda stage, info: None))
             last = rungs[-1]
-            if last.coupled is None or not last.coupled.touches_rim or plan.extent > LARGEST_EXTENT:
+            if not last.touches_rim or plan.extent > LARGEST_EXTENT:
                 break
             grown = plan.extent * GROWTH
             plan = replace(plan, extent=grown, warnings=[
@@ -106,25 +105,25 @@ class Solver:
                     starts = [level.continue_from(below.level, below.isothermal, level.hertz)]
                 else:
                     starts = []
-                iso = isothermal(level, starts, tolerances.tangential)
-            report("tangential", {"grid": list(shape), "applications": iso.tangential.applications,
+                before = neighbour or below
+                iso, feedback = mechanical(level, starts, tolerances, before and (before.level, before.isothermal))
+            report("tangential", {"grid": list(shape), "applications": (feedback or iso.tangential).applications,
                                   "residual": iso.tangential.residual})
             coupled = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
                     if neighbour is not None and neighbour.coupled is not None:
                         start = neighbour.coupled.contact
-                        expansion = start.expansion
-                        assert expansion is not None
+                        offset = start.offset
                     elif below is None or below.coupled is None:
-                        start, expansion = iso, np.zeros(level.grid.shape)
+                        start, offset = iso, iso.offset
                     else:
-                        start, expansion = on_finer_grid(level, below.level, below.coupled.contact)
-                    coupled = couple(level, start, expansion, tolerances)
+                        start, offset = on_finer_grid(level, below.level, below.coupled.contact)
+                    coupled = couple(level, start, offset, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
             with stopwatch("temperature"):
-                rungs.append(rung(level, iso, coupled, plan))
-            if coupled is not None and coupled.touches_rim:
+                rungs.append(rung(level, iso, coupled, plan, feedback))
+            if rungs[-1].touches_rim:
                 break
             if shape != plan.grids[-1] and _accurate_enough(problem, rungs):
                 break

@@ -64,7 +64,7 @@ def power_balance_error(tangential: Traction, element_area: float) -> float:
 def state_of(level: Level, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:
     """Fields and scalars of one state. `expansion` is the thermal displacement that goes with its heat (None: not
     computed); temperatures are computed when asked for."""
-    grid, speed = level.grid, level.scene.problem.motion.speed
+    speed = level.scene.problem.motion.speed
     normal, tangential = contact.normal, contact.tangential
     inside = normal.contact
     flux = level.heat_flux(tangential)
@@ -76,17 +76,19 @@ def state_of(level: Level, contact: Contact, *, temperatures: bool, expansion: A
         "slip_y": tangential.slip[1] * speed,
         "state": np.where(inside, np.where(tangential.stick, STICK, SLIP), OUT).astype(np.int8),
         "heat_flux": flux,
-        "displacement_elastic": normal.displacement,
+        "displacement_elastic": normal.displacement - contact.lift,
         "gap": normal.gap,
     }
     scalars = scalars_of(level, contact)
     scalars["heat_flux_max_W_mm2"] = float(flux.max()) * 1e-6
     rises = (math.nan, math.nan)
+    scalars["partition_mean"] = math.nan
     if temperatures:
-        zero = np.zeros(grid.shape)
-        lower, upper = (
-            level.heat_response(tangential.creepage).temperatures(flux) if flux.any() else (zero, zero)
-        )
+        heat = level.heat(contact)
+        lower, upper = heat.temperatures()
+        scalars["partition_mean"] = heat.mean_share
+        if heat.into.share is None:
+            fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))
     scalars["temperature_rise_max_lower_K"], scalars["temperature_rise_max_upper_K"] = rises

@@ -17,14 +17,14 @@ Lines = list[Array]
 SMOOTHINGS = 3
 """Passes of a three-point average along borders; they move a smooth curve by a few percent of an element."""
 
-TAIL = 6
-"""Points at the end of a line that decide where it goes on."""
+CUT, TAIL, REACH = 4, 6, 4.0
+"""Ends of open stick borders: points taken off, points that decide where the line goes on, elements it goes on."""
 
-REACH = 3.0
-"""How many elements it goes on."""
+RINGS = 2
+"""Elements over which fields are continued: no border is further from the elements that it leaves whole."""
 
-RINGS = 3
-"""Elements over which fields are continued: the border is at most this far from an element that it does not cut."""
+WINDOW, FEWEST = 4, 6
+"""Elements up to this far away are fitted, and fewer are not fitted at all."""
 
 
 @dataclass(frozen=True)
@@ -50,15 +50,15 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
     if not np.any(trusted):
         trusted = contact
     element = float(np.hypot(x[1] - x[0], y[1] - y[0]))
-    # Hertz's p² is a paraboloid; slip has no such form, and parabolas would make more of its noise.
-    heights = _continued(pressure**2, trusted, contact, curved=True)
+    # Hertz's p² is a paraboloid; slip has no such form, and curvature would only make more of its noise.
+    heights = _continued(pressure**2, trusted, contact, stiffness=1e-4)
     lines = [_smoothed(line) for line in _zero_lines(x, y, heights)]
     slip = state.magnitude("slip")
     labels = state.field("state")
     if slip is None or labels is None or not np.any(labels == 1) or not np.any(labels == 2):
         return Borders(lines, [])
     slipping = (labels == 2) & trusted
-    heights = np.ma.masked_array(_continued(slip**2, slipping, slipping, curved=False), mask=~np.pad(trusted, RINGS))
+    heights = np.ma.masked_array(_continued(slip**2, slipping, slipping, stiffness=1.0), mask=~np.pad(trusted, RINGS))
     return Borders(lines, [_to_the_border(_smoothed(line), element) for line in _zero_lines(x, y, heights)])
 
 
@@ -69,26 +69,38 @@ def _surrounded(mask: Mask) -> Mask:
     return mask
 
 
-def _continued(strength: Array, trusted: Mask, inside: Mask, *, curved: bool) -> Array:
-    """`strength` (positive on the `trusted` elements, falling to its border) continued over the next elements, through
-    zero: by parabolas if `curved`, otherwise by straight lines. Elements further off count as what `inside` says. The
-    field gets RINGS elements around."""
+def _continued(strength: Array, trusted: Mask, inside: Mask, stiffness: float) -> Array:
+    """`strength` (positive on the `trusted` elements, falling to their border) continued through zero.
+
+    To each element near the trusted ones a paraboloid is fitted to those around it, nearer ones counting more;
+    `stiffness` holds its curvature down. Elements further off count as what `inside` says, and what is not inside
+    stays below zero. The field gets RINGS elements around.
+    """
     values, known, inside = np.pad(strength, RINGS), np.pad(trusted, RINGS), np.pad(inside, RINGS)
     top = max(float(strength.max()), 1e-300)
-    far = np.where(inside, np.maximum(values, 1e-12 * top), -top)
-    values = np.where(known, values, 0.0)
+    result = np.where(known, values, np.where(inside, 1e-12 * top, -top))
+    near = known
     for _ in range(RINGS):
-        total, count = np.zeros_like(values), np.zeros(values.shape)
-        for axis in (0, 1):
-            for step in (1, -1):
-                use = ~known & _shifted(known, step, axis) & _shifted(known, 2 * step, axis)
-                one, two, three = (_shifted(values, number * step, axis) for number in (1, 2, 3))
-                bend = np.where(_shifted(known, 3 * step, axis), one - 2 * two + three, 0.0) if curved else 0.0
-                total += np.where(use, 2 * one - two + bend, 0.0)
-                count += use
-        values = np.where(count > 0, total / np.maximum(count, 1.0), values)
-        known = known | (count > 0)
-    return np.where(known, values, far)
+        near = ~_surrounded(~near)
+    rows, columns = np.nonzero(near & ~known)
+    steps = np.arange(-WINDOW, WINDOW + 1)
+    u, v = (offsets.ravel() for offsets in np.meshgrid(steps, steps, indexing="ij"))
+    weights_of_offset = 1.0 / np.maximum(u**2 + v**2, 1) ** 2
+    i, j = rows[:, None] + u, columns[:, None] + v
+    valid = (i >= 0) & (i < values.shape[0]) & (j >= 0) & (j < values.shape[1])
+    i, j = np.clip(i, 0, values.shape[0] - 1), np.clip(j, 0, values.shape[1] - 1)
+    weights = np.where(valid & known[i, j], weights_of_offset, 0.0)
+    enough = np.count_nonzero(weights, axis=1) >= FEWEST
+    rows, columns, weights = rows[enough], columns[enough], weights[enough]
+    s, t = u / WINDOW, v / WINDOW
+    basis = np.stack([np.ones(s.size), s, t, s * s, s * t, t * t], axis=1)
+    # One matrix product for all the little least-squares problems.
+    products = (basis[:, :, None] * basis[:, None, :]).reshape(s.size, -1)
+    normal = (weights @ products).reshape(-1, 6, 6)
+    stiff = weights.sum(axis=1)[:, None, None] * np.diag([1e-9, 1e-6, 1e-6, stiffness, stiffness, stiffness])
+    right = (weights * values[i[enough], j[enough]]) @ basis
+    result[rows, columns] = np.linalg.solve(normal + stiff, right[:, :, None])[:, 0, 0]
+    return np.where(inside, result, np.minimum(result, -1e-6 * top))
 
 
 def _smoothed(line: Array) -> Array:
@@ -106,11 +118,13 @@ def _smoothed(line: Array) -> Array:
 def _to_the_border(line: Array, element: float) -> Array:
     """An open stick border continued at its ends, far enough to reach the contact's border, where it is cut off: slip
     is not known well in the last elements before that."""
-    if np.array_equal(line[0], line[-1]) or len(line) < 4 * TAIL:
+    if np.array_equal(line[0], line[-1]) or len(line) < 3:
         return line
-    line = line[TAIL // 2 : -(TAIL // 2)]
+    cut = min(CUT, len(line) // 8)
+    line = line[cut : len(line) - cut]
+    tail = min(TAIL, len(line) - 1)
     ends = []
-    for end, inner in ((line[0], line[TAIL]), (line[-1], line[-TAIL - 1])):
+    for end, inner in ((line[0], line[tail]), (line[-1], line[-tail - 1])):
         direction = end - inner
         ends.append(end + direction * (REACH * element / max(float(np.hypot(*direction)), 1e-300)))
     return np.vstack([ends[0], line, ends[1]])

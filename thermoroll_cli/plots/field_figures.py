@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.plots.headline import add_headline
+from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
@@ -17,7 +17,7 @@ from thermoroll_cli.plots.view import RunView, StateView
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LEFT, BOTTOM, HEAD, GAP = 0.62, 0.72, 0.22, 0.22
+LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
 TITLE_ROOM = 0.24
 NARROWEST = 1.45
@@ -129,14 +129,18 @@ def _figure(
     separator, title_room = (", ", TITLE_ROOM) if slot > 2.0 else ("\n", TITLE_ROOM + 0.14)
     room = grid.height + title_room
     width = LEFT + grid.columns * slot + (grid.columns - 1) * GAP + BAR_GAP + BAR_WIDTH + BAR_LABELS
+    entries = legend_entries(view, any(border.stick for border in frame.borders))
+    entry_columns = len(entries) if width > 6.0 or len(entries) * 1.3 < width else 2 if width > 3.6 else 1
+    foot = AXIS_ROOM + LEGEND_ROW * -(-len(entries) // entry_columns)
     # Ticks and label of x stand below the lowest row only.
-    height = BOTTOM + grid.rows * room + HEAD
+    head = HEAD if grid.true_shape else HEAD + NOTE_ROOM
+    height = foot + grid.rows * room + head
     figure = new_figure(width, height)
     image = None
     for place, panel in enumerate(panels):
         row, column = divmod(place, grid.columns)
         x = LEFT + column * (slot + GAP) + (slot - grid.width) / 2
-        axes = add_axes(figure, x, BOTTOM + (grid.rows - 1 - row) * room, grid.width, grid.height)
+        axes = add_axes(figure, x, foot + (grid.rows - 1 - row) * room, grid.width, grid.height)
         image = draw_map(
             axes,
             frame,
@@ -158,25 +162,24 @@ def _figure(
         if column == 0:
             axes.set_ylabel(frame.y_label)
     bar_height = grid.rows * room - title_room
-    bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, BOTTOM, BAR_WIDTH, bar_height)
+    bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height)
     if image is not None:
         figure.colorbar(image, cax=bar, label=label)
     few_ticks(bar, y=max(3, min(8, int(bar_height / 0.4))))
     add_headline(figure, view, note="" if grid.true_shape else "axes not to scale")
-    _legend(figure, view, any(border.stick for border in frame.borders), width)
+    _legend(figure, entries, entry_columns)
     return figure
 
 
-def _legend(figure: Figure, view: RunView, with_stick: bool, width: float) -> None:
+def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: int) -> None:
     from matplotlib.lines import Line2D
 
-    entries = legend_entries(view, with_stick)
     handles = [Line2D([], [], linewidth=1.1, label=words, **look) for words, look in entries]
-    # White lines need a ground to be seen on; two columns where one line would not fit.
+    # White lines need a ground to be seen on.
     figure.legend(
         handles=handles,
         loc="lower center",
-        ncols=len(handles) if width > 6.0 else 1 if width < 3.6 else 2,
+        ncols=columns,
         bbox_to_anchor=(0.5, 0.0),
         frameon=True,
         facecolor="0.72",

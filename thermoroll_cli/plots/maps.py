@@ -140,6 +140,10 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size:
     largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
     shown = length > 0.04 * largest
     points_x, points_y = np.meshgrid(x, y, indexing="ij")
+    inside = _path(frame.borders[view.states.index(state)].contact)
+    if inside is not None:
+        places = np.stack([points_x.ravel(), points_y.ravel()], axis=1)
+        shown &= inside.contains_points(places).reshape(shown.shape)
     unit = 0.9 * min(spacing, size[0] / columns, size[1] / rows) / largest
     axes.quiver(
         points_x[shown],

@@ -1,35 +1,80 @@
-"""Temperature and thermal expansion of both surfaces from the heat flux between them (Eqs. 17–20)."""
+"""Temperature and thermal expansion of both surfaces from the heat that enters them (Eqs. 17–20)."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import Convolution
+from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 
 Array = NDArray[np.float64]
-Spectrum = NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
 class HeatedBody:
-    """One body as its surface sees the heat: conductivity k, (1 + ν)α, diffusivity κ, its share of the heat, and the
-    velocity (m/s) at which its material passes through the contact."""
+    """One body as its surface sees the heat: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
+    material passes through the contact."""
 
     conductivity: float
     free_expansion: float
     diffusivity: float
-    share: float
     speed_x: float
     speed_y: float = 0.0
 
 
+@dataclass(frozen=True)
+class DividedHeat:
+    """Heat flux into the lower and into the upper body in W/m², (nx, ny); `share` of the lower body if it is the same
+    everywhere. Conduction makes the one or the other negative in places."""
+
+    lower: Array
+    upper: Array
+    share: float | None = None
+
+    @classmethod
+    def evenly(cls, flux: Array, share: float) -> DividedHeat:
+        """The part `share` of `flux` goes into the lower body, at every point."""
+        return cls(share * flux, (1.0 - share) * flux, share)
+
+    @property
+    def total(self) -> Array:
+        """Frictional heat flux that feeds both."""
+        return self.lower + self.upper
+
+
+class ThermalResponse(Protocol):
+    """Linear response of two surfaces to heat, for one state of motion."""
+
+    @property
+    def matched_share(self) -> float | None:
+        """Share of the lower body with which both surfaces get equally warm everywhere, if there is one."""
+
+    @property
+    def likely_share(self) -> float:
+        """About the share of the lower body with which both surfaces get equally warm on average."""
+
+    def displacement(self, heat: DividedHeat) -> Array:
+        """u_z^t > 0 in m: expansion of both bodies towards each other, up to a constant for sources at rest."""
+
+    def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
+        """Surface temperature rise in K of the lower and of the upper body."""
+
+    def temperature_gap(self, exchange: Array) -> Array:
+        """Temperature of the lower less that of the upper surface if the flux `exchange` leaves the upper body for the
+        lower one."""
+
+    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+        """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
+
+
 class HeatResponse:
-    """Free-space kernels of both bodies on one grid, built when first asked for.
+    """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
     `tables` counts influence tables built: equal bodies at equal speed share theirs.
     """
@@ -40,11 +85,8 @@ class HeatResponse:
         self.tables = 0
         self._convolution: Convolution | None = None
         self._temperature: dict[tuple[float, float], Spectrum] = {}
-        self._expansion: Spectrum | None = None
-
-    def _peclets(self, body: HeatedBody) -> tuple[float, float]:
-        """V dx/κ along x and y: what the tables are made for."""
-        return body.speed_x * self.grid.dx / body.diffusivity, body.speed_y * self.grid.dx / body.diffusivity
+        self._expansion: dict[tuple[float, float], Spectrum] = {}
+        self._gap: Spectrum | None = None
 
     @property
     def convolution(self) -> Convolution:
@@ -56,41 +98,93 @@ class HeatResponse:
     def transforms(self) -> int:
         return self._convolution.transforms if self._convolution is not None else 0
 
-    def _expansion_spectrum(self) -> Spectrum:
-        """Both bodies in one kernel: the gap only feels the sum of their expansions, so one table product serves both."""
-        if self._expansion is None:
+    @property
+    def matched_share(self) -> float | None:
+        lower, upper = self.bodies
+        if _peclets(self.grid, lower) != _peclets(self.grid, upper):
+            return None
+        return lower.conductivity / (lower.conductivity + upper.conductivity)
+
+    @property
+    def likely_share(self) -> float:
+        lower, upper = (uptake(self.grid, b, math.hypot(b.speed_x, b.speed_y)) for b in self.bodies)
+        return lower / (lower + upper)
+
+    def displacement(self, heat: DividedHeat) -> Array:
+        """As `ThermalResponse`. The gap only feels the sum of both expansions: heat that is divided evenly takes one
+        transform of it, and one of the result, whatever the bodies."""
+        convolution = self.convolution
+        if heat.share is not None:
+            hat = convolution.forward(heat.total)
+            hat *= self._joint_expansion(heat.share, 1.0 - heat.share)
+            return convolution.inverse(hat)
+        hat = convolution.forward(heat.lower)
+        hat *= self._joint_expansion(1.0, 0.0)
+        hat += convolution.forward(heat.upper) * self._joint_expansion(0.0, 1.0)
+        return convolution.inverse(hat)
+
+    def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
+        """As `ThermalResponse`."""
+        lower, upper = self.bodies
+        if heat.share is None:
+            return self._rise(lower, self.convolution.forward(heat.lower)), self._rise(
+                upper, self.convolution.forward(heat.upper)
+            )
+        hat = self.convolution.forward(heat.total)
+        return heat.share * self._rise(lower, hat), (1.0 - heat.share) * self._rise(upper, hat)
+
+    def temperature_gap(self, exchange: Array) -> Array:
+        """As `ThermalResponse`."""
+        convolution, spectrum = self.gap_symbol()
+        hat = convolution.forward(exchange)
+        hat *= spectrum
+        return convolution.inverse(hat)
+
+    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+        """As `ThermalResponse`, exact."""
+        if self._gap is None:
+            spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
+            self._gap = np.asarray(spectra[0] + spectra[1])
+        return self.convolution, self._gap
+
+    def _rise(self, body: HeatedBody, flux_hat: Spectrum) -> Array:
+        rise = self.convolution.inverse(flux_hat * self._temperature_spectrum(body))
+        rise *= self.grid.dx / body.conductivity
+        return rise
+
+    def _temperature_spectrum(self, body: HeatedBody) -> Spectrum:
+        grid, key = self.grid, _peclets(self.grid, body)
+        if key not in self._temperature:
+            self.tables += 1
+            table = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
+            self._temperature[key] = self.convolution.spectrum(table)
+        return self._temperature[key]
+
+    def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
+        """Kernel of the sum of both expansions if the bodies take these shares of a heat flux."""
+        shares = lower, upper
+        if shares not in self._expansion:
             grid = self.grid
             weights: dict[tuple[float, float], float] = {}
-            for body in self.bodies:
-                factor = body.share * body.free_expansion * grid.dx**2 / body.conductivity
-                key = self._peclets(body)
+            for body, share in zip(self.bodies, shares, strict=True):
+                factor = share * body.free_expansion * grid.dx**2 / body.conductivity
+                key = _peclets(grid, body)
                 weights[key] = weights.get(key, 0.0) + factor
             total = np.zeros((2 * grid.nx - 1, 2 * grid.ny - 1))
             for key, factor in weights.items():
                 if factor:
                     self.tables += 1
                     total += factor * displacement_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
-            self._expansion = self.convolution.spectrum(total)
-        return self._expansion
+            self._expansion[shares] = self.convolution.spectrum(total)
+        return self._expansion[shares]
 
-    def displacement(self, heat_flux: Array) -> Array:
-        """u_z^t > 0 in m: expansion of both bodies towards each other, up to a constant for stationary sources."""
-        spectrum = self._expansion_spectrum()
-        hat = self.convolution.forward(heat_flux)
-        hat *= spectrum
-        return self.convolution.inverse(hat)
 
-    def temperatures(self, heat_flux: Array) -> tuple[Array, Array]:
-        """Surface temperature rise in K of the lower and of the upper body, for the total `heat_flux` in W/m²."""
-        grid = self.grid
-        hat = self.convolution.forward(heat_flux)
-        rises: list[Array] = []
-        for body in self.bodies:
-            key = self._peclets(body)
-            if key not in self._temperature:
-                self.tables += 1
-                table = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
-                self._temperature[key] = self.convolution.spectrum(table)
-            rise = self.convolution.inverse(hat * self._temperature[key])
-            rises.append(rise * (body.share * grid.dx / body.conductivity))
-        return rises[0], rises[1]
+def uptake(grid: Grid, body: HeatedBody, speed: float) -> float:
+    """How readily a body takes up heat on the size of the grid, relative: k for material at rest, k sqrt(P) for fast."""
+    size = 0.5 * math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy)
+    return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)
+
+
+def _peclets(grid: Grid, body: HeatedBody) -> tuple[float, float]:
+    """V dx/κ along x and y: what the tables are made for."""
+    return body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity

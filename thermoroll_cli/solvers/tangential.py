@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.solvers.border_compliance import BorderCompliance
 from thermoroll_cli.solvers.krylov import gmres
 from thermoroll_cli.solvers.tangential_operator import RollingGradient
 from thermoroll_cli.solvers.tangential_preconditioner import StickInverse, run_starts
@@ -31,6 +32,14 @@ STICK_TRACTION = 1.0
 # Free creepages may begin with steps of this many units (the creepage that saturates a single element).
 UNSEEN_CREEPAGE = 2.0
 MAX_HALVINGS = 10
+
+REFINABLE = 1e-2
+
+MAX_NEWTON = 40
+MAX_KRYLOV = 60
+LOOSEST = 0.1
+STICK_FORCING = 1e-2
+UNBOUNDED = 1e8
 
 REFINABLE = 1e-2
 
@@ -175,15 +184,9 @@ class _Newton:
         self.problem, self.gradient, self.inverse = problem, gradient, inverse
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
-        covered = np.where(self.contact, np.clip(problem.covered, SMALLEST_COVER, 1.0), 1.0)
-        # A partly covered element is stiffer to load: its traction acts on the covered part only. The plane-strain and
-        # anti-plane limits of the kernel give the compliance that is missing (numerics.md, sub-element leading edge).
-        missing = (1.0 - covered) / covered
-        compliance = gradient.compliance
-        self.border = np.stack([compliance.along * missing, compliance.across * missing])
-        self.partial: Mask = covered < 1.0
+        self.border = BorderCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance)
         own = np.array(gradient.self_gradient)[:, None, None]
-        self.own = own + self.border
+        self.own = own + self.border.diagonal
         self.rho = RELAXATION / self.own.mean(axis=0)
         self.free = problem.free
         self.count = max(int(self.contact.sum()), 1)
@@ -216,7 +219,7 @@ class _Newton:
     def finish(self, state: _Iterate) -> tuple[_Iterate, Array]:
         """The last iterate with its slip computed afresh (combined images carry rounding), and the power lost in it."""
         gradient, dissipative = self.gradient.split(state.traction)
-        lost = (state.traction * (dissipative + self.border * state.traction)).sum(axis=0)
+        lost = (state.traction * self.border.add(dissipative, state.traction)).sum(axis=0)
         slip = self._slip_of(gradient, state.traction, state.unknown)
         return self._iterate(state.traction, state.unknown, slip), lost
 
@@ -224,7 +227,8 @@ class _Newton:
         return self._slip_of(self.gradient(traction), traction, unknown)
 
     def _slip_of(self, gradient: Array, traction: Array, unknown: Array) -> Array:
-        slip = self.problem.rigid_slip - gradient - self.border * traction
+        slip = self.problem.rigid_slip - gradient
+        slip -= self.border.apply(traction)
         slip += self.creepage(unknown)[:, None, None]
         return slip
 
@@ -250,7 +254,7 @@ class _Newton:
         shape = (2, *self.bound.shape)
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
-        change_slip = self.creepage(change_unknown)[:, None, None] - solution.image.reshape(shape) - self.border * change
+        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(solution.image.reshape(shape), change)
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[_Iterate] = []
@@ -287,7 +291,7 @@ class _Linearisation:
         rho = newton.rho * contact
         self.q = (rho * xx, rho * yy, rho * xy)
         # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
-        head = stick & newton.partial
+        head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
@@ -334,8 +338,7 @@ class _Linearisation:
         shape = (2, *newton.bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
-        inner = newton.border * change
-        inner += image.reshape(shape)
+        inner = newton.border.add(image.reshape(shape).copy(), change)
         if newton.free:
             inner -= newton.creepage(v[n:])[:, None, None]
         out = self._times(self.q, inner)

@@ -1,0 +1,58 @@
+"""The heat of one state: how much is made where, how it divides between the bodies, what it does to both surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.pipeline.contact import Mask
+from thermoroll_cli.pipeline.problem import Heating
+from thermoroll_cli.solvers.heat import DividedHeat, ThermalResponse
+from thermoroll_cli.solvers.partition import Partition, match
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`."""
+
+    flux: Array
+    partition: Partition
+    response: ThermalResponse
+
+    @property
+    def into(self) -> DividedHeat:
+        """Heat flux into each body."""
+        return self.partition.heat
+
+    @property
+    def is_zero(self) -> bool:
+        return not (self.into.lower.any() or self.into.upper.any())
+
+    @property
+    def mean_share(self) -> float:
+        """Share of all heat that enters the lower body; nan if there is none."""
+        total = float(self.flux.sum())
+        if total == 0.0:
+            return np.nan
+        return self.into.share if self.into.share is not None else float(self.into.lower.sum()) / total
+
+    def expansion(self) -> Array:
+        """u_z^t > 0 of both bodies towards each other in m, up to a constant where sources are at rest."""
+        return np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
+
+    def temperatures(self) -> tuple[Array, Array]:
+        """Surface temperature rise of the lower and the upper body above their bulk temperatures in K."""
+        if self.is_zero:
+            return np.zeros(self.flux.shape), np.zeros(self.flux.shape)
+        return self.response.temperatures(self.into)
+
+
+def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Mask) -> Heat:
+    """Divide the frictional heat `flux` between the bodies, as `heating.partition` says."""
+    if heating.partition == "matched":
+        return Heat(flux, match(response, flux, contact, heating.bulk_difference), response)
+    return Heat(flux, Partition(DividedHeat.evenly(flux, heating.partition), 0.0, 0), response)

@@ -1,0 +1,60 @@
+"""Stretches solved by a Dask cluster that is already running."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError, as_completed
+
+from thermoroll_cli.sweep.points import Stretch
+from thermoroll_cli.sweep.stretch import Outcome, solve_away
+
+CONNECT_SECONDS = 10
+
+
+class NoDask(Exception):
+    """The package `distributed` is not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
+
+
+def check_dask() -> None:
+    """Raises NoDask if clusters cannot be used."""
+    import importlib.util
+
+    if importlib.util.find_spec("distributed") is None:
+        raise NoDask
+
+
+def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) -> Iterator[Outcome]:
+    """Have `stretches` solved by the cluster whose scheduler is at `address`, and yield what becomes of each point, with
+    the content of its file: the workers need not see our folder, so a stretch comes back as a whole.
+
+    Dask itself repeats what a dead worker was at, and gives a task up that several workers died of. Raises NoDask,
+    OSError (no scheduler there, or it went away; workers without this package).
+    """
+    check_dask()
+    import distributed
+
+    try:
+        client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TypeError) as cause:
+        raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
+    with contextlib.ExitStack() as stack:
+        stack.callback(client.close)
+        # Not pure: a task is not taken for one of an earlier sweep that Dask still remembers.
+        executor = client.get_executor(pure=False)
+        stack.callback(executor.shutdown, wait=False)
+        running = {executor.submit(solve_away, stretch, command_line): stretch for stretch in stretches}
+        for future in as_completed(running):
+            stretch = running.pop(future)
+            try:
+                yield from future.result()
+            except distributed.KilledWorker:
+                reason = "several workers of the cluster died of its stretch (killed, or out of memory)"
+                yield from (Outcome(point.number, reason) for point in stretch.pending)
+            except ImportError as cause:
+                raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
+            except CancelledError:
+                raise OSError(f"the Dask scheduler at {address} went away; --resume continues the sweep") from None

@@ -1,0 +1,155 @@
+"""Stretches solved by several processes of this machine."""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import pathlib
+import signal
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+
+from thermoroll_cli.sweep.points import Stretch
+from thermoroll_cli.sweep.stretch import WRITING, Outcome, Target, solve_all_into
+
+POLL_SECONDS = 0.1
+DEATHS_PER_POINT = 3
+"""A point that three processes died of is given up; a process killed from outside costs nothing."""
+
+_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def in_processes(
+    stretches: Sequence[Stretch], target: Target, jobs: int, note: Callable[[str], None]
+) -> Iterator[Outcome]:
+    """Solve `stretches` in `jobs` processes and yield what becomes of each pending point, in the order of completion.
+
+    Each process is a pool of its own: when one dies, the others are not disturbed, and it is known which point it was at.
+    That point is solved again by a new process. Close the generator to stop: processes end at once, files they have
+    written stay. They end as well when this process is killed. Raises OSError if a file cannot be written.
+    """
+    # The processes wait for the end of this connection, which the kernel makes known whatever happens to us.
+    leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
+    pools: list[ProcessPoolExecutor] = []
+    idle: list[ProcessPoolExecutor] = []
+    running: dict[Future[list[Outcome]], _Run] = {}
+    waiting = deque(stretches)
+    deaths: Counter[int] = Counter()
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                if not idle:
+                    idle.append(_one_process(leash))
+                    pools.append(idle[-1])
+                run = _Run.of(waiting.popleft(), target, idle.pop())
+                with _fit_for_children():
+                    running[run.pool.submit(solve_all_into, run.stretch, target)] = run
+            done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
+            for future in done:
+                run = running.pop(future)
+                try:
+                    outcomes = future.result()
+                except BrokenProcessPool:
+                    yield from run.arrivals()
+                    stretch, given_up = _after_death(run, deaths)
+                    note("a worker process died; " + ("its point is given up" if given_up else "its point is solved again"))
+                    yield from given_up
+                    if stretch.pending:
+                        waiting.appendleft(stretch)
+                    continue
+                idle.append(run.pool)
+                yield from (outcome for outcome in outcomes if outcome.number not in run.arrived)
+            for run in running.values():
+                yield from run.arrivals()
+    finally:
+        hold.close()
+        for pool in pools:
+            pool.shutdown(wait=True, cancel_futures=True)
+        leash.close()
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A stretch being solved. Its files tell how far it is: `before` has what was there when it began."""
+
+    stretch: Stretch
+    target: Target
+    pool: ProcessPoolExecutor
+    before: dict[int, tuple[int, ...]]
+    arrived: set[int]
+
+    @classmethod
+    def of(cls, stretch: Stretch, target: Target, pool: ProcessPoolExecutor) -> _Run:
+        return cls(stretch, target, pool, {p.number: _mark(target.path(p)) for p in stretch.pending}, set())
+
+    def arrivals(self) -> Iterator[Outcome]:
+        """The points whose files have come since the last call."""
+        for point in self.stretch.pending:
+            if point.number not in self.arrived and _mark(self.target.path(point)) not in ((), self.before[point.number]):
+                self.arrived.add(point.number)
+                yield Outcome(point.number)
+
+
+def _mark(path: pathlib.Path) -> tuple[int, ...]:
+    """Changes whenever the file is replaced; empty without a file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return ()
+    return (found.st_ino, found.st_mtime_ns, found.st_size)
+
+
+def _after_death(run: _Run, deaths: Counter[int]) -> tuple[Stretch, list[Outcome]]:
+    """What is left of a stretch whose process died, and the point that is given up if it was once too often."""
+    stretch = replace(run.stretch, finished=run.stretch.finished | run.arrived)
+    if not stretch.pending:
+        return stretch, []
+    number = stretch.pending[0].number
+    deaths[number] += 1
+    if deaths[number] < DEATHS_PER_POINT:
+        return stretch, []
+    reason = f"the process that solved it died {DEATHS_PER_POINT} times (killed, or out of memory)"
+    return replace(stretch, given_up=stretch.given_up | {number}), [Outcome(number, reason)]
+
+
+def _one_process(leash: Connection) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_prepare, initargs=(leash,))
+
+
+@contextlib.contextmanager
+def _fit_for_children() -> Iterator[None]:
+    """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C, which the terminal
+    sends to all: only this process decides what it means."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    masks = hasattr(signal, "pthread_sigmask")
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+        if masks:
+            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _prepare(leash: Connection) -> None:
+    if not hasattr(signal, "pthread_sigmask"):
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, args=(leash,), daemon=True).start()
+
+
+def _end_with_parent(leash: Connection) -> None:
+    with contextlib.suppress(EOFError, OSError):
+        leash.recv_bytes()
+    with WRITING:
+        os._exit(1)
