@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from thermoroll_cli import __version__
-from thermoroll_cli.cli import cases, results, run, show, streams
+from thermoroll_cli.cli import cases, results, run, show, streams, sweep
 
 app = typer.Typer(
     name="thermoroll",
@@ -36,6 +36,7 @@ def thermoroll(
 
 
 app.command("run")(run.run)
+app.command("sweep")(sweep.sweep)
 app.command("show")(show.show)
 app.command("validate")(cases.validate)
 app.command("init")(cases.init)

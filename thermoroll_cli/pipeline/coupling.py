@@ -72,56 +72,44 @@ def couple(
     offset: Array,
     tolerances: Tolerances,
     max_iterations: int = 60,
-    heated: bool = True,
 ) -> Coupled:
     """Iterate the circle of Fig. 2 from the tractions of `start` and a first guess of the normal `offset` (m).
 
-    The unknown of the fixed point is the offset: thermal expansion (unless not `heated`) plus, for dissimilar bodies, the
-    lift by shear. Anderson acceleration mixes its iterates. Inner problems are solved ten times more tightly than the
-    outer residual stands.
+    The unknown of the fixed point is the offset: thermal expansion, and for dissimilar bodies the lift by shear.
+    Anderson acceleration mixes its iterates. Inner problems are solved ten times more tightly than the outer residual
+    stands.
     """
     scale = level.scene.hertz.approach
-    limit = tolerances.coupling if heated else tolerances.tangential
-    # Shear feeds back weakly: nothing has to be held back, and the first tractions need not be better than the guess.
-    mixer = Anderson(depth=4, first_damping=0.7 if heated else 1.0)
-    outer = 1.0 if heated else 20.0 * limit
+    mixer = Anderson(depth=4, first_damping=0.7)
     contact = start
     pressure = start.normal.pressure
+    outer = 1.0
     history: list[float] = []
     counts = np.zeros(3, dtype=int)
     converged = rim = False
     for _ in range(max_iterations):
-        inner = 0.05 * outer if heated else _lift_tolerance(outer, limit, float(np.ptp(offset)) / scale)
-        press = max(1e-3 * outer, tolerances.normal * (1.0 if heated else 10.0))
-        normal, solution = level.press(offset, pressure, press)
-        tangential = level.roll(normal, [contact.tangential], min(max(inner, tolerances.tangential), 1e-2))
+        inner = max(0.05 * outer, 1.0 * tolerances.tangential)
+        normal, solution = level.press(offset, pressure, max(1e-3 * outer, tolerances.normal))
+        tangential = level.roll(normal, [contact.tangential], min(inner, 1e-2))
         contact = Contact(normal, tangential)
         pressure = solution.pressure
         counts += (solution.iterations, tangential.applications, tangential.newton_steps)
         rim = solution.touches_rim
         lift = lift_of(level, contact)
-        change = (expansion_of(level, contact) + lift if heated else lift) - offset
+        change = expansion_of(level, contact) + lift - offset
         if not level.scene.feeds_back:
             change -= change[normal.contact].mean()
-        contact = replace(contact, expansion=offset - lift, lift=lift) if heated else replace(contact, lift=offset)
+        contact = replace(contact, expansion=offset - lift, lift=lift)
         outer = float(np.abs(change[normal.contact]).max()) / scale
         history.append(outer)
         if rim:
             break
-        if outer <= limit and tangential.residual <= 2.0 * tolerances.tangential:
+        if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
             converged = solution.converged and tangential.converged
             break
         offset = mixer.next(offset, offset + change)
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
-
-
-def _lift_tolerance(outer: float, limit: float, size: float) -> float:
-    """How closely to solve for tractions whose lift is of relative `size`, with the outer residual at `outer`: an error of
-    theirs counts in proportion. The last iteration, which gains a factor of ten, is the one to be exact."""
-    if outer <= 10.0 * limit or size == 0.0:
-        return 0.0 if size else 1.0
-    return 0.1 * outer / size
 
 
 def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contact, Array]:

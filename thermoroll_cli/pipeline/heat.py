@@ -11,8 +11,13 @@ from thermoroll_cli.pipeline.contact import Mask
 from thermoroll_cli.pipeline.problem import Heating
 from thermoroll_cli.solvers.heat import DividedHeat, ThermalResponse
 from thermoroll_cli.solvers.partition import Partition, match
+from thermoroll_cli.solvers.sliding_heat import SlidingHeatResponse
 
 Array = NDArray[np.float64]
+
+SIDEWAYS_SHARE = 0.1
+SLOW_PECLET = 0.03
+"""Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
 
 
 @dataclass(frozen=True)
@@ -56,3 +61,28 @@ def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Ma
     if heating.partition == "matched":
         return Heat(flux, match(response, flux, contact, heating.bulk_difference), response)
     return Heat(flux, Partition(DividedHeat.evenly(flux, heating.partition), 0.0, 0), response)
+
+
+def account(heat: Heat) -> dict[str, dict[str, float]]:
+    """What the response took: terms and error of sliding Péclet numbers, applications and mismatch of a matched partition."""
+    result: dict[str, dict[str, float]] = {}
+    if isinstance(heat.response, SlidingHeatResponse):
+        result["sliding"] = heat.response.report()
+    if heat.partition.applications:
+        result["partition"] = {"applications": heat.partition.applications, "mismatch": heat.partition.mismatch}
+    return result
+
+
+def sideways_warning(heat: Heat, slip: Array) -> str:
+    """Told where sliding Péclet numbers carry heat of sideways slip along x (`solvers.sliding_heat`), or nothing.
+
+    `slip` has the shape (2, nx, ny)."""
+    total = float(heat.flux.sum())
+    if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
+        return ""
+    share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
+    peclet = heat.response.mean_peclet(heat.flux)
+    if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
+        return ""
+    return (f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+            'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip')

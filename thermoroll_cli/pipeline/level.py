@@ -36,7 +36,7 @@ class Level:
         self._box: Box | None = None
         self._rolling: RollingSolver | None = None
         self._heat: HeatResponse | None = None
-        self._last_heat: tuple[Contact, Heat] | None = None
+        self._heats: list[tuple[Traction, Heat]] = []
 
     def serves(self, scene: Scene, shape: tuple[int, int], extent: float) -> bool:
         """Whether the kernels built here are those of another scene: same bodies, same Hertz contact, same grid."""
@@ -47,7 +47,7 @@ class Level:
     def show(self, scene: Scene) -> None:
         """Turn to another scene that the kernels serve (see `serves`)."""
         self.scene = scene
-        self._last_heat = None
+        self._heats.clear()
 
     # --- normal --------------------------------------------------------------------------------------------------
 
@@ -173,13 +173,14 @@ class Level:
         return self.scene.problem.motion.speed * tangential.heat
 
     def heat(self, contact: Contact) -> Heat:
-        """The heat of a state, divided between the bodies. The one of the last state asked for is kept."""
-        if self._last_heat is None or self._last_heat[0].tangential is not contact.tangential:
-            tangential = contact.tangential
+        """The heat of a state, divided between the bodies. Those of the last two states asked for are kept."""
+        tangential = contact.tangential
+        known = next((heat for traction, heat in self._heats if traction is tangential), None)
+        if known is None:
             response = self.heat_response(tangential.creepage, tangential.slip)
-            heating = self.scene.problem.heating
-            self._last_heat = contact, divide(heating, response, self.heat_flux(tangential), contact.normal.contact)
-        return self._last_heat[1]
+            known = divide(self.scene.problem.heating, response, self.heat_flux(tangential), contact.normal.contact)
+            self._heats = [*self._heats[-1:], (tangential, known)]
+        return known
 
     # --- between grids -------------------------------------------------------------------------------------------
 

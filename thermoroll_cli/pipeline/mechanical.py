@@ -6,14 +6,21 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
-from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, couple, isothermal
+from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, isothermal, lift_of
 from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
+
+Array = NDArray[np.float64]
 
 FIRST_GUESS = 1e-2
 """Residual at which the tractions under the Hertz pressure are good enough to start from."""
+
+LAST_TURN = 10.0
+"""From this many times the wanted residual the next turn is expected to reach it."""
 
 
 def mechanical(
@@ -31,8 +38,47 @@ def mechanical(
         coarse, contact = before
         guess = Contact(_pressure_guess(level, coarse, contact), starts[0])
         offset = Prolongation(coarse.grid, level.grid)(contact.offset)
-    feedback = couple(level, guess, offset, tolerances, heated=False)
+    feedback = settle(level, guess, offset, tolerances)
     return feedback.contact, feedback
+
+
+def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, max_iterations: int = 60) -> Coupled:
+    """Fixed point of pressure and shear between dissimilar bodies, from the tractions of `start` and a first guess of the
+    `lift` (m), which is the unknown: press the lifted surfaces together, roll, and see how far that shear lifts them.
+
+    Each turn gains a factor of ten or more. Tractions are solved for as closely as their lift has to be known, and to the
+    end only in the turn that is likely to be the last. The residual is the rms change of the lift on the contact over the
+    approach: an element more or less at the border, of which a grid cannot decide, does not count for more than it is.
+    """
+    scale = level.scene.hertz.approach
+    limit = tolerances.tangential
+    mixer = Anderson(depth=4)
+    contact, pressure = start, start.normal.pressure
+    outer = 2.0 * LAST_TURN * limit
+    history: list[float] = []
+    counts = np.zeros(3, dtype=int)
+    best: tuple[float, Contact, bool] | None = None
+    rim = False
+    while len(history) < max_iterations and not rim:
+        size = float(np.ptp(lift)) / scale
+        inner = limit if outer <= LAST_TURN * limit else 0.1 * outer / size if size else 1.0
+        normal, solution = level.press(lift, pressure, max(1e-3 * outer, 0.1 * limit))
+        tangential = level.roll(normal, [contact.tangential], min(max(inner, limit), FIRST_GUESS))
+        contact, pressure = Contact(normal, tangential, lift=lift), solution.pressure
+        counts += (solution.iterations, tangential.applications, tangential.newton_steps)
+        rim = solution.touches_rim
+        value = lift_of(level, contact)
+        outer = float(np.sqrt(np.mean((value - lift)[normal.contact] ** 2))) / scale
+        history.append(outer)
+        solved = solution.converged and tangential.converged and tangential.residual <= 2.0 * limit
+        if solved and (best is None or outer < best[0]):
+            best = outer, contact, True
+        if solved and outer <= limit:
+            break
+        lift = mixer.next(lift, np.asarray(value))
+    outer, contact, converged = best or (outer, contact, False)
+    return Coupled(contact, len(history), outer, converged and outer <= limit, int(counts[0]), int(counts[1]),
+                   int(counts[2]), rim, tuple(history))
 
 
 def _pressure_guess(level: Level, coarse: Level, contact: Contact) -> Pressure:

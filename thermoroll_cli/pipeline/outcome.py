@@ -8,6 +8,7 @@ import numpy as np
 
 from thermoroll_cli.pipeline.checks import failures
 from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.pipeline.heat import account, sideways_warning
 from thermoroll_cli.pipeline.plan import Plan
 from thermoroll_cli.pipeline.problem import Problem
 from thermoroll_cli.pipeline.result import Result
@@ -21,6 +22,9 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
     errors = estimates(coupled_scalars, problem)
     reasons = failures(scene, last.level, last.isothermal, last.coupled, last.feedback)
     warnings = list(plan.warnings)
+    heat = last.level.heat(last.contact) if plan.runs("heat") else None
+    if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
+        warnings.append(sideways)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
@@ -44,7 +48,7 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
         converged=not reasons,
         reason="; ".join(reasons),
         error=errors,
-        work=_work(plan, rungs, seconds),
+        work=_work(plan, rungs, seconds) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
     )

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from thermoroll_cli.pipeline.contact import Contact, Traction
 from thermoroll_cli.pipeline.level import Level, peak_value
 from thermoroll_cli.pipeline.result import State
-from thermoroll_cli.solvers.border import stick_cover
 
 Array = NDArray[np.float64]
 
@@ -24,8 +23,8 @@ def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
     problem, hertz = scene.problem, scene.hertz
     normal, tangential = contact.normal, contact.tangential
     area = float(normal.covered.sum()) * grid.element_area
-    cover = stick_cover(tangential.traction, tangential.stick, problem.friction * normal.pressure, normal.covered)
-    stick_area = min(float(cover.sum()) * grid.element_area, area)
+    # Whole elements for the border of stick and slip: continuing the slip or the reserve μp − |τ| across it scatters more.
+    stick_area = float(normal.covered[tangential.stick].sum()) * grid.element_area
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area

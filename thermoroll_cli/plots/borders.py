@@ -51,7 +51,7 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
         trusted = contact
     element = float(np.hypot(x[1] - x[0], y[1] - y[0]))
     # Hertz's p² is a paraboloid; slip has no such form, and curvature would only make more of its noise.
-    heights = _continued(pressure**2, trusted, contact, stiffness=1e-4)
+    heights = _continued(pressure**2, trusted, contact, stiffness=1e-3)
     lines = [_smoothed(line) for line in _zero_lines(x, y, heights)]
     slip = state.magnitude("slip")
     labels = state.field("state")

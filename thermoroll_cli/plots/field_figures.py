@@ -152,7 +152,7 @@ def _figure(
             whole_domain=whole_domain,
         )
         if arrows:
-            draw_arrows(axes, view, frame, view.states[panel.state], (grid.width, grid.height))
+            draw_arrows(axes, view, frame, panel.state, (grid.width, grid.height))
         few_ticks(axes, *(max(2, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
         peak = f"max {panel.values.max() * scale.factor:.4g}"
         axes.set_title(separator.join(filter(None, (panel.words, peak))), y=1.0, pad=4.0)

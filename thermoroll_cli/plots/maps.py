@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.plots.borders import Array, Borders, Lines, borders_of
 from thermoroll_cli.plots.units import axes_scales
-from thermoroll_cli.plots.view import RunView, StateView
+from thermoroll_cli.plots.view import RunView
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -121,13 +121,13 @@ def draw_map(
     return image
 
 
-def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size: tuple[float, float]) -> None:
-    """Arrows along the shear traction, on a lattice of their own that is the same for every grid.
+def draw_arrows(axes: Axes, view: RunView, frame: Frame, number: int, size: tuple[float, float]) -> None:
+    """Arrows along the shear traction of the state of this number, on a lattice of their own that is the same for every grid.
 
     `size` is that of the axes in inches: the lattice is square on paper and symmetrical about its middle. The longest
     arrow spans most of a spacing; those below 4 % of it are left out.
     """
-    shear_x, shear_y = state.field("shear_x"), state.field("shear_y")
+    shear_x, shear_y = (view.states[number].field(name) for name in ("shear_x", "shear_y"))
     if shear_x is None or shear_y is None:
         return
     left, right, bottom, top = frame.window
@@ -140,7 +140,7 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, state: StateView, size:
     largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
     shown = length > 0.04 * largest
     points_x, points_y = np.meshgrid(x, y, indexing="ij")
-    inside = _path(frame.borders[view.states.index(state)].contact)
+    inside = _path(frame.borders[number].contact)
     if inside is not None:
         places = np.stack([points_x.ravel(), points_y.ravel()], axis=1)
         shown &= inside.contains_points(places).reshape(shown.shape)

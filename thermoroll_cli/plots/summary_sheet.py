@@ -115,7 +115,7 @@ def _draw_map(
         clipped=quantity is not TEMPERATURE,
     )
     if quantity is TRACTION:
-        draw_arrows(axes, view, frame, view.states[number], (width, height))
+        draw_arrows(axes, view, frame, number, (width, height))
     few_ticks(axes, *(max(1, int(inches / 0.5)) for inches in (width, height)))
     words = ", ".join(filter(None, (label, body)))
     # Maps that stand close together have short names.

@@ -209,9 +209,16 @@ class NormalSolver:
         if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
-        pressure = pressure * (wanted / float(pressure.sum())) + fixed
-        state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance, 60)
-        if state.pressure.min() < 0.0:
+        for _ in range(3):
+            pressure = pressure * (wanted / float(pressure.sum())) + fixed
+            state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance, 60)
+            negative = state.pressure < 0.0
+            if not negative.any():
+                break
+            free = free & ~negative
+            pressure = np.where(free, state.pressure, 0.0)
+            covered = np.where(negative, 0.0, covered)
+        else:
             return unrefined
         opening = np.maximum(state.displacement + gap - state.approach, 0.0)
         return RefinedContact(state.pressure, covered, state.displacement, np.where(covered > 0.0, 0.0, opening),

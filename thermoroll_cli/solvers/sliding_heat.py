@@ -150,6 +150,12 @@ class SlidingHeatResponse:
             self._symbol = self._kernels.convolution.spectrum(table)
         return self._kernels.convolution, self._symbol
 
+    def mean_peclet(self, flux: Array) -> float:
+        """Mean of |ṡ| l/κ, weighted with `flux`, of the body where it is larger; l is half the side of the grid."""
+        size = 0.5 * math.sqrt(self.grid.nx * self.grid.dx * self.grid.ny * self.grid.dy)
+        slowest = min(body.diffusivity for body in self.bodies)
+        return float((self._slip_speed * flux).sum() / flux.sum()) * size / slowest
+
     def report(self) -> dict[str, float]:
         """Terms and error of the expansions used so far: `terms_temperature`, `terms_displacement` (of the body that takes
         more) and `error`."""

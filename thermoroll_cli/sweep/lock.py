@@ -81,16 +81,17 @@ def _remove(path: pathlib.Path, text: str | None) -> None:
 def _is_stale(text: str) -> bool:
     """Whether the lock's process is known to be gone: only on the same machine can one tell."""
     owner = _owner(text)
-    if owner.get("host") != socket.gethostname() or not isinstance(owner.get("pid"), int) or os.name != "posix":
+    pid = owner.get("pid")
+    if owner.get("host") != socket.gethostname() or not isinstance(pid, int) or os.name != "posix":
         return False
     try:
-        os.kill(owner["pid"], 0)
+        os.kill(pid, 0)
     except ProcessLookupError:
         return True
     except (OSError, OverflowError):
         return False
     # Another process may have been given the number since.
-    return owner.get("started") != _started(owner["pid"])
+    return owner.get("started") != _started(pid)
 
 
 def _owner(text: str) -> dict[str, object]:

@@ -73,17 +73,20 @@ def make_points(
     """
     combinations = list(itertools.product(*(axis.values for axis in axes)))
     digits = max(4, len(str(len(combinations))))
-    points, findings = [], []
+    points: list[Point] = []
+    findings: dict[tuple[str, str, str], Finding] = {}
     for number, values in enumerate(combinations, start=1):
         swept = [Override(a.path, v, f"{a.key}={v!r}") for a, v in zip(axes, values, strict=True)]
         try:
             case = Case.parse(text, name=source, overrides=[*settings, *swept])
         except CaseError as cause:
-            findings += [_blame(finding, swept) for finding in cause.findings]
+            blamed = (_blame(finding, swept) for finding in cause.findings)
+            # What is wrong with a key rather than its value is wrong at every point.
+            findings |= {(f.key, f.message, f.value): f for f in blamed if (f.key, f.message, f.value) not in findings}
             continue
         points.append(Point(number, f"{stem}_{number:0{digits}d}", values, case.problem, case.text, case.to_json()))
     if findings:
-        raise CaseError(list(dict.fromkeys(findings)))
+        raise CaseError(list(findings.values()))
     return tuple(points)
 
 

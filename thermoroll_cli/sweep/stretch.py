@@ -74,26 +74,35 @@ def solve_away(stretch: Stretch, command_line: str) -> list[Outcome]:
 
 def _solved(stretch: Stretch, threads: int) -> Iterator[tuple[Point, Result | None, str]]:
     """Each pending point with its result, or with the reason why it has none."""
-    solver = Solver(threads)
+    solver: Solver | None = None
     pending = {point.number for point in stretch.pending}
     for point in stretch.points:
         if not pending:
             return
         if point.number in stretch.given_up:
             continue
-        result, reason = None, ""
-        try:
-            result = solver.solve(point.problem)
-        except MemoryError:
-            reason = "not enough memory"
-        except Exception as cause:
-            reason = " ".join(f"{type(cause).__name__}: {cause}".split())
-        if result is None:
-            # What an exception leaves behind is no good start.
+        cold = solver is None
+        solver = solver or Solver(threads)
+        result, reason = _attempt(solver, point)
+        if not cold and (result is None or not result.converged):
+            # The neighbour may have been a bad start: no point does worse than a run of its own.
             solver = Solver(threads)
+            result, reason = _attempt(solver, point)
+        if result is None:
+            # What an exception leaves behind is no start for the next point.
+            solver = None
         if point.number in pending:
             pending.remove(point.number)
             yield point, result, reason
+
+
+def _attempt(solver: Solver, point: Point) -> tuple[Result | None, str]:
+    try:
+        return solver.solve(point.problem), ""
+    except MemoryError:
+        return None, "not enough memory"
+    except Exception as cause:
+        return None, " ".join(f"{type(cause).__name__}: {cause}".split())
 
 
 def _write(path: pathlib.Path, point: Point, result: Result, command_line: str) -> None:

@@ -1,0 +1,200 @@
+"""`thermoroll sweep`: solve a case for every combination of values of some of its keys."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.cli.sweep_progress import SweepProgress
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case import Override
+    from thermoroll_cli.sweep.axis import Axis
+    from thermoroll_cli.sweep.points import Point
+    from thermoroll_cli.sweep.table import Row
+
+SHOWN_SCALARS = ("Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "force_x_N", "force_y_N")
+NOISE = 1e-5
+SHOWN_ROWS = 40
+SHOWN_ERRORS = 10
+SHOWN_FAILURES = 5
+
+
+def sweep(
+    case: options.OneCase,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            "--over",
+            metavar="KEY=VALUES",
+            help="A numeric key of the case and its values: KEY=START:STOP:COUNT, the same with :log, or KEY=v1,v2,… "
+            "Repeatable: every combination is a point, the last key varies fastest.",
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
+    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
+    dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
+    resume: Annotated[bool, typer.Option("--resume", help="Leave out points that DIR has already.")] = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
+    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    image_format: options.Format = options.ImageFormat.png,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Solve a case for many values of some of its keys.
+
+    Writes DIR/NAME_0001.h5, …, a table DIR/sweep.csv and a picture DIR/sweep.png of the scalars. All points are checked
+    before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
+    4. The results are the same whatever --jobs, --dask and --resume.
+    """
+    axes, overrides = _asked(over, settings, jobs=jobs, dask=dask, threads=threads)
+    points = _points(case, axes, overrides)
+    options.check_writable(output)
+    from thermoroll_cli.sweep.sweep import Sweep, run_sweep
+
+    progress = SweepProgress(len(points), quiet=quiet, verbose=verbose)
+    printer = _JsonPrinter(axes) if as_json else None
+
+    def report(row: Row, solved: bool) -> None:
+        outcome = "converged" if row.converged else f"NOT CONVERGED: {row.reason}"
+        progress.step(row.point.name, _values(row, axes), outcome, solved=solved)
+        if printer is not None:
+            printer.add(row)
+
+    command_line = shlex.join(["thermoroll", *sys.argv[1:]])
+    wanted = Sweep(points, axes, output, command_line, jobs=jobs, dask=dask, resume=resume, threads=threads)
+    try:
+        rows = run_sweep(wanted, report=report, note=progress.note)
+    finally:
+        progress.close()
+    picture = None
+    if not no_plots and _plots_wanted(points[0]):
+        picture = _draw(rows, axes, output / f"sweep.{image_format.value}")
+    if not (as_json or quiet):
+        for line in _report(rows, axes, output, picture):
+            streams.write(line)
+    raise typer.Exit(_tell_failures(rows))
+
+
+def _asked(
+    over: Sequence[str], settings: Sequence[str] | None, *, jobs: int, dask: str, threads: int
+) -> tuple[tuple[Axis, ...], list[Override]]:
+    """What the options ask for. Ends the program (usage) where they make no sense."""
+    from thermoroll_cli.sweep.axis import parse_axes
+
+    overrides = options.parse_overrides(settings)
+    try:
+        axes = parse_axes(over)
+    except ValueError as cause:
+        raise typer.BadParameter(str(cause), param_hint="--over") from None
+    both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
+    if both is not None:
+        raise typer.BadParameter(f"{both} is swept with --over", param_hint="--set")
+    if jobs > 1 and dask:
+        raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
+    if threads > 1 and (jobs > 1 or dask):
+        raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
+    if dask:
+        from thermoroll_cli.sweep.cluster import NoDask, check_dask
+
+        try:
+            check_dask()
+        except NoDask as cause:
+            raise typer.BadParameter(str(cause), param_hint="--dask") from None
+    return axes, overrides
+
+
+def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> tuple[Point, ...]:
+    """All points. Ends the program (invalid case) if any of them is none that can be solved."""
+    from thermoroll_cli.files.case import CaseError, case_name
+    from thermoroll_cli.files.case_source import read_source
+    from thermoroll_cli.sweep.points import make_points
+
+    try:
+        source = read_source(path)
+        return make_points(source.text, source.name, case_name(path), axes, overrides)
+    except CaseError as cause:
+        more = len(cause.findings) - SHOWN_ERRORS
+        closing = f" of {len(cause.findings)}" if more > 0 else ""
+        shown = CaseError(cause.findings[:SHOWN_ERRORS])
+        raise typer.Exit(options.tell_invalid([shown], f"{closing}; nothing was computed")) from None
+
+
+def _plots_wanted(point: Point) -> bool:
+    import json
+
+    return bool(json.loads(point.case_json).get("output", {}).get("plots", True))
+
+
+def _draw(rows: Sequence[Row], axes: Sequence[Axis], path: Path) -> Path | None:
+    from thermoroll_cli.sweep.table import draw
+
+    return path if draw(rows, axes, path, rows[0].point.problem.title) else None
+
+
+class _JsonPrinter:
+    """Prints rows as JSON in the order of the points, each as soon as all before it are known."""
+
+    def __init__(self, axes: Sequence[Axis]) -> None:
+        self._axes = axes
+        self._waiting: dict[int, Row] = {}
+        self._next = 1
+
+    def add(self, row: Row) -> None:
+        self._waiting[row.point.number] = row
+        while self._next in self._waiting:
+            streams.write_json(_record(self._waiting.pop(self._next), self._axes))
+            self._next += 1
+
+
+def _record(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
+    head = {"name": row.point.name, "title": row.point.problem.title, "over": _values(row, axes)}
+    return {**head, **row.summary, "files": [row.file] if row.file else []}
+
+
+def _values(row: Row, axes: Sequence[Axis]) -> dict[str, int | float]:
+    return {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
+
+
+def _report(rows: Sequence[Row], axes: Sequence[Axis], folder: Path, picture: Path | None) -> Iterator[str]:
+    from thermoroll_cli.cli.table import align, number
+    from thermoroll_cli.sweep.sweep import TABLE_NAME
+
+    names = [name for name in SHOWN_SCALARS if _worth_showing(name, rows)]
+    if len(rows) <= SHOWN_ROWS:
+        table = [["", *(axis.key for axis in axes), *names, ""]]
+        for row in rows:
+            numbers = [number(value) for value in (*row.point.values, *(row.summary[name] for name in names))]
+            table.append([row.point.name, *numbers, "" if row.converged else "NOT CONVERGED"])
+        yield from align(table)
+    converged = sum(row.converged for row in rows)
+    yield f"{converged} of {len(rows)} points converged"
+    files = sum(row.file is not None for row in rows)
+    also = f", {picture}" if picture else ""
+    yield f"  wrote {folder / TABLE_NAME}{also} and {files} result files"
+
+
+def _worth_showing(name: str, rows: Sequence[Row]) -> bool:
+    """Whether any point has the scalar `name`, other than as what rounding leaves of a zero force."""
+    largest = {key: max((abs(row.summary[key]) for row in rows if row.summary[key] == row.summary[key]), default=0.0)
+               for key in (name, "force_x_N", "force_y_N")}  # fmt: skip
+    computed = any(row.summary[name] == row.summary[name] for row in rows)
+    return computed and (not name.startswith("force_") or largest[name] > NOISE * max(largest.values()))
+
+
+def _tell_failures(rows: Sequence[Row]) -> int:
+    failed = [row for row in rows if not row.converged]
+    for row in failed[:SHOWN_FAILURES]:
+        streams.note(f"thermoroll: {row.point.name} did not converge: {row.reason}")
+    if len(failed) > SHOWN_FAILURES:
+        streams.note(f"thermoroll: and {len(failed) - SHOWN_FAILURES} more, see the column reason of the table")
+    return ExitCode.NOT_CONVERGED if failed else ExitCode.FINE

@@ -1,0 +1,119 @@
+"""The rows of a sweep: one per point, as a table in a CSV file and as curves in a picture."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import pathlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.files.stored import read_result
+from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.sweep.axis import Axis
+from thermoroll_cli.sweep.points import Point
+
+CONVERGED, NOT_CONVERGED = "converged", "not_converged"
+STATUS = ("status", "reason")
+STATES = {"isothermal": SCALARS, "error": SCALARS}
+WORK = ("grid", "applications")
+"""What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of one point. `summary` has the shape of `Result.summary()`, its numbers are nan for a point that has
+    no `file`."""
+
+    point: Point
+    summary: Mapping[str, Any]
+    file: pathlib.Path | None
+
+    @property
+    def converged(self) -> bool:
+        return bool(self.summary["status"] == CONVERGED)
+
+    @property
+    def reason(self) -> str:
+        return str(self.summary["reason"])
+
+
+def row_of(point: Point, path: pathlib.Path) -> Row:
+    """The row of a point from its result file. Raises OSError."""
+    stored = read_result(path, with_fields=False).summary
+    scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
+    states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
+    return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
+
+
+def failed_row(point: Point, reason: str) -> Row:
+    """The row of a point that has no result."""
+    scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS), math.nan)
+    states = {state: dict.fromkeys(names, math.nan) for state, names in STATES.items()}
+    outcome = {"status": NOT_CONVERGED, "reason": reason}
+    return Row(point, outcome | scalars | states | {"work": {}, "warnings": []}, None)
+
+
+def columns(axes: Sequence[Axis]) -> list[str]:
+    """Names of the columns: swept keys, status and reason, scalars, `isothermal.` and `error.` scalars, work, file."""
+    prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names]
+    swept = [axis.key for axis in axes]
+    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *prefixed, *(f"work.{name}" for name in WORK), "file"]
+
+
+def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
+    """The values of a row by column."""
+    summary = row.summary
+    found: dict[str, Any] = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
+    found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
+    found |= {f"{state}.{name}": summary[state][name] for state, names in STATES.items() for name in names}
+    work = summary["work"] or {}
+    found["work.grid"] = "x".join(str(side) for side in work.get("grid", ()))
+    found["work.applications"] = work.get("applications", "")
+    return found | {"file": row.file.name if row.file else ""}
+
+
+@dataclass
+class TableFile:
+    """The rows known so far, and the CSV file they are written to, in the order of the points."""
+
+    path: pathlib.Path
+    axes: Sequence[Axis]
+    rows: dict[int, Row] = field(default_factory=dict)
+
+    def write(self) -> None:
+        """Replace the file by one with all rows known now. Raises OSError."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        names = columns(self.axes)
+        writer.writerow(names)
+        for row in self.in_order():
+            found = cells(row, self.axes)
+            writer.writerow([_cell(found[name]) for name in names])
+        write_bytes(self.path, text.getvalue().encode("utf-8", "backslashreplace"))
+
+    def in_order(self) -> list[Row]:
+        return [self.rows[number] for number in sorted(self.rows)]
+
+
+def draw(rows: Iterable[Row], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
+    """Draw the scalars over the axis that varies fastest, a curve for each combination of the others. False, and no
+    picture, where nothing converged or nothing varies. Raises OSError."""
+    from thermoroll_cli.plots.sweep_figures import write_sweep_figure
+
+    good = [cells(row, axes) for row in rows if row.converged]
+    varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
+    if not varying or not any(math.isfinite(row[varying[0]]) for row in good):
+        return False
+    write_sweep_figure({name: [row[name] for row in good] for name in columns(axes)}, varying, path, title=title)
+    return True
+
+
+def _cell(value: Any) -> str:
+    """A number with all its digits, nothing for one that was not computed."""
+    if isinstance(value, float):
+        return "" if math.isnan(value) else repr(value)
+    return str(value)
