@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +24,9 @@ from thermoroll_cli.solvers.tangential_operator import RollingGradient
 
 Array = NDArray[np.float64]
 Box = tuple[slice, slice]
+
+FULL = 0.95
+"""Covered fraction from which an element on the rim of the domain shows that the contact goes on beyond it."""
 
 
 class Level:
@@ -79,7 +83,10 @@ class Level:
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
                           peak_value(refined.pressure))
-        return normal, solution
+        # On coarse grids the border of the contact runs through the outermost elements: only those full of it tell.
+        covered = refined.covered
+        outermost = max(float(side.max()) for side in (covered[0], covered[-1], covered[:, 0], covered[:, -1]))
+        return normal, replace(solution, touches_rim=solution.touches_rim and outermost > FULL)
 
     # --- dissimilar bodies ---------------------------------------------------------------------------------------
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -18,6 +19,9 @@ Array = NDArray[np.float64]
 
 FIRST_GUESS = 1e-2
 """Residual at which the tractions under the Hertz pressure are good enough to start from."""
+
+WAVERING = 10.0
+"""Up to this many times the wanted residual is accepted where no further turn improves it."""
 
 LAST_TURN = 10.0
 """From this many times the wanted residual the next turn is expected to reach it."""
@@ -48,18 +52,17 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
 
     Each turn gains a factor of ten or more. Tractions are solved for as closely as their lift has to be known, and to the
     end only in the turn that is likely to be the last. The residual is the rms change of the lift on the contact over the
-    approach: an element more or less at the border, of which a grid cannot decide, does not count for more than it is.
+    approach. Very strong coupling ends where the border wavers between elements, which a finer grid alone could decide.
     """
     scale = level.scene.hertz.approach
     limit = tolerances.tangential
     mixer = Anderson(depth=4)
     contact, pressure = start, start.normal.pressure
     outer = 2.0 * LAST_TURN * limit
-    history: list[float] = []
+    best, history = (math.inf, start), list[float]()
     counts = np.zeros(3, dtype=int)
-    best: tuple[float, Contact, bool] | None = None
     rim = False
-    while len(history) < max_iterations and not rim:
+    while len(history) < max_iterations and best[0] > limit and not (rim or _wavers(history)):
         size = float(np.ptp(lift)) / scale
         inner = limit if outer <= LAST_TURN * limit else 0.1 * outer / size if size else 1.0
         normal, solution = level.press(lift, pressure, max(1e-3 * outer, 0.1 * limit))
@@ -70,15 +73,19 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
         value = lift_of(level, contact)
         outer = float(np.sqrt(np.mean((value - lift)[normal.contact] ** 2))) / scale
         history.append(outer)
-        solved = solution.converged and tangential.converged and tangential.residual <= 2.0 * limit
-        if solved and (best is None or outer < best[0]):
-            best = outer, contact, True
-        if solved and outer <= limit:
-            break
+        if solution.converged and tangential.converged and tangential.residual <= 2.0 * limit and outer < best[0]:
+            best = outer, contact
         lift = mixer.next(lift, np.asarray(value))
-    outer, contact, converged = best or (outer, contact, False)
-    return Coupled(contact, len(history), outer, converged and outer <= limit, int(counts[0]), int(counts[1]),
-                   int(counts[2]), rim, tuple(history))
+    if best[0] < math.inf:
+        outer, contact = best
+    converged = best[0] <= (WAVERING * limit if _wavers(history) else limit)
+    return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
+                   tuple(history))
+
+
+def _wavers(history: list[float]) -> bool:
+    """Whether the last six turns have gained less than a third."""
+    return len(history) >= 12 and min(history[-6:]) > 0.7 * min(history[:-6])
 
 
 def _pressure_guess(level: Level, coarse: Level, contact: Contact) -> Pressure:

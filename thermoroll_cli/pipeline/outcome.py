@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.pipeline.checks import failures
-from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported
 from thermoroll_cli.pipeline.heat import account, sideways_warning
 from thermoroll_cli.pipeline.plan import Plan
 from thermoroll_cli.pipeline.problem import Problem
@@ -18,8 +19,8 @@ from thermoroll_cli.pipeline.rung import Rung
 def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> Result:
     last = rungs[-1]
     scene = last.level.scene
-    coupled_scalars = [r.coupled_state.scalars for r in rungs]
-    errors = estimates(coupled_scalars, problem)
+    coupled, isothermal = scalars_by_level(rungs)
+    errors = estimates(coupled, scene, min(last.level.grid.shape))
     reasons = failures(scene, last.level, last.isothermal, last.coupled, last.feedback)
     warnings = list(plan.warnings)
     heat = last.level.heat(last.contact) if plan.runs("heat") else None
@@ -42,8 +43,8 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
         problem=problem,
         x=last.level.grid.x,
         y=last.level.grid.y,
-        coupled=last.coupled_state,
-        isothermal=last.isothermal_state,
+        coupled=replace(last.coupled_state, scalars=reported(coupled, scene)),
+        isothermal=replace(last.isothermal_state, scalars=reported(isothermal, scene)),
         hertz=hertz,
         converged=not reasons,
         reason="; ".join(reasons),
@@ -52,6 +53,11 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
         history=history,
         warnings=tuple(warnings),
     )
+
+
+def scalars_by_level(rungs: list[Rung]) -> tuple[Levels, Levels]:
+    """Scalars of the coupled and of the isothermal state on each grid, coarse to fine."""
+    return [r.coupled_state.scalars for r in rungs], [r.isothermal_state.scalars for r in rungs]
 
 
 def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str, Any]:
@@ -84,5 +90,6 @@ def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str,
         "applications": levels[-1]["applications"] + levels[-1].get("coupled_applications", 0),
         "levels": levels,
         "seconds": {k: round(v, 6) for k, v in seconds.items()},
+        "extrapolated": list(EXTRAPOLATED) if len(levels) > 2 else [],
         "skipped": dict(plan.skipped),
     }

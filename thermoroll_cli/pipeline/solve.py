@@ -12,7 +12,7 @@ from thermoroll_cli.pipeline.coupling import Tolerances, couple, on_finer_grid
 from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.mechanical import mechanical
-from thermoroll_cli.pipeline.outcome import result_of
+from thermoroll_cli.pipeline.outcome import result_of, scalars_by_level
 from thermoroll_cli.pipeline.plan import Plan, make_plan
 from thermoroll_cli.pipeline.problem import Problem
 from thermoroll_cli.pipeline.result import Result
@@ -134,8 +134,6 @@ def _accurate_enough(problem: Problem, rungs: list[Rung]) -> bool:
     wanted = problem.numerics.accuracy
     if wanted is None or len(rungs) < 3:
         return False
-    errors = estimates([r.coupled_state.scalars for r in rungs], problem)
-    errors_iso = estimates([r.isothermal_state.scalars for r in rungs], problem)
-    return all(e[k] <= wanted for e in (errors, errors_iso) for k in ERROR_SCALARS if not math.isnan(e[k]))
-
-
+    scene, elements = rungs[-1].level.scene, min(rungs[-1].level.grid.shape)
+    errors = [estimates(levels, scene, elements) for levels in scalars_by_level(rungs)]
+    return all(e[k] <= wanted for e in errors for k in ERROR_SCALARS if not math.isnan(e[k]))
