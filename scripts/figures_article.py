@@ -39,7 +39,7 @@ from thermoroll_cli.pipeline.solve import Solver
 from thermoroll_cli.plots.centreline import on_centreline
 from thermoroll_cli.plots.sheet import few_ticks
 from thermoroll_cli.plots.view import RunView
-from thermoroll_cli.solvers.heat import HeatedBody, HeatResponse
+from thermoroll_cli.solvers.heat import DividedHeat, HeatedBody, HeatResponse
 
 Folder = pathlib.Path
 
@@ -83,8 +83,8 @@ def moving_source(folder: Folder, grid: int) -> Numbers:
     numbers: Numbers = {}
     definitions = ((r"$V a_0/\kappa = 18.8$", 18.8, ISOTHERMAL), (r"$V a_0/2\kappa = 18.8$", 37.6, COUPLED))
     for words, speed, colour in definitions:
-        body = HeatedBody(1.0, 1.0, 1.0, 1.0, speed)
-        rise, _ = HeatResponse(mesh, body, body).temperatures(flux)
+        body = HeatedBody(1.0, 1.0, 1.0, speed)
+        rise, _ = HeatResponse(mesh, body, body).temperatures(DividedHeat.evenly(flux, 1.0))
         line = rise[:, mesh.ny // 2]
         exact = rectangle_temperature(x, 0.5 * mesh.dy, 1.0, 1.0, 1.0, 1.0, 1.0, speed)
         top = rectangle_maximum(1.0, 1.0, 1.0, 1.0, 1.0, speed)
@@ -372,7 +372,7 @@ def _strip_panel(figure: Any, axes: Any, panel: Panel, colours: str) -> None:
     image = draw_map(axes, frame, panel.values, state=1, colours=colours, limits=(0.0, top),
                      clipped=colours != "inferno")
     if panel.arrows:
-        draw_arrows(axes, panel.view, frame, panel.view.states[1], (2.2, 2.2))
+        draw_arrows(axes, panel.view, frame, 1, (2.2, 2.2))
     axes.set_title(panel.words, y=1.0, pad=4.0)
     axes.set_xlabel(r"$x/a_0$", labelpad=2.0)
     axes.set_ylabel(r"$y/b_0$", labelpad=1.0)

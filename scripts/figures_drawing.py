@@ -133,7 +133,7 @@ def map_figure(rows: Sequence[Row], side: float, *, legend: str = "") -> Figure:
             image = draw_map(axes, square, panel.values, state=panel.state, colours=row.colours, limits=(0.0, row.top),
                              clipped=row.clipped)
             if panel.arrows:
-                draw_arrows(axes, panel.view, square, panel.view.states[panel.state], (side, side))
+                draw_arrows(axes, panel.view, square, panel.state, (side, side))
             axes.set_title(panel.words, y=1.0, pad=3.5)
             few_ticks(axes, 4, 4)
             lowest = number == len(rows) - 1

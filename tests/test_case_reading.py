@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from command_line import MECHANICAL, THERMAL
 
+from thermoroll_cli.files import case_checks
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case_hints import TABLES
 
@@ -178,3 +179,22 @@ def test_every_key_of_the_contract_is_known() -> None:
     }
     for table, keys in contract.items():
         assert set(keys.split()) <= set(TABLES[table])
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["force.longitudinal_N=15"],
+        ["force.lateral_N=-3", "creepage.spin_rad_mm=0.01"],
+        ["thermal.partition=matched", "thermal.peclet=sliding"],
+    ],
+)
+def test_features_still_refused_are_read_already(overrides: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(case_checks, "NOT_YET", {})
+    case = parse(THERMAL, *overrides)
+    motion, force = case.problem.motion, case.settings.force
+    assert (motion.force_x, motion.force_y) == (force.longitudinal_N, force.lateral_N)
+    assert (motion.creepage_x is None, motion.creepage_y is None) == (motion.force_x is not None, motion.force_y is not None)
+    assert case.problem.heating.partition == ("matched" if "matched" in overrides[0] else 0.5)
+    assert Case.parse(case.to_toml()).settings == case.settings
+    assert Case.from_json(case.to_json()).settings == case.settings

@@ -13,6 +13,7 @@ from scipy.integrate import dblquad, quad
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.kalker import combined_constants
 from thermoroll_cli.kernels.convolution import Convolution
 from thermoroll_cli.kernels.elastic import ShearCompliance, normal_table, rectangle_integrals, shear_tables
 from thermoroll_cli.kernels.grid import Grid
@@ -33,8 +34,9 @@ def over_rectangle(integrand, i, j, dx, dy):
 
     distance = math.hypot(max(low_x, 0.0), max(low_y, 0.0))
     total = 0.0
-    xs, ys = (np.linspace(low, high, 1 + math.ceil((high - low) / distance)) for low, high in
-              ((low_x, high_x), (low_y, high_y)))  # fmt: skip
+    xs, ys = (
+        np.linspace(low, high, 1 + math.ceil((high - low) / distance)) for low, high in ((low_x, high_x), (low_y, high_y))
+    )
     for x0, x1 in pairwise(xs):
         for y0, y1 in pairwise(ys):
             x = 0.5 * (x0 + x1) + 0.5 * (x1 - x0) * node
@@ -80,8 +82,13 @@ def test_quadrature_by_scipy_agrees_too():
     for name, table in zip(("xx", "yy", "xy"), rectangle_integrals(3, 3, dx, dy), strict=True):
         expected, _ = dblquad(
             lambda y, x, f=INTEGRANDS[name]: f(x, y),
-            (i - 0.5) * dx, (i + 0.5) * dx, (j - 0.5) * dy, (j + 0.5) * dy, epsabs=1e-12, epsrel=1e-12,
-        )  # fmt: skip
+            (i - 0.5) * dx,
+            (i + 0.5) * dx,
+            (j - 0.5) * dy,
+            (j + 0.5) * dy,
+            epsabs=1e-12,
+            epsrel=1e-12,
+        )
         assert table[i, j] == pytest.approx(expected, rel=1e-10)
 
 
@@ -164,6 +171,18 @@ def test_without_poisson_effect_the_directions_do_not_couple():
     np.testing.assert_array_equal(xx, yy)
 
 
+def test_two_bodies_act_like_two_of_their_combined_constants():
+    """Kalker's combined G and ν stand for both bodies in the tangential kernel."""
+    bodies = (80e9, 0.3), (26e9, 0.1)
+    combined = combined_constants(*bodies[0], *bodies[1])
+    for one, other in zip(
+        shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(*bodies)),
+        shear_tables(5, 4, 1.0, 0.7, ShearCompliance.of(combined, combined)),
+        strict=True,
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-13)
+
+
 def test_strip_compliances_are_the_plane_limits():
     """Plane strain Σ(1−ν)/G along the gradient, anti-plane Σ1/G across it."""
     compliance = ShearCompliance.of((80e9, 0.28), (30e9, 0.4))
@@ -230,8 +249,9 @@ def test_tangential_displacement_converges_to_cattaneo_mindlin(nu):
         tables = shear_tables(n, n, grid.dx, grid.dy, ShearCompliance.of((shear_modulus, nu), (shear_modulus, nu)))
         convolution = Convolution(n, n)
         hat = convolution.forward(traction)
-        exact = full_slip_displacement(grid.x[:, None], grid.y[None, :], hertz.semi_axis_x, hertz.peak_pressure,
-                                       shear_modulus, nu)  # fmt: skip
+        exact = full_slip_displacement(
+            grid.x[:, None], grid.y[None, :], hertz.semi_axis_x, hertz.peak_pressure, shear_modulus, nu
+        )
         worst = 0.0
         for table, parity, expected in zip((tables[0], tables[2]), (1, -1), exact, strict=True):
             kernel = convolution.quadrant_spectrum(table, parity)

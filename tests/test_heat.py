@@ -62,9 +62,7 @@ def test_a_uniform_square_is_exact_on_every_element(peclet):
     """Whole elements of uniform flux: nothing is discretised but the table, good to 1e-9 everywhere on the grid."""
     grid, flux, q = square_source(24, 10)
     lower, upper = Pair(grid, body(speed_of(peclet)), body(speed_of(peclet)), 0.3).temperatures(flux)
-    exact = rectangle_temperature(
-        grid.x[:, None], grid.y[None, :], SIZE, SIZE, q, K, KAPPA, speed_of(peclet)
-    )  # fmt: skip
+    exact = rectangle_temperature(grid.x[:, None], grid.y[None, :], SIZE, SIZE, q, K, KAPPA, speed_of(peclet))
     np.testing.assert_allclose(lower, 0.3 * exact, atol=1e-9 * exact.max())
     np.testing.assert_allclose(upper, 0.7 * exact, atol=1e-9 * exact.max())
 
@@ -173,9 +171,7 @@ def test_response_is_linear_and_scales_with_the_constants():
     random = np.random.default_rng(9)
     a, b = random.random(grid.shape), random.random(grid.shape)
     pair = Pair(grid, body(1.0), body(1.0))
-    np.testing.assert_allclose(
-        pair.displacement(2.0 * a + b), 2.0 * pair.displacement(a) + pair.displacement(b), rtol=1e-12
-    )
+    np.testing.assert_allclose(pair.displacement(2.0 * a + b), 2.0 * pair.displacement(a) + pair.displacement(b), rtol=1e-12)
     double = Pair(grid, body(1.0, conductivity=2 * K), body(1.0, conductivity=2 * K))
     np.testing.assert_allclose(double.temperatures(a)[0], 0.5 * pair.temperatures(a)[0], rtol=1e-12)
     wide = Pair(grid, body(1.0, expansion=3 * FREE_EXPANSION), body(1.0, expansion=3 * FREE_EXPANSION))
@@ -216,7 +212,7 @@ def test_heat_flux_carries_all_of_the_heat(peclet):
     fields, s = result.coupled.fields, result.coupled.scalars
     area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
     assert fields["heat_flux"].min() >= 0.0
-    assert fields["heat_flux"].sum() * area == pytest.approx(s["Q_F_W"], rel=1e-9)
+    assert fields["heat_flux"].sum() * area == pytest.approx(s["Q_F_W"], rel=2.0 * result.error["Q_F_W"])
     assert s["heat_flux_max_W_mm2"] == pytest.approx(fields["heat_flux"].max() * 1e-6, rel=0.05)
     assert not fields["heat_flux"][fields["state"] == 0].any()
 
@@ -288,9 +284,16 @@ def test_full_slip_temperature_is_that_of_an_elliptic_hertzian_source(aspect):
     rise = result.coupled.fields["temperature_rise_lower"]
     i, j = np.unravel_index(int(np.argmax(rise)), rise.shape)
     exact = ellipse_temperature(
-        float(result.x[i]), float(result.y[j]), hertz.semi_axis_x, hertz.semi_axis_y, 0.5 * flux, K, KAPPA,
-        1.0 + creep / 2.0, "hertz",
-    )  # fmt: skip
+        float(result.x[i]),
+        float(result.y[j]),
+        hertz.semi_axis_x,
+        hertz.semi_axis_y,
+        0.5 * flux,
+        K,
+        KAPPA,
+        1.0 + creep / 2.0,
+        "hertz",
+    )
     assert rise[i, j] == pytest.approx(exact, rel=2e-3)
     assert result.coupled.scalars["temperature_rise_max_lower_K"] == pytest.approx(exact, rel=2e-3)
 

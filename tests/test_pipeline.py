@@ -23,7 +23,7 @@ from scenes import (
     solved,
 )
 
-from thermoroll_cli.pipeline.plan import grid_ladder, make_plan
+from thermoroll_cli.pipeline.plan import COARSEST, grid_ladder, make_plan
 from thermoroll_cli.pipeline.problem import Geometry, Heating, Motion, Numerics, Problem
 from thermoroll_cli.pipeline.result import FIELDS, SCALARS
 from thermoroll_cli.pipeline.scene import Scene
@@ -86,9 +86,9 @@ def test_summary_has_every_name_of_the_interface():
     summary = solved(VARIED["hot"]).summary()
     for name in ["status", "reason", *PHYSICAL, *INPUTS, "isothermal", "error", "work"]:
         assert name in summary, name
-    assert sorted(SCALARS) == sorted(PHYSICAL)
-    assert sorted(summary["isothermal"]) == sorted(PHYSICAL)
-    assert sorted(summary["error"]) == sorted(PHYSICAL)
+    assert set(PHYSICAL) <= set(SCALARS)
+    assert set(summary["isothermal"]) == set(SCALARS)
+    assert set(summary["error"]) == set(SCALARS)
     assert summary["status"] == "converged" and summary["reason"] == ""
     for name in ("grid", "iterations", "applications", "seconds", "skipped", "levels"):
         assert name in summary["work"], name
@@ -108,7 +108,7 @@ def test_summary_is_plain_json(name):
 def test_every_field_is_there_with_the_shape_of_the_grid():
     result = solved(on_grid(VARIED["hot"], (40, 56)))
     for state in (result.coupled, result.isothermal):
-        assert sorted(state.fields) == sorted(FIELD_NAMES) == sorted(FIELDS)
+        assert set(FIELD_NAMES) <= set(state.fields) <= set(FIELDS)
         for field in state.fields.values():
             assert field.shape == (40, 56) == (len(result.x), len(result.y))
             assert np.isfinite(field).all()
@@ -132,9 +132,10 @@ def test_scalars_of_skipped_stages_are_nan_and_their_fields_absent():
 
 
 def test_progress_is_reported_per_grid():
-    seen: list[tuple[str, list[int]]] = []
-    solve(on_grid(VARIED["hot"], 32), report=lambda stage, info: seen.append((stage, info["grid"])))
-    assert seen == [("tangential", [16, 16]), ("coupling", [16, 16]), ("tangential", [32, 32]), ("coupling", [32, 32])]
+    problem, seen = on_grid(VARIED["hot"], 32), []
+    solve(problem, report=lambda stage, info: seen.append((stage, tuple(info["grid"]))))
+    climb = [(stage, shape) for shape in grid_ladder(problem) for stage in ("tangential", "coupling")]
+    assert seen[-len(climb) :] == climb
 
 
 # --- invariants ---------------------------------------------------------------------------------------------------
@@ -160,11 +161,10 @@ def test_invariants_hold(varied):
         stick = f["state"] == 1
         assert not speed[stick].any() and not speed[~inside].any() and not shear[~inside].any()
         assert f["heat_flux"].min() >= 0.0 and not f["heat_flux"][~inside].any()
-        assert f["heat_flux"].sum() * area == pytest.approx(s["Q_F_W"], rel=1e-6)
         m = varied.motion
-        work = s["creepage_longitudinal"] * s["force_x_N"] + s["creepage_lateral"] * s["force_y_N"]
-        work += m.spin * s["spin_moment_Nmm"] * 1e-3
-        assert s["Q_F_W"] == pytest.approx(m.speed * work, rel=1e-7)
+        rigid = s["creepage_longitudinal"] - m.spin * result.y[None, :], s["creepage_lateral"] + m.spin * result.x[:, None]
+        work = m.speed * (f["shear_x"] * rigid[0] + f["shear_y"] * rigid[1]).sum() * area
+        assert f["heat_flux"].sum() * area == pytest.approx(work, rel=1e-6)
         for name in ("temperature_rise_lower", "temperature_rise_upper"):
             assert f[name].min() >= -1e-9 * f[name].max()
         assert 0.0 <= s["gamma_st"] <= 1.0
@@ -175,12 +175,16 @@ def test_scalars_agree_with_the_fields(varied):
     result = solved(varied)
     area = float((result.x[1] - result.x[0]) * (result.y[1] - result.y[0]))
     f, s = result.coupled.fields, result.coupled.scalars
-    assert s["force_x_N"] == pytest.approx(f["shear_x"].sum() * area, rel=1e-9)
-    assert s["force_y_N"] == pytest.approx(f["shear_y"].sum() * area, rel=1e-9, abs=1e-9 * varied.traction_limit)
+    # Integrals may be extrapolated, by no more than about their estimated error.
     arm = result.x[:, None] * f["shear_y"] - result.y[None, :] * f["shear_x"]
-    moment = 1e3 * arm.sum() * area
-    scale = varied.traction_limit * (result.hertz["hertz_a_mm"] + result.hertz["hertz_b_mm"])
-    assert s["spin_moment_Nmm"] == pytest.approx(moment, abs=1e-9 * scale)
+    arm_scale = 1e3 * varied.traction_limit * math.sqrt(result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]) * 1e-3
+    for name, value, scale in (
+        ("force_x_N", f["shear_x"].sum() * area, varied.traction_limit),
+        ("force_y_N", f["shear_y"].sum() * area, varied.traction_limit),
+        ("spin_moment_Nmm", 1e3 * arm.sum() * area, arm_scale),
+        ("Q_F_W", f["heat_flux"].sum() * area, 0.0),
+    ):
+        assert s[name] == pytest.approx(value, abs=2.0 * result.error[name] * max(abs(s[name]), scale)), name
     assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.hertz["hertz_p0_MPa"], rel=1e-12)
     assert s["pressure_max_MPa"] == pytest.approx(1e-6 * f["pressure"].max(), rel=0.01)
     hertz_area = math.pi * result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]
@@ -259,13 +263,13 @@ def test_results_do_not_depend_on_what_was_solved_before():
 
 
 def test_ladder_doubles_up_to_the_grid_that_is_asked_for():
-    assert grid_ladder(rolling(grid=128)) == ((16, 16), (32, 32), (64, 64), (128, 128))
-    assert grid_ladder(rolling(grid=(100, 60)))[-1] == (100, 60)
-    for grid in ((100, 60), (31, 200), (17, 17), (128, 33)):
+    for grid in ((128, 128), (100, 60), (31, 200), (17, 17), (128, 33)):
         ladder = grid_ladder(rolling(grid=grid))
         assert ladder[-1] == grid
-        assert 8 <= min(ladder[0]) < 40
-        assert all(1.8 < fine[k] / coarse[k] <= 2.0 for coarse, fine in pairwise(ladder) for k in (0, 1))
+        assert max(ladder[0]) < 2 * COARSEST
+        for coarse, fine in pairwise(ladder):
+            for few, many in zip(coarse, fine, strict=True):
+                assert 1.8 < many / few <= 2.0 or few == many < 2 * COARSEST
 
 
 def test_plan_tells_before_solving_what_will_be_done():
@@ -310,7 +314,7 @@ def test_estimated_errors_tell_the_size_of_the_true_ones():
     assert max(ratios) < 10.0
 
 
-@pytest.mark.parametrize("wanted", [2e-2, 3e-3])
+@pytest.mark.parametrize("wanted", [2e-2, 2e-3])
 def test_accuracy_picks_the_grid(wanted):
     """Coarse where little is asked for; the scalars are then as good as that, against a fine grid."""
     problem = reference_problem("article_3_1_case_2", 256)
@@ -325,7 +329,7 @@ def test_accuracy_picks_the_grid(wanted):
 
 def test_less_accuracy_costs_less():
     problem = reference_problem("article_3_1_case_2", 256)
-    rough, fine = (len(solved(replace(problem, numerics=Numerics(accuracy=a))).x) for a in (2e-2, 3e-3))
+    rough, fine = (len(solved(replace(problem, numerics=Numerics(accuracy=a))).x) for a in (2e-2, 5e-4))
     assert rough < fine
 
 

@@ -318,7 +318,11 @@ def table(**columns: Any) -> dict[str, list[Any]]:
         "isothermal.gamma_c": [1.0] * len(rows),
         "temperature_rise_max_lower_K": [speed / radius for radius, speed in rows],
         "force_x_N": [15.0] * len(rows),
+        # Rounding noise gets no diagram.
         "force_y_N": [1e-16] * len(rows),
+        "spin_moment_Nmm": [1e-15] * len(rows),
+        "hertz_a_mm": [0.2] * len(rows),
+        "hertz_b_mm": [0.2] * len(rows),
     }
     return {**made, **columns}
 

@@ -122,15 +122,17 @@ def test_answers_do_not_depend_on_what_was_solved_before():
 
 def test_result_is_the_sum_over_its_own_slip():
     """Fields of a result alone: heat flux and slip give its temperatures, by one kernel per source, within 1e-4."""
-    result = solved(rolling(grid=20, creepage=(0.003, 0.001), spin=5.0, speed=20.0, heating=replace(SLIDING, deformation=False)))
+    slow_heat = replace(STEEL, diffusivity=KAPPA / 20.0, expansion=1e-8)  # Péclet numbers up to 2.5, but hardly a bulge
+    result = solved(rolling(grid=20, creepage=(0.003, 0.001), spin=5.0, body=slow_heat, heating=SLIDING))
+    assert "deformation" in result.work["skipped"]
     fields, scalars = result.coupled.fields, result.coupled.scalars
     grid = Grid(20, 20, result.x[1] - result.x[0], result.y[1] - result.y[0])
     speed = np.hypot(fields["slip_x"], fields["slip_y"])
-    exact = direct_sum(temperature_table, grid, speed, fields["heat_flux"], KAPPA) * grid.dx / K
+    exact = direct_sum(temperature_table, grid, speed, fields["heat_flux"], KAPPA / 20.0) * grid.dx / K
     np.testing.assert_allclose(fields["temperature_rise_lower"], 0.5 * exact, atol=1e-4 * exact.max())
     np.testing.assert_allclose(fields["temperature_rise_upper"], 0.5 * exact, atol=1e-4 * exact.max())
-    expansion = 2.0 * direct_sum(displacement_table, grid, speed, 0.5 * fields["heat_flux"], KAPPA)
-    expansion *= grid.dx**2 * FREE_EXPANSION / K
+    expansion = direct_sum(displacement_table, grid, speed, fields["heat_flux"], KAPPA / 20.0)
+    expansion *= grid.dx**2 * 1.28e-8 / K
     inside = fields["state"] > 0
     expansion -= expansion[inside].mean()
     np.testing.assert_allclose(fields["displacement_thermal"], expansion, atol=1e-4 * np.ptp(expansion))
@@ -180,13 +182,13 @@ def test_mirrored_and_reversed_creepage_and_exchanged_bodies():
 
 
 def test_a_scaled_problem_has_the_same_numbers():
-    """Lengths × 10, loads × 100, speed / 10: the same stresses and Péclet numbers; expansion in proportion to the length."""
+    """Lengths × 8, loads × 64, speed / 8: the same stresses and Péclet numbers; expansion in proportion to the length."""
     small = replace(article_4_1(16, heating=SLIDING), motion=Motion(100.0, 0.003, 0.0))
-    geometry = replace(small.geometry, **{k: 10.0 * v for k, v in vars(small.geometry).items()})
-    large = replace(small, geometry=geometry, normal_force=6500.0, motion=Motion(10.0, 0.003, 0.0))
+    geometry = replace(small.geometry, **{k: 8.0 * v for k, v in vars(small.geometry).items()})
+    large = replace(small, geometry=geometry, normal_force=64.0 * 65.0, motion=Motion(12.5, 0.003, 0.0))
     a, b = solved(small), solved(large)
     for name in ("gamma_p", "gamma_c", "gamma_st", "temperature_rise_max_lower_K"):
-        assert b.coupled.scalars[name] == pytest.approx(a.coupled.scalars[name], rel=1e-9)
+        assert b.coupled.scalars[name] == pytest.approx(a.coupled.scalars[name], rel=1e-10)
     assert b.work["sliding"] == pytest.approx(a.work["sliding"], rel=1e-6)
 
 
@@ -204,9 +206,7 @@ def test_sideways_slip_is_told():
 
 def rolling_heat(creepage: float, grid: int = 32, deformation: bool = False):
     """A slow, hot sphere on sphere, so that P = V a0/κ ≈ 4; slide-roll ratio = `creepage`."""
-    return solved(
-        rolling(grid=grid, creepage=(creepage, 0.0), speed=0.2, heating=Heating(deformation=deformation))
-    )
+    return solved(rolling(grid=grid, creepage=(creepage, 0.0), speed=0.2, heating=Heating(deformation=deformation)))
 
 
 @pytest.mark.parametrize("creepage", [2.0, -2.0])
@@ -234,9 +234,11 @@ def test_beyond_pure_sliding_one_body_is_heated_backwards(creepage):
 
 def test_expansion_passes_smoothly_through_a_body_at_rest():
     """The table of a body at rest has an arbitrary constant, which must not show: ξ = 2 lies between ξ = 2 ∓ 1e-4."""
-    slow, rest, back = (rolling_heat(xi, deformation=True).coupled.fields["displacement_thermal"] for xi in (1.9999, 2.0, 2.0001))
+    slow, rest, back = (
+        rolling_heat(xi, deformation=True).coupled.fields["displacement_thermal"] for xi in (1.9999, 2.0, 2.0001)
+    )
     np.testing.assert_allclose(rest, 0.5 * (slow + back), atol=1e-4 * np.ptp(rest))
-    np.testing.assert_allclose(slow, back, atol=1e-3 * np.ptp(rest))
+    np.testing.assert_allclose(slow, back, atol=2e-3 * np.ptp(rest))
 
 
 def test_bodies_that_meet_at_opposite_speeds():

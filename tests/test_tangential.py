@@ -69,9 +69,9 @@ def test_stick_fraction_and_heat_match_contact(case):
 
 
 @pytest.mark.parametrize("case", CASES)
-@pytest.mark.parametrize(("n", "bound", "share"), [(32, 1.5e-3, 2.0), (64, 3e-4, 1.0), (128, 1e-4, 1.0)])
-def test_forces_and_moment_match_the_fine_prototype(case, n, bound, share):
-    """Within `bound` plus the stated uncertainty (the prototype's change since N = 64, twice that at N = 32)."""
+@pytest.mark.parametrize(("n", "bound"), [(32, 1e-3), (64, 3e-4), (128, 1e-4)])
+def test_forces_and_moment_match_the_fine_prototype(case, n, bound):
+    """Within `bound` plus the stated uncertainty of the prototype (its change since N = 64)."""
     found, expected = rolled(case, n), FINE[case]["fine"]
     doubt = expected["uncertainty"]
     for name, value in (
@@ -79,27 +79,41 @@ def test_forces_and_moment_match_the_fine_prototype(case, n, bound, share):
         ("force_y_over_muW", found.force_y),
         ("spin_moment_over_muWL", found.moment),
     ):
-        assert value == pytest.approx(expected[name], abs=bound + share * doubt[name]), name
+        assert value == pytest.approx(expected[name], abs=bound + doubt[name]), name
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_heat_matches_the_fine_prototype(case):
-    for n, bound in ((32, 6e-3), (64, 1e-3), (128, 4e-4)):
-        assert rolled(case, n).heat == pytest.approx(FINE[case]["fine"]["heat_over_V_muW"], rel=bound)
+@pytest.mark.parametrize(("n", "bound"), [(32, 3e-3), (64, 1e-3), (128, 3e-4)])
+def test_heat_matches_the_fine_prototype(case, n, bound):
+    """Relative, beside the stated uncertainty (at least 1e-4)."""
+    expected = FINE[case]["fine"]
+    doubt = expected["uncertainty"]["heat_over_V_muW"]
+    limit = expected["heat_over_V_muW"]
+    assert rolled(case, n).heat == pytest.approx(limit, abs=bound * limit + max(doubt, 1e-4 * limit))
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_heat_is_the_work_of_the_creep_forces(case):
-    """Q_F = V(ξ_x F_x + ξ_y F_y + ξ_φ M_z); what whole elements slip accounts for it to 1e-3 at N = 128."""
+    """∬q = V(ξ_x F_x + ξ_y F_y + ξ_φ M_z) on the grid, and so for the reported scalars to the error of extrapolation."""
     result = solved(reference_problem(case, 128))
-    s, motion = result.isothermal.scalars, result.problem.motion
-    work = motion.creepage_x * s["force_x_N"] + motion.creepage_y * s["force_y_N"]
-    work += motion.spin * s["spin_moment_Nmm"] * 1e-3
-    assert s["Q_F_W"] == pytest.approx(motion.speed * work, rel=1e-9)
-    fields = result.isothermal.fields
+    s, motion, f = result.isothermal.scalars, result.problem.motion, result.isothermal.fields
     area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
-    slipped = sum((fields[f"shear_{d}"] * fields[f"slip_{d}"]).sum() * area for d in "xy")
-    assert abs(slipped / s["Q_F_W"] - 1.0) == pytest.approx(s["power_balance_error"], abs=1e-9)
+    x, y = result.x[:, None], result.y[None, :]
+    rigid = motion.creepage_x - motion.spin * y, motion.creepage_y + motion.spin * x
+    work = motion.speed * (f["shear_x"] * rigid[0] + f["shear_y"] * rigid[1]).sum() * area
+    assert f["heat_flux"].sum() * area == pytest.approx(work, rel=1e-9)
+    reported = motion.creepage_x * s["force_x_N"] + motion.creepage_y * s["force_y_N"]
+    reported += motion.spin * s["spin_moment_Nmm"] * 1e-3
+    assert s["Q_F_W"] == pytest.approx(motion.speed * reported, rel=2e-4)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_power_balance_error_is_at_most_a_thousandth_at_128(case):
+    """What whole elements slip, against the work of the creep forces."""
+    result = solved(reference_problem(case, 128))
+    s, f = result.isothermal.scalars, result.isothermal.fields
+    slipped = sum((f[f"shear_{d}"] * f[f"slip_{d}"]).sum() for d in "xy")
+    assert abs(slipped / f["heat_flux"].sum() - 1.0) == pytest.approx(s["power_balance_error"], abs=1e-9)
     assert s["power_balance_error"] <= 1e-3
 
 
@@ -255,27 +269,26 @@ def test_kalker_coefficients_match_the_computed_ones(aspect, nu):
     assert c32 == pytest.approx(c23, rel=1e-4)
 
 
-def test_kalker_coefficients_converge_at_first_order():
-    """The traction of full stick is singular at the trailing edge: order 1, measured against twice extrapolation."""
+def test_kalker_coefficients_converge_at_second_order():
+    """The traction of full stick is singular at the trailing edge; compliant border elements keep second order."""
     row = reference("kalker_coefficients")["computed"][COMPUTED.index((1.0, 0.25))]
-    limit = np.array([row["C11"], row["C22"], row["C23"]])
-    sides = [16, 32, 64, 128]
-    errors = np.array([kalker_coefficients(1.0, 0.25, n, n == 128)[:3] / limit - 1.0 for n in sides])
+    sides = [16, 32, 64]
+    values = np.array([kalker_coefficients(1.0, 0.25, n, False)[:3] for n in sides])
+    limit = (4.0 * kalker_coefficients(1.0, 0.25, 128, True)[:3] - values[-1]) / 3.0
     for k in range(3):
-        assert 0.8 < order(sides, errors[:, k]) < 1.6
-    extrapolated = 2.0 * kalker_coefficients(1.0, 0.25, 128, True)[:3] - kalker_coefficients(1.0, 0.25, 64, False)
-    assert extrapolated == pytest.approx(limit, rel=1.5e-3)
+        assert order(sides, values[:, k] / limit[k] - 1.0) > 1.5
+    assert limit == pytest.approx([row["C11"], row["C22"], row["C23"]], rel=1.5e-3)
 
 
 @pytest.mark.parametrize("row", TABLE, ids=[f"{row[0]:.2g}" for row in TABLE])
 def test_kalker_coefficients_match_the_printed_table(row):
-    """All 19 aspect ratios at ν = 0.25 within 1 %: extrapolated from N = 32 and 64, slender ones on one fine grid."""
-    aspect, printed = row[0], [row[k][1] for k in (1, 2, 3)]
-    if aspect < 3.0:
-        found = 2.0 * kalker_coefficients(aspect, 0.25, 64, False) - kalker_coefficients(aspect, 0.25, 32, False)
-    else:
-        found = kalker_coefficients(aspect, 0.25, 128 if aspect > 5.0 else 96, False)
-    assert found == pytest.approx(printed, rel=0.01)
+    """All 19 aspect ratios at ν = 0.25, extrapolated from N = 32 and 64: within 1 % of what rounds to the printed digits.
+
+    Kalker prints three digits. At a/b = 10 his C22 = 12.8 is 1.2 % below the converged value, 0.8 % with its rounding."""
+    aspect, printed = row[0], np.array([row[k][1] for k in (1, 2, 3)])
+    rounding = 0.5 * 10.0 ** (np.floor(np.log10(printed)) - 2.0)
+    coarse, fine = (kalker_coefficients(aspect, 0.25, n, False) for n in (32, 64))
+    assert (np.abs((4.0 * fine - coarse) / 3.0 - printed) < 0.01 * printed + rounding).all()
 
 
 def test_pipeline_reaches_the_linear_limit():

@@ -140,7 +140,7 @@ def _problem(settings: Settings) -> si.Problem:
             heat=thermal.heat,
             deformation=thermal.deformation,
             peclet=thermal.peclet,
-            partition=float(thermal.partition),
+            partition=thermal.partition,
         ),
         numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
         title=settings.title,

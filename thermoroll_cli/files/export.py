@@ -48,9 +48,7 @@ def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]
     _data_item(geometry, f"{shape} 3", "Float", 4, f"{hdf5}:/mesh/points")
     for prefix, group, fields in _states(result):
         for name, values in fields.items():
-            attribute = ElementTree.SubElement(
-                grid, "Attribute", Name=prefix + name, AttributeType="Scalar", Center="Node"
-            )
+            attribute = ElementTree.SubElement(grid, "Attribute", Name=prefix + name, AttributeType="Scalar", Center="Node")
             kind = "Char" if values.dtype == np.int8 else "Float"
             _data_item(attribute, shape, kind, values.dtype.itemsize, f"{hdf5}:{group}/{name}")
     ElementTree.indent(root)
@@ -91,7 +89,5 @@ def _states(result: StoredResult) -> list[tuple[str, str, Mapping[str, NDArray[A
 
 
 def _data_item(parent: ElementTree.Element, shape: str, kind: str, precision: int, where: str) -> None:
-    item = ElementTree.SubElement(
-        parent, "DataItem", Dimensions=shape, NumberType=kind, Precision=str(precision), Format="HDF"
-    )
+    item = ElementTree.SubElement(parent, "DataItem", Dimensions=shape, NumberType=kind, Precision=str(precision), Format="HDF")
     item.text = where

@@ -44,9 +44,7 @@ becomes an error message, where the HDF5 library would otherwise crash or hang o
 __all__ = ["ResultFileError", "StoredResult", "read_result", "write_result"]
 
 
-def write_result(
-    path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str
-) -> None:
+def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
     """Write `result` and the case it came from to `path`, complete or not at all.
 
     Equal results give bit-identical datasets; only the root attributes `created` and `command_line` tell two runs

@@ -13,6 +13,7 @@ LOAD_ERROR = 1e-6
 COULOMB_EXCESS = 1e-4
 DIRECTION_ERROR = 1e-3
 HEAT_BALANCE = 1e-6
+TEMPERATURE_MISMATCH = 1e-4
 
 
 def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None,
@@ -20,7 +21,8 @@ def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled |
     """Reasons why the result cannot be trusted; empty when it can."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(scene, level, isothermal)]
     if feedback is not None and not feedback.converged and not feedback.touches_rim:
-        reasons.append(f"coupling of pressure and shear stopped after {feedback.iterations} iterations at a residual of "
+        coupling = "coupling of friction and temperature" if scene.problem.friction_falls else "coupling of pressure and shear"
+        reasons.append(f"{coupling} stopped after {feedback.iterations} iterations at a residual of "
                        f"{feedback.residual:.1e} of the approach: try a finer or coarser numerics.grid")
     if any(c.touches_rim for c in (feedback, coupled) if c is not None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
@@ -48,7 +50,7 @@ def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
         reasons.append("negative pressure")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
-    bound = problem.friction * normal.pressure
+    bound = contact.bound(problem.friction)
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")
@@ -62,6 +64,13 @@ def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
     heat = float(tangential.heat.sum()) * grid.element_area
     if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
         reasons.append(f"dissipated heat is {heat / tangential.work if tangential.work else np.inf:.6f} of the work of the creep forces")
+    if contact.friction is not None and problem.prescribed_force > bound.sum() * grid.element_area:
+        reasons.append(f"friction has fallen with the temperature: it carries {bound.sum() * grid.element_area:.6g} N at most, "
+                       f"less than the prescribed {problem.prescribed_force:.6g} N")
+    if problem.heating.heat and problem.heating.partition == "matched":
+        mismatch = level.heat(contact).partition.mismatch
+        if mismatch > TEMPERATURE_MISMATCH:
+            reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
     motion = problem.motion
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):

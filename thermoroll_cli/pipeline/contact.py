@@ -47,12 +47,17 @@ class Traction:
 @dataclass(frozen=True)
 class Contact:
     """A complete state; `expansion` is the thermal displacement that the pressure was computed with (None: none), `lift` that
-    by the shear of dissimilar bodies, −u_z^τ (0: none)."""
+    by the shear of dissimilar bodies, −u_z^τ (0: none); `friction` is the local coefficient if it is not the same everywhere."""
 
     normal: Pressure
     tangential: Traction
     expansion: Array | None = None
     lift: Array | float = 0.0
+    friction: Array | None = None
+
+    def bound(self, friction: float) -> Array:
+        """Coulomb bound of the traction in Pa, (nx, ny): `friction`, or the local coefficient, times pressure."""
+        return (friction if self.friction is None else self.friction) * self.normal.pressure
 
     @property
     def offset(self) -> Array:

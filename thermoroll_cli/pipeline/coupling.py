@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
+from thermoroll_cli.pipeline.friction import friction_before_heat, friction_of
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -72,14 +73,18 @@ def couple(
     offset: Array,
     tolerances: Tolerances,
     max_iterations: int = 60,
+    deforms: bool = True,
 ) -> Coupled:
     """Iterate the circle of Fig. 2 from the tractions of `start` and a first guess of the normal `offset` (m).
 
-    The unknown of the fixed point is the offset: thermal expansion, and for dissimilar bodies the lift by shear.
-    Anderson acceleration mixes its iterates. Inner problems are solved ten times more tightly than the outer residual
-    stands.
+    The unknowns of the fixed point are the offset (thermal expansion if the bodies are to deform, and for dissimilar bodies
+    the lift by shear) and, if it falls with the temperature, the coefficient of friction. Anderson acceleration mixes their
+    iterates. Inner problems are solved ten times more tightly than the outer residual stands.
     """
-    scale = level.scene.hertz.approach
+    problem, scale = level.scene.problem, level.scene.hertz.approach
+    friction = start.friction
+    if problem.friction_falls and friction is None:
+        friction = friction_before_heat(level)
     mixer = Anderson(depth=4, first_damping=0.7)
     contact = start
     pressure = start.normal.pressure
@@ -87,27 +92,39 @@ def couple(
     history: list[float] = []
     counts = np.zeros(3, dtype=int)
     converged = rim = False
+    pressed = True
     for _ in range(max_iterations):
         inner = max(0.05 * outer, 1.0 * tolerances.tangential)
-        normal, solution = level.press(offset, pressure, max(1e-3 * outer, tolerances.normal))
-        tangential = level.roll(normal, [contact.tangential], min(inner, 1e-2))
-        contact = Contact(normal, tangential)
-        pressure = solution.pressure
-        counts += (solution.iterations, tangential.applications, tangential.newton_steps)
-        rim = solution.touches_rim
+        if deforms or level.scene.feeds_back:
+            normal, solution = level.press(offset, pressure, max(1e-3 * outer, tolerances.normal))
+            pressure, rim, pressed = solution.pressure, solution.touches_rim, solution.converged
+            counts[0] += solution.iterations
+        else:
+            normal = level.hertz
+        tangential = level.roll(normal, [contact.tangential], min(inner, 1e-2), friction)
+        contact = Contact(normal, tangential, friction=friction)
+        counts[1:] += (tangential.applications, tangential.newton_steps)
         lift = lift_of(level, contact)
-        change = expansion_of(level, contact) + lift - offset
+        change = (expansion_of(level, contact) if deforms else 0.0) + lift - offset
         if not level.scene.feeds_back:
             change -= change[normal.contact].mean()
-        contact = replace(contact, expansion=offset - lift, lift=lift)
+        contact = replace(contact, expansion=offset - lift if deforms else None, lift=lift)
         outer = float(np.abs(change[normal.contact]).max()) / scale
+        if friction is not None:
+            warming = (friction_of(level, contact) - friction) / problem.friction
+            outer = max(outer, float(np.abs(warming[normal.contact]).max()))
         history.append(outer)
         if rim:
             break
         if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
-            converged = solution.converged and tangential.converged
+            converged = pressed and tangential.converged
             break
-        offset = mixer.next(offset, offset + change)
+        if friction is None:
+            offset = mixer.next(offset, offset + change)
+        else:
+            unknowns = np.stack((offset / scale, friction / problem.friction))
+            offset, factor = mixer.next(unknowns, unknowns + np.stack((change / scale, warming)))
+            offset, friction = offset * scale, problem.friction * np.clip(factor, problem.friction_minimum, 1.0)
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 
@@ -117,4 +134,5 @@ def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contac
     prolong = Prolongation(coarse.grid, level.grid)
     pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
     guess: Pressure = replace(level.hertz, pressure=pressure, covered=(pressure > 0.0).astype(float))
-    return Contact(guess, level.continue_from(coarse, contact, guess)), prolong(contact.offset)
+    friction = None if contact.friction is None else prolong(contact.friction)
+    return Contact(guess, level.continue_from(coarse, contact, guess), friction=friction), prolong(contact.offset)

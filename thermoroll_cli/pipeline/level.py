@@ -25,9 +25,6 @@ from thermoroll_cli.solvers.tangential_operator import RollingGradient
 Array = NDArray[np.float64]
 Box = tuple[slice, slice]
 
-FULL = 0.95
-"""Covered fraction from which an element on the rim of the domain shows that the contact goes on beyond it."""
-
 
 class Level:
     """The solvers of one scene on one grid; each is built when a stage first needs it."""
@@ -83,10 +80,15 @@ class Level:
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
                           peak_value(refined.pressure))
-        # On coarse grids the border of the contact runs through the outermost elements: only those full of it tell.
-        covered = refined.covered
-        outermost = max(float(side.max()) for side in (covered[0], covered[-1], covered[:, 0], covered[:, -1]))
-        return normal, replace(solution, touches_rim=solution.touches_rim and outermost > FULL)
+        return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
+
+    @property
+    def _rim_tells(self) -> bool:
+        """Whether contact in the outermost elements means that the domain is too small: on coarse grids they also hold the
+        border of Hertz's contact, so their centres must lie in the outer half of the room around it."""
+        grid, hertz = self.grid, self.scene.hertz
+        half_room = 0.5 * (1.0 + 0.5 * self.extent)
+        return bool(grid.x[-1] > half_room * hertz.semi_axis_x and grid.y[-1] > half_room * hertz.semi_axis_y)
 
     # --- dissimilar bodies ---------------------------------------------------------------------------------------
 
@@ -103,8 +105,12 @@ class Level:
             rigid -= self.normal_shear.stretch(normal.pressure)
         return rigid
 
-    def roll(self, normal: Pressure, starts: Sequence[Traction], tolerance: float) -> Traction:
-        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick)."""
+    def roll(
+        self, normal: Pressure, starts: Sequence[Traction], tolerance: float, friction: Array | None = None
+    ) -> Traction:
+        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick).
+
+        `friction` is the local coefficient (nx, ny), if it is not the same everywhere."""
         problem = self.scene.problem
         rigid = self.driving_slip(normal)
         motion = problem.motion
@@ -119,7 +125,7 @@ class Level:
         assert self._rolling is not None
         inner = (slice(None), *box)
         cell = TangentialProblem(
-            bound=problem.friction * normal.pressure[box],
+            bound=(problem.friction if friction is None else friction[box]) * normal.pressure[box],
             covered=normal.covered[box],
             rigid_slip=rigid[inner],
             element_area=self.grid.element_area,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
-from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, isothermal, lift_of
+from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, couple, isothermal, lift_of
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -34,6 +34,8 @@ def mechanical(
 
     Shear between dissimilar bodies (Dundurs' β ≠ 0) changes the pressure; then, and only then, there are iterations: they
     start from the state on the level `before` (a coarser grid, or this one in an earlier problem)."""
+    if level.scene.problem.friction_falls:
+        return _with_warm_friction(level, starts, tolerances, before)
     if not level.scene.feeds_back:
         return isothermal(level, starts, tolerances.tangential), None
     if before is None:
@@ -44,6 +46,19 @@ def mechanical(
         offset = Prolongation(coarse.grid, level.grid)(contact.offset)
     feedback = settle(level, guess, offset, tolerances)
     return feedback.contact, feedback
+
+
+def _with_warm_friction(
+    level: Level, starts: Sequence[Traction], tolerances: Tolerances, before: tuple[Level, Contact] | None
+) -> tuple[Contact, Coupled]:
+    """As `mechanical`, with the coefficient of friction that goes with the temperature: heat acts on it, not on the shape."""
+    tangential = starts[0] if starts else isothermal(level, [], FIRST_GUESS).tangential
+    offset, friction = np.zeros(level.grid.shape), None
+    if before is not None and before[1].friction is not None:
+        prolong = Prolongation(before[0].grid, level.grid)
+        offset, friction = prolong(before[1].offset), prolong(before[1].friction)
+    state = couple(level, Contact(level.hertz, tangential, friction=friction), offset, tolerances, deforms=False)
+    return state.contact, state
 
 
 def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, max_iterations: int = 60) -> Coupled:
@@ -78,7 +93,7 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
         lift = mixer.next(lift, np.asarray(value))
     if best[0] < math.inf:
         outer, contact = best
-    converged = best[0] <= (WAVERING * limit if _wavers(history) else limit)
+    converged = bool(best[0] <= (WAVERING * limit if _wavers(history) else limit))
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -72,6 +72,15 @@ def make_plan(problem: Problem) -> Plan:
         skipped["heat"] = "nothing rubs: no frictional heat"
     else:
         run.append("heat")
+    if "heat" in run and heating.partition == "matched":
+        if (share := _even_share(scene)) is None:
+            run.append("partition")
+        else:
+            skipped["partition"] = f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
+    if problem.friction_falls and scene.has_traction:
+        run.append("warm friction")
+    elif problem.friction_slope:
+        skipped["warm friction"] = "no friction and heat that could change it"
     if "heat" not in run:
         skipped["deformation"] = "no heat"
     elif not heating.deformation:
@@ -128,7 +137,7 @@ def bulge_bound(scene: Scene) -> float:
     heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few times the
     saturation creepage at most."""
     problem, motion = scene.problem, scene.problem.motion
-    level = Level(scene, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+    level = _preview(scene)
     rigid = level.driving_slip(level.hertz)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
@@ -136,8 +145,30 @@ def bulge_bound(scene: Scene) -> float:
     slip = np.hypot(rigid[0], rigid[1])
     flux = problem.friction * level.hertz.pressure * slip * motion.speed
     response = level.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
-    heat = divide(problem.heating, response, flux, level.hertz.contact)
-    return float(np.ptp(heat.expansion()[level.hertz.contact]))
+    inside = level.hertz.contact
+    bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
+    if not problem.heating.conducts:
+        return float(np.ptp(bulge[inside]))
+    # Friction that turns out smaller must not have hidden what conduction does.
+    conducted = divide(problem.heating, response, np.zeros(level.grid.shape), inside).expansion()
+    return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
+
+
+def _preview(scene: Scene) -> Level:
+    """A grid coarse enough for estimates."""
+    return Level(scene, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+
+
+def _even_share(scene: Scene) -> float | None:
+    """Share of the lower body with which both surfaces get equally warm everywhere; None if that takes a solution."""
+    motion = scene.problem.motion
+    if scene.problem.heating.conducts:
+        return None
+    if scene.problem.heating.peclet == "rolling" and (motion.force_x, motion.force_y) != (None, None):
+        return None
+    level = _preview(scene)
+    creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
+    return level.heat_response(creepage, np.zeros((2, *level.grid.shape))).matched_share
 
 
 def _half_space_warnings(scene: Scene) -> list[str]:

@@ -109,7 +109,10 @@ class Numerics:
 
 @dataclass(frozen=True)
 class Problem:
-    """A complete steady-state rolling contact problem in SI units."""
+    """A complete steady-state rolling contact problem in SI units.
+
+    `friction` falls by the share `friction_slope` per K of contact temperature, down to the share `friction_minimum`.
+    """
 
     lower: Material
     upper: Material
@@ -120,6 +123,8 @@ class Problem:
     heating: Heating = Heating()
     numerics: Numerics = Numerics()
     title: str = ""
+    friction_slope: float = 0.0
+    friction_minimum: float = 0.1
 
     @property
     def contact_modulus(self) -> float:
@@ -129,6 +134,11 @@ class Problem:
     @property
     def spin_free(self) -> bool:
         return self.motion.spin == 0.0
+
+    @property
+    def friction_falls(self) -> bool:
+        """Whether the coefficient of friction depends on the temperature."""
+        return self.friction > 0.0 and self.friction_slope > 0.0 and self.heating.heat
 
     @property
     def traction_limit(self) -> float:

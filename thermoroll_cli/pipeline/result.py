@@ -18,6 +18,7 @@ FIELDS: dict[str, tuple[str, str]] = {
     "slip_x": ("m/s", "slip velocity along x"),
     "slip_y": ("m/s", "slip velocity along y"),
     "state": ("1", "0 out of contact, 1 stick, 2 slip"),
+    "friction_coefficient": ("1", "local coefficient of friction, at the temperature of the contact"),
     "heat_flux": ("W/m2", "frictional heat flux into both bodies"),
     "heat_flux_lower": ("W/m2", "heat flux into the lower body, friction and conduction"),
     "temperature_rise_lower": ("K", "surface temperature rise of the lower body"),

@@ -78,6 +78,8 @@ def state_of(level: Level, contact: Contact, *, temperatures: bool, expansion: A
         "displacement_elastic": normal.displacement - contact.lift,
         "gap": normal.gap,
     }
+    if contact.friction is not None:
+        fields["friction_coefficient"] = contact.friction * inside
     scalars = scalars_of(level, contact)
     scalars["heat_flux_max_W_mm2"] = float(flux.max()) * 1e-6
     rises = (math.nan, math.nan)

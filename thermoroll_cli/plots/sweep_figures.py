@@ -44,7 +44,7 @@ PREFIXES = ("isothermal.", "isothermal_")
 NEGLIGIBLE = 1e-9
 """A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
 
-FAMILIES = (("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral"))
+FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
 
 UNITS = {
     "_mm2_s": "mm²/s",
@@ -150,10 +150,19 @@ def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], o
     if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
         # The swept creepage against itself.
         return False
-    family = next((family for family in FAMILIES if names[0] in family), names)
-    reference = _merged(table, family)
-    top = 0.0 if reference is None else float(np.nanmax(np.abs(reference), initial=0.0))
-    return float(np.abs(finite).max()) > NEGLIGIBLE * top
+    return float(np.abs(finite).max()) > NEGLIGIBLE * _scale_of(table, names)
+
+
+def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
+    """The largest value in the family that the quantity belongs to; of a moment, the largest force times sqrt(a0 b0)."""
+
+    def largest(*columns: str) -> float:
+        values = [np.abs(_numbers(table[name])) for name in columns if name in table]
+        return max((float(np.nanmax(column, initial=0.0, where=~np.isnan(column))) for column in values), default=0.0)
+
+    if names == ("spin_moment_Nmm",):
+        return largest(*FORCES) * math.sqrt(largest("hertz_a_mm") * largest("hertz_b_mm"))
+    return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
 
 
 def _draw(axes: Axes, x: Column, values: Column, lines: list[Line], *, dashed: bool) -> None:

@@ -16,6 +16,8 @@ REACH = 5
 """Elements up to this far away, along each axis, are fitted."""
 FINE = 8
 """Sample points per side of a border element."""
+TOLERABLE_MISFIT = 0.005
+"""A paraboloid that misses the fitted p² by this share is trusted by half."""
 FEWEST = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""
 
@@ -39,8 +41,9 @@ def border_elements(pressure: Array, contact: Mask) -> tuple[Mask, Array, Array]
     ring = (_neighbours(contact) > 0) & ~inner
     i, j = np.nonzero(ring)
     square = np.where(core, pressure, 0.0) ** 2
-    coefficients, usable = _paraboloids(square, core, i, j)
-    i, j, coefficients = i[usable], j[usable], coefficients[usable]
+    coefficients, trust = _paraboloids(square, core, i, j)
+    fitted = trust > 0.0
+    i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]
     t = (np.arange(FINE) + 0.5) / FINE - 0.5
     u, v = np.meshgrid(t, t, indexing="ij")
     basis = np.stack([np.ones_like(u), u, v, u * u, u * v, v * v]).reshape(6, -1)
@@ -53,8 +56,8 @@ def border_elements(pressure: Array, contact: Mask) -> tuple[Mask, Array, Array]
     part = np.clip(0.5 + FINE * value / np.maximum(slope, 1e-300), 0.0, 1.0)
     covered = contact.astype(np.float64)
     load = np.where(contact, pressure, 0.0)
-    covered[i, j] = part.mean(axis=1)
-    load[i, j] = np.sqrt(np.maximum(value, 0.0)).mean(axis=1)
+    covered[i, j] += trust * (part.mean(axis=1) - covered[i, j])
+    load[i, j] += trust * (np.sqrt(np.maximum(value, 0.0)).mean(axis=1) - load[i, j])
     border = np.zeros_like(contact)
     border[i, j] = True
     covered[load <= 0.0] = 0.0
@@ -65,7 +68,8 @@ def border_elements(pressure: Array, contact: Mask) -> tuple[Mask, Array, Array]
 def _paraboloids(square: Array, core: Mask, i: NDArray[np.intp], j: NDArray[np.intp]) -> tuple[Array, Mask]:
     """Least-squares paraboloid of `square` around each element (i, j) from the `core` elements within reach.
 
-    Returns (m, 6) coefficients of 1, u, v, u², uv, v² in elements from the centre of (i, j), and which are well determined."""
+    Returns (m, 6) coefficients of 1, u, v, u², uv, v² in elements from the centre of (i, j), and how far each fit can be
+    trusted, from 1 (exact) to 0 (not determined): a trust that falls smoothly keeps the coupled iteration from jumping."""
     width = 2 * REACH + 1
     offsets = np.arange(-REACH, REACH + 1)
     u, v = (o.ravel() for o in np.meshgrid(offsets, offsets, indexing="ij"))
@@ -87,4 +91,8 @@ def _paraboloids(square: Array, core: Mask, i: NDArray[np.intp], j: NDArray[np.i
     if usable.any():
         solution = np.linalg.solve(scaled[usable], (right / diagonal)[usable][:, :, None])[:, :, 0]
         out[usable] = solution / diagonal[usable] * scale
-    return out, usable
+    misfit = np.sqrt((w * (values - out @ basis.T) ** 2).sum(axis=1))
+    size = np.sqrt((w * values**2).sum(axis=1))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        trust = 1.0 / (1.0 + (misfit / size / TOLERABLE_MISFIT) ** 2)
+    return out, np.where(usable & (size > 0.0), trust, 0.0)

@@ -1,12 +1,12 @@
 """What a traction on a partly covered element does beyond the uniform element of the influence coefficients.
 
 Where the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
-border with outward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
+border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
 gradient of the displacement along the rolling direction is
 
-    K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ .
+    K τ = n_x [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ .
 
-For n along x these are the constants of numerics.md; without the turn of n lateral forces keep an error of first order.
+at the leading border (n_x > 0; nothing at the trailing one). For n along x these are the constants of numerics.md; without the turn of n lateral forces keep an error of first order.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ SMALLEST_COVER = 1e-3
 
 
 class BorderCompliance:
-    """K on the elements of a bounding box (n, m): `partial` marks where it is not zero, `diagonal` (2, n, m) is its diagonal."""
+    """K on the elements of a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is its diagonal."""
 
     def __init__(self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
         i, j = self._index = np.nonzero(self.partial)
         nx, ny = _border_normal(np.where(contact, covered, 0.0), i, j, dx, dy)
-        scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
+        # The trailing border slips at the bound whatever the gradient there: K would only take power from it.
+        scale = np.maximum(nx, 0.0) * (1.0 - share[i, j]) / share[i, j]
         along, across = compliance.along, compliance.across
         self.xx = scale * (along * nx * nx + across * ny * ny)
         self.yy = scale * (along * ny * ny + across * nx * nx)
