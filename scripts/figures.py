@@ -12,11 +12,12 @@ import sys
 import time
 
 import figures_article
+import figures_numerics
 from figures_drawing import ROOT
 
 from thermoroll_cli.plots.sheet import style
 
-FIGURES = {**figures_article.FIGURES}
+FIGURES = {**figures_article.FIGURES, **figures_numerics.FIGURES}
 
 
 def main() -> None:

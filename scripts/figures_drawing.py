@@ -197,3 +197,8 @@ def letter(axes: Axes, text: str, *, right: bool = False, low: bool = False) -> 
 def write(figure: Figure, folder: pathlib.Path, name: str) -> None:
     """Save `figure` as small as PNG can be, without dates: the same figure is the same file."""
     figure.savefig(folder / f"{name}.png", metadata={"Software": None}, pil_kwargs={"optimize": True})
+
+
+def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, list[Any]]:
+    """A table for the documents (see figures.py)."""
+    return {"header": list(header), "rows": [list(row) for row in rows]}

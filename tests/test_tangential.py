@@ -292,7 +292,7 @@ def test_kalker_coefficients_match_the_printed_table(row):
 
 
 def test_pipeline_reaches_the_linear_limit():
-    """Friction out of reach and a small creepage: the whole pipeline gives the forces of full stick."""
+    """Friction out of reach and a small creepage: the whole pipeline gives the forces of full stick, at N = 64."""
     base = rolling(grid=64, body=elastic(0.25), friction=100.0)
     creep = 1e-3 * saturation(base).creepage
     result = solved(replace(base, motion=Motion(1.0, creep, creep)))
@@ -300,7 +300,8 @@ def test_pipeline_reaches_the_linear_limit():
     unit = elastic(0.25).shear_modulus * hertz.semi_axis_x * hertz.semi_axis_y * creep
     found = [s["force_x_N"] / unit, s["force_y_N"] / unit, s["spin_moment_Nmm"] * 1e-3 / (unit * hertz.mean_radius)]
     assert result.converged
-    assert found == pytest.approx(kalker_coefficients(1.0, 0.25, 64, False), rel=2e-3)
+    row = reference("kalker_coefficients")["computed"][COMPUTED.index((1.0, 0.25))]
+    assert found == pytest.approx([row["C11"], row["C22"], row["C23"]], rel=1e-2)
 
 
 # --- Carter: the limit of a long contact --------------------------------------------------------------------------

@@ -135,8 +135,6 @@ NOT_YET: dict[KeyPath, tuple[Callable[[Sections], bool], str]] = {
     ("material", "upper"): (_dissimilar, "two materials of different elasticity are not supported yet"),
     ("thermal", "peclet"): (_thermal_is("peclet", "sliding"), "sliding Péclet numbers are not supported yet"),
     ("thermal", "partition"): (_thermal_is("partition", "matched"), "matched partition is not supported yet"),
-    ("force", "longitudinal_N"): (_force_given("longitudinal_N"), "prescribed forces are not supported yet"),
-    ("force", "lateral_N"): (_force_given("lateral_N"), "prescribed forces are not supported yet"),
 }
 """Features the solvers do not have yet, each with the key that asks for it. Delete a line to admit the feature."""
 

@@ -14,6 +14,7 @@ COULOMB_EXCESS = 1e-4
 DIRECTION_ERROR = 1e-3
 HEAT_BALANCE = 1e-6
 TEMPERATURE_MISMATCH = 1e-4
+FEWEST_ELEMENTS = 12
 
 
 def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None,
@@ -32,8 +33,21 @@ def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled |
                 reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
                                f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
                                "lower the speed or the creepage")
+        elements = _elements(coupled)
+        if coupled.converged and elements < FEWEST_ELEMENTS:
+            reasons.append(f"the heated contact has shrunk to {elements} elements: beyond the thermo-elastic limit, "
+                           "or in need of a finer numerics.grid")
         reasons += [f"coupled state: {r}" for r in _state_failures(scene, level, coupled.contact)]
     return reasons
+
+
+def overheated(coupled: Coupled | None) -> bool:
+    """Whether the coupled iteration failed for too much heat, and not for its domain."""
+    return coupled is not None and not coupled.touches_rim and (not coupled.converged or _elements(coupled) < FEWEST_ELEMENTS)
+
+
+def _elements(coupled: Coupled) -> int:
+    return int(np.count_nonzero(coupled.contact.normal.contact))
 
 
 def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
@@ -63,7 +77,8 @@ def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
             reasons.append("slip does not point along the traction")
     heat = float(tangential.heat.sum()) * grid.element_area
     if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
-        reasons.append(f"dissipated heat is {heat / tangential.work if tangential.work else np.inf:.6f} of the work of the creep forces")
+        share = heat / tangential.work if tangential.work else np.inf
+        reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
     if contact.friction is not None and problem.prescribed_force > bound.sum() * grid.element_area:
         reasons.append(f"friction has fallen with the temperature: it carries {bound.sum() * grid.element_area:.6g} N at most, "
                        f"less than the prescribed {problem.prescribed_force:.6g} N")

@@ -47,7 +47,7 @@ class Traction:
 @dataclass(frozen=True)
 class Contact:
     """A complete state; `expansion` is the thermal displacement that the pressure was computed with (None: none), `lift` that
-    by the shear of dissimilar bodies, −u_z^τ (0: none); `friction` is the local coefficient if it is not the same everywhere."""
+    by the shear of dissimilar bodies, −u_z^τ (0: none), `friction` the local coefficient if it is not the same everywhere."""
 
     normal: Pressure
     tangential: Traction

@@ -109,7 +109,8 @@ def couple(
         if not level.scene.feeds_back:
             change -= change[normal.contact].mean()
         contact = replace(contact, expansion=offset - lift if deforms else None, lift=lift)
-        outer = float(np.abs(change[normal.contact]).max()) / scale
+        # Also where a shrunken contact no longer is: a state must be one of the whole gap.
+        outer = float(np.abs(change[normal.contact | level.hertz.contact]).max()) / scale
         if friction is not None:
             warming = (friction_of(level, contact) - friction) / problem.friction
             outer = max(outer, float(np.abs(warming[normal.contact]).max()))

@@ -43,8 +43,9 @@ def estimates(levels: Levels, scene: Scene, elements: int) -> dict[str, float]:
     """Estimated relative error of each reported scalar on the last of `levels` (coarse to fine, each side doubled).
 
     The change over the last doubling, over 2^p − 1 with the order p that the last three grids show (between 1 and 2), but not
-    less than a share of the change before: two values may agree by accident. `elements` is the number per side of the last grid.
-    Forces are relative to μW at least, the spin moment to μW sqrt(a0 b0), the stick fraction is absolute. nan for one grid alone.
+    less than a share of the change before: two values may agree by accident. `elements` is the number per side of the last
+    grid. Forces are relative to μW at least, the spin moment to μW sqrt(a0 b0), the stick fraction is absolute. nan for one
+    grid alone.
     """
     return {name: _estimate(name, [level.get(name, math.nan) for level in levels], scene, elements) for name in SCALARS}
 

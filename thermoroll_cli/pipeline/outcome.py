@@ -31,14 +31,14 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
         missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
         if missed:
             worst = max(missed, key=lambda k: errors[k])
-            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried ({last.level.grid.nx} elements per side): "
+            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried, {last.level.grid.nx} elements per side: "
                            f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
     hertz = {k: plan.facts[k] for k in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper")}
     history: dict[str, Any] = {}
     if last.coupled is not None:
         history["coupling_residual"] = np.array(last.coupled.history)
     if last.feedback is not None:
-        history["elastic_coupling_residual"] = np.array(last.feedback.history)
+        history[f"{_feedback_name(last)}_residual"] = np.array(last.feedback.history)
     return Result(
         problem=problem,
         x=last.level.grid.x,
@@ -60,6 +60,11 @@ def scalars_by_level(rungs: list[Rung]) -> tuple[Levels, Levels]:
     return [r.coupled_state.scalars for r in rungs], [r.isothermal_state.scalars for r in rungs]
 
 
+def _feedback_name(rung: Rung) -> str:
+    """What the state without thermal deformation iterates on."""
+    return "warm_friction" if rung.scene.problem.friction_falls else "elastic_coupling"
+
+
 def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str, Any]:
     levels = []
     for r in rungs:
@@ -71,7 +76,7 @@ def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str,
         }
         if r.feedback is not None:
             entry |= {
-                "elastic_coupling_iterations": r.feedback.iterations,
+                f"{_feedback_name(r)}_iterations": r.feedback.iterations,
                 "normal_iterations": r.feedback.normal_iterations,
             }
         if r.coupled is not None:

@@ -8,9 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from thermoroll_cli.pipeline.checks import overheated
 from thermoroll_cli.pipeline.coupling import Tolerances, couple, on_finer_grid
 from thermoroll_cli.pipeline.estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.pipeline.level import Level
+from thermoroll_cli.pipeline.limit import last_steady_state
 from thermoroll_cli.pipeline.mechanical import mechanical
 from thermoroll_cli.pipeline.outcome import result_of, scalars_by_level
 from thermoroll_cli.pipeline.plan import Plan, make_plan
@@ -70,6 +72,14 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
+        result, too_hot = self._solve(problem, report)
+        if too_hot:
+            # Lower speeds have kernels of their own: a fresh solver each, and nothing of them is remembered.
+            result = last_steady_state(problem, result, lambda p: Solver(self.threads)._solve(p, report)[0])
+        return result
+
+    def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
+        """One attempt, and whether it failed for too much heat."""
         plan = make_plan(problem)
         while True:
             rungs, stopwatch = self._climb(problem, plan, report or (lambda stage, info: None))
@@ -82,7 +92,7 @@ class Solver:
         result = result_of(problem, plan, rungs, stopwatch.seconds)
         if result.converged:
             self._neighbours.remember(rungs)
-        return result
+        return result, last.isothermal.tangential.converged and overheated(last.coupled)
 
     def _climb(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[Rung], _Stopwatch]:
         scene = Scene(problem)

@@ -4,9 +4,10 @@ Where the contact border cuts an element, the traction acts on the covered part 
 border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
 gradient of the displacement along the rolling direction is
 
-    K τ = n_x [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ .
+    K τ = n_x [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
 
-at the leading border (n_x > 0; nothing at the trailing one). For n along x these are the constants of numerics.md; without the turn of n lateral forces keep an error of first order.
+at the leading border (n_x > 0; nothing at the trailing one). For n along x these are the constants of numerics.md; without
+the turn of n lateral forces keep an error of first order.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ SMALLEST_COVER = 1e-3
 
 
 class BorderCompliance:
-    """K on the elements of a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is its diagonal."""
+    """K on the elements of a bounding box (n, m): `partial` marks partly covered elements, `diagonal` is that of K, (2, n, m)."""
 
     def __init__(self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)

@@ -7,6 +7,7 @@ Eq. 12 are needed, because the slip equation is discretised and not its integral
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -78,7 +79,8 @@ class TangentialProblem:
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
-    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| in the 2-norm over that of the tractions to expect."""
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over
+    the tractions to expect, both in the 2-norm."""
 
     traction: Array
     slip: Array
@@ -194,8 +196,8 @@ class _Newton:
         # Weight of the force equations: a prescribed force is met twenty times more closely than the tractions are.
         self.root = np.sqrt(self.count) / 20.0
         # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
-        rigid = np.hypot(*problem.rigid_slip)
-        pull = np.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
+        rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
+        pull = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
         expected = np.minimum(self.bound, STICK_TRACTION * rigid / float(own.mean()) + pull)
         self.reference = float(np.linalg.norm(expected)) or 1.0
         typical = float(self.bound.sum()) / self.count

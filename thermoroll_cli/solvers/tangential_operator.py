@@ -100,7 +100,7 @@ class RollingGradient:
         n, m = self.shape
         u = np.empty((2, n + 4, m))
         hat, convolutions = self._traction_hat, self._convolutions
-        
+
         def there(i: int) -> None:
             convolutions[i].forward(traction[i], out=hat[i])
 

@@ -15,6 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 
+from thermoroll_cli.sweep import one_thread
 from thermoroll_cli.sweep.points import Stretch
 from thermoroll_cli.sweep.stretch import WRITING, Outcome, Target, solve_all_into
 
@@ -22,7 +23,6 @@ POLL_SECONDS = 0.1
 DEATHS_PER_POINT = 3
 """A point that three processes died of is given up; a process killed from outside costs nothing."""
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def in_processes(
@@ -126,18 +126,12 @@ def _one_process(leash: Connection) -> ProcessPoolExecutor:
 def _fit_for_children() -> Iterator[None]:
     """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C, which the terminal
     sends to all: only this process decides what it means."""
-    before = {name: os.environ.get(name) for name in _THREADS}
-    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    one_thread()
     masks = hasattr(signal, "pthread_sigmask")
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
     try:
         yield
     finally:
-        for name, value in before.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
         if masks:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
