@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests $(wildcard scripts)
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check
+.PHONY: help install run test format check figures
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
@@ -14,6 +14,7 @@ help:
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff and mypy"
+	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 
 install: $(VENV)/.installed
 
@@ -32,6 +33,9 @@ format: $(VENV)/.installed-test
 check: $(VENV)/.installed-test
 	$(BIN)/ruff check $(PACKAGES)
 	$(BIN)/mypy thermoroll_cli
+
+figures: install
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/figures.py
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \

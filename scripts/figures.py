@@ -1,4 +1,4 @@
-"""Draw the figures of docs/ into figures/, and write the numbers that belong to them to figures/numbers.json.
+"""Draw the figures of docs/ into figures/, and write the numbers that belong to them to figures/numbers.json and docs/*.md.
 
     python scripts/figures.py [--only NAME]... [--grid N] [--output DIR]
 """
@@ -11,13 +11,19 @@ import pathlib
 import sys
 import time
 
-import figures_article
 import figures_numerics
+import figures_overview
+import figures_section_3
+import figures_section_4_1
+import figures_section_4_2
+import figures_section_4_3
+import figures_tables
 from figures_drawing import ROOT
 
 from thermoroll_cli.plots.sheet import style
 
-FIGURES = {**figures_article.FIGURES, **figures_numerics.FIGURES}
+MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics)
+FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 
 def main() -> None:
@@ -36,6 +42,8 @@ def main() -> None:
             print(f"{name}: {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
     text = json.dumps({name: numbers[name] for name in FIGURES if name in numbers}, indent=1, ensure_ascii=False)
     record.write_text(text + "\n", encoding="utf-8")
+    if options.output == ROOT / "figures":
+        figures_tables.fill(ROOT / "docs", numbers)
 
 
 if __name__ == "__main__":

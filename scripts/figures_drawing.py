@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case
-from thermoroll_cli.pipeline.problem import Numerics
+from thermoroll_cli.pipeline.problem import Numerics, Problem
 from thermoroll_cli.pipeline.result import Result
 from thermoroll_cli.pipeline.solve import Solver
 from thermoroll_cli.plots.maps import CONTACT_COLOUR, Frame, draw_arrows, draw_map, frame_of
@@ -27,6 +27,10 @@ Numbers = dict[str, Any]
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 DPI = 140
 
+MAIN = ("Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "force_x_N", "force_y_N",
+        "spin_moment_Nmm")
+"""Scalars that are written down for most runs."""
+
 ISOTHERMAL, COUPLED, THIRD = "#0072b2", "#d55e00", "#009e73"
 """Colours that the colour-blind can tell apart."""
 DASHED, DOTTED = (0, (4.0, 1.6)), (0, (1.0, 1.5))
@@ -38,23 +42,31 @@ THEIRS = {"color": "0.45", "linewidth": 0.9, "linestyle": DOTTED}
 
 
 def solve_case(name: str, changes: Mapping[str, Any] | None = None, *, grid: int = 0, solver: Solver | None = None) -> Result:
-    """Result of cases/`name`.toml with other values for some keys, and on another grid if one is given.
-
-    Raises RuntimeError if it does not converge: no figure shows what is no steady state."""
+    """Result of cases/`name`.toml with other values for some keys, and on another grid if one is given."""
     case = Case.read(ROOT / "cases" / f"{name}.toml")
     if changes:
         case = case.with_values(changes)
     problem = case.problem
     if grid:
         problem = dataclasses.replace(problem, numerics=Numerics(grid=(grid, grid), extent=problem.numerics.extent))
+    return solve_problem(problem, solver)
+
+
+def solve_problem(problem: Problem, solver: Solver | None = None) -> Result:
+    """Raises RuntimeError if it does not converge: no figure shows what is no steady state."""
     result = (solver or Solver()).solve(problem)
     if not result.converged:
-        raise RuntimeError(f"{name} {dict(changes or {})}: {result.reason}")
+        raise RuntimeError(f"{problem.title}: {result.reason}")
     return result
 
 
 def rounded(value: float, digits: int = 4) -> float:
     return float(f"{value:.{digits}g}")
+
+
+def plain(value: float) -> str:
+    """Four digits, with a real minus sign; rounding noise is zero."""
+    return "0" if abs(value) < 1e-5 else f"{value:.4g}".replace("-", "−")
 
 
 def some(scalars: Mapping[str, float], *names: str) -> Numbers:
@@ -94,6 +106,13 @@ class Panel:
     values: Array
     words: str
     arrows: bool = False
+
+
+def field_of(view: RunView, state: int, name: str) -> Array:
+    """A field of a state in SI units; `shear` is the magnitude of the traction."""
+    values = view.states[state].magnitude(name) if name == "shear" else view.states[state].field(name)
+    assert values is not None
+    return values
 
 
 def views(result: Result) -> tuple[RunView, Frame]:
@@ -159,7 +178,7 @@ def _map_legend(figure: Figure, states: str) -> None:
     from matplotlib.lines import Line2D
 
     words = ("contact", "stick–slip border") if states == "one" else (
-        "contact", "and stick–slip border without,", "contact", "and stick–slip border with thermal deformation")
+        "contact and", "stick–slip border without,", "contact and", "stick–slip border with thermal deformation")
     looks = [(colour, dashes) for dashes in ("solid", DASHED) for colour in (CONTACT_COLOUR, "white")]
     handles = [Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=label)
                for (colour, dashes), label in zip(looks, words, strict=False)]

@@ -150,16 +150,17 @@ def forces(folder: Folder, grid: int) -> Numbers:
         axes[1].loglog(list(their_heat), [abs(q / best.heat - 1.0) for q in their_heat.values()], color=colour, marker="s",
                        markersize=2.5, linewidth=0.7)
         axes[2].semilogx(sides, [runs[n].applications for n in sides], color=colour, marker="o", markersize=2.5)
+    guide = np.array([20.0, 90.0])
+    axes[0].loglog(guide, 6e-3 * (guide / 20.0) ** -2, color="0.6", linewidth=0.8)
+    axes[0].text(48, 1.5e-3, "$N^{-2}$", color="0.4")
     for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
                                             "applications on the finest grid"), strict=True):
         ax.set_xlabel("elements per side $N$", labelpad=2.0)
         ax.set_ylabel(label, labelpad=2.0)
-        ax.set_xticks([16, 32, 64, 128, 256, 512], ["16", "32", "64", "128", "256", "512"])
+        ax.set_xlim(13.0, 320.0)
+        ax.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
         ax.minorticks_off()
         letter(ax, f"({mark})", right=True)
-    guide = np.array([20.0, 90.0])
-    axes[0].loglog(guide, 6e-3 * (guide / 20.0) ** -2, color="0.6", linewidth=0.8)
-    axes[0].text(48, 1.5e-3, "$N^{-2}$", color="0.4")
     axes[2].set_ylim(0.0, 60.0)
     handles = [
         *(Line2D([], [], color=c, label=w[0]) for w, c in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True)),
@@ -210,7 +211,8 @@ FORMULAS = (("(u_i − u_{i−1})/h", (0.0, -1.0, 1.0, 0.0)),
 @contextlib.contextmanager
 def replaced(name: str, value: Any) -> Iterator[None]:
     """A constant of the package replaced wherever a module has imported it."""
-    found = [m for m in list(sys.modules.values()) if getattr(m, "__name__", "").startswith("thermoroll_cli") and hasattr(m, name)]
+    ours = [module for key, module in sys.modules.items() if key.startswith("thermoroll_cli")]
+    found = [module for module in ours if hasattr(module, name)]
     before = [getattr(m, name) for m in found]
     for module in found:
         setattr(module, name, value)

@@ -198,25 +198,6 @@ def test_materials_are_shared_or_separate() -> None:
     assert finding.key == "material.upper.poisson_ratio"
 
 
-@pytest.mark.parametrize(
-    ("change", "place"),
-    [
-        ("thermal.peclet=sliding", "thermal.peclet"),
-        ("thermal.partition=matched", "thermal.partition"),
-        ("force.longitudinal_N=15", "force.longitudinal_N"),
-        ("force.lateral_N=0", "force.lateral_N"),
-    ],
-)
-def test_features_to_come_say_so(change: str, place: str) -> None:
-    from thermoroll_cli.files.case_checks import NOT_YET
-
-    if tuple(place.split(".")) not in NOT_YET:
-        pytest.skip("has come")
-    (finding,) = findings(THERMAL, change)
-    assert finding.key == place
-    assert "not supported yet" in finding.message
-
-
 def test_all_errors_at_once_in_the_order_of_the_file() -> None:
     text = THERMAL.replace("= 0.28", "= 0.6").replace("normal_N", "normal_kN").replace("speed_m_s = 1.0", "speed_m_s = nan")
     text += "[outputs]\nplots = true\n"

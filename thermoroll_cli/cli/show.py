@@ -28,6 +28,9 @@ UNITS = {
     "spin": "rad/m",
     "force_x": "N",
     "force_y": "N",
+    "bulk_lower": "K",
+    "bulk_upper": "K",
+    "friction_slope": "1/K",
 }
 """Units of the inputs that are not plain numbers."""
 

@@ -141,9 +141,13 @@ def _problem(settings: Settings) -> si.Problem:
             deformation=thermal.deformation,
             peclet=thermal.peclet,
             partition=thermal.partition,
+            bulk_lower=thermal.bulk_temperature_lower_K,
+            bulk_upper=thermal.bulk_temperature_upper_K,
         ),
         numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
         title=settings.title,
+        friction_slope=settings.load.friction_temperature_slope_1_K,
+        friction_minimum=settings.load.friction_minimum_factor,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -27,7 +27,7 @@ class Conflict:
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
-    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _not_yet):
+    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures):
         yield from check(sections)
 
 
@@ -114,35 +114,18 @@ def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
             )
 
 
-def _dissimilar(sections: Sections) -> bool:
-    material = sections.get("material")
-    return isinstance(material, TwoMaterials) and _elastic(material.lower) != _elastic(material.upper)
-
-
-def _elastic(material: Material) -> tuple[float, float]:
-    return (material.youngs_modulus_GPa, material.poisson_ratio)
-
-
-def _thermal_is(key: str, value: str) -> Callable[[Sections], bool]:
-    return lambda sections: getattr(sections.get("thermal"), key, None) == value
-
-
-def _force_given(key: str) -> Callable[[Sections], bool]:
-    return lambda sections: getattr(sections.get("force"), key, None) is not None
-
-
-NOT_YET: dict[KeyPath, tuple[Callable[[Sections], bool], str]] = {
-    ("material", "upper"): (_dissimilar, "two materials of different elasticity are not supported yet"),
-    ("thermal", "peclet"): (_thermal_is("peclet", "sliding"), "sliding Péclet numbers are not supported yet"),
-    ("thermal", "partition"): (_thermal_is("partition", "matched"), "matched partition is not supported yet"),
-}
-"""Features the solvers do not have yet, each with the key that asks for it. Delete a line to admit the feature."""
-
-
-def _not_yet(sections: Sections) -> Iterator[Conflict]:
-    for path, (asked_for, message) in NOT_YET.items():
-        if asked_for(sections):
-            yield Conflict(path, message)
+def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
+    thermal = sections.get("thermal")
+    if thermal is None or thermal.partition == "matched":
+        return
+    lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
+    if lower != upper:
+        yield Conflict(
+            ("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
+            f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which takes a matched partition",
+            allowed='equal bulk temperatures, or partition = "matched" in [thermal]',
+            other=("thermal", "partition"),
+        )
 
 
 def _materials(sections: Sections) -> Iterator[tuple[KeyPath, Material]]:

@@ -15,6 +15,7 @@ GRID_RANGE = (8, 2048)
 _RADIUS_RANGE = (1e-9, 1e9)
 _GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
 _RADIUS_ALLOWED = "a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat)"
+_BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
 _PARTITION_ALLOWED = 'a number from 0 to 1, or "matched"'
 
 
@@ -101,6 +102,12 @@ class Load(Table):
 
     normal_N: float = _quantity("N", "Normal load", ge=1e-15, le=1e15)
     friction_coefficient: float = _quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
+    friction_temperature_slope_1_K: float = _quantity(
+        "1/K", "Share of the coefficient of friction that is lost per kelvin of contact temperature", 0.0, ge=0, le=10
+    )
+    friction_minimum_factor: float = _quantity(
+        "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
+    )
 
 
 class Rolling(Table):
@@ -133,8 +140,11 @@ class Thermal(Table):
         default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
     )
     partition: Annotated[float | Literal["matched"], BeforeValidator(_partition)] = Field(
-        default=0.5, description="Share of the heat that enters the lower body"
+        default=0.5,
+        description='Share of the heat that enters the lower body; "matched": surfaces equally warm inside the contact',
     )
+    bulk_temperature_lower_K: float = _quantity("K", f"Lower body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    bulk_temperature_upper_K: float = _quantity("K", f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
 
 
 class Numerics(Table):

@@ -113,7 +113,7 @@ spin_rad_mm = $spin
 
 # heat = false: purely mechanical; deformation = false: heat and temperature, but the bodies keep their shape.
 # peclet = "rolling": the material carries the heat through the contact; "stationary": as if nothing moved.
-# partition: share of the heat that enters the lower body.
+# partition: share of the heat that enters the lower body, or "matched": surfaces equally warm wherever they touch.
 [thermal]
 heat = true
 deformation = true

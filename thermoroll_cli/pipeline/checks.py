@@ -15,6 +15,7 @@ DIRECTION_ERROR = 1e-3
 HEAT_BALANCE = 1e-6
 TEMPERATURE_MISMATCH = 1e-4
 FEWEST_ELEMENTS = 12
+SMALLEST_SHARE = 0.25
 
 
 def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled | None,
@@ -33,21 +34,26 @@ def failures(scene: Scene, level: Level, isothermal: Contact, coupled: Coupled |
                 reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
                                f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
                                "lower the speed or the creepage")
-        elements = _elements(coupled)
-        if coupled.converged and elements < FEWEST_ELEMENTS:
-            reasons.append(f"the heated contact has shrunk to {elements} elements: beyond the thermo-elastic limit, "
-                           "or in need of a finer numerics.grid")
+        if coupled.converged and _shrunk(isothermal, coupled):
+            reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements: beyond the thermo-elastic "
+                           "limit, or in need of a finer numerics.grid")
         reasons += [f"coupled state: {r}" for r in _state_failures(scene, level, coupled.contact)]
     return reasons
 
 
-def overheated(coupled: Coupled | None) -> bool:
+def overheated(isothermal: Contact, coupled: Coupled | None) -> bool:
     """Whether the coupled iteration failed for too much heat, and not for its domain."""
-    return coupled is not None and not coupled.touches_rim and (not coupled.converged or _elements(coupled) < FEWEST_ELEMENTS)
+    return coupled is not None and not coupled.touches_rim and (not coupled.converged or _shrunk(isothermal, coupled))
 
 
-def _elements(coupled: Coupled) -> int:
-    return int(np.count_nonzero(coupled.contact.normal.contact))
+def _shrunk(isothermal: Contact, coupled: Coupled) -> bool:
+    """Whether so little is left of the contact that the grid no longer shows it."""
+    left = _elements(coupled.contact)
+    return left < FEWEST_ELEMENTS or left < SMALLEST_SHARE * _elements(isothermal)
+
+
+def _elements(contact: Contact) -> int:
+    return int(np.count_nonzero(contact.normal.contact))
 
 
 def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:

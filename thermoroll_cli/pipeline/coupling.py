@@ -115,7 +115,7 @@ def couple(
             warming = (friction_of(level, contact) - friction) / problem.friction
             outer = max(outer, float(np.abs(warming[normal.contact]).max()))
         history.append(outer)
-        if rim:
+        if rim or _stuck(history):
             break
         if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
             converged = pressed and tangential.converged
@@ -128,6 +128,11 @@ def couple(
             offset, friction = offset * scale, problem.friction * np.clip(factor, problem.friction_minimum, 1.0)
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
+
+
+def _stuck(history: list[float]) -> bool:
+    """Whether the last twelve turns of a long iteration have not halved what was reached before."""
+    return len(history) > 20 and min(history[-12:]) > 0.5 * min(history[:-12])
 
 
 def on_finer_grid(level: Level, coarse: Level, contact: Contact) -> tuple[Contact, Array]:

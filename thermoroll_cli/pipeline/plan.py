@@ -133,8 +133,8 @@ def grid_ladder(problem: Problem) -> tuple[tuple[int, int], ...]:
 def bulge_bound(scene: Scene) -> float:
     """Estimate from above of the thermal expansion's variation over the contact in m.
 
-    The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the expansion of that
-    heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few times the
+    The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the
+    expansion of that heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few times the
     saturation creepage at most."""
     problem, motion = scene.problem, scene.problem.motion
     level = _preview(scene)

@@ -92,7 +92,7 @@ class Solver:
         result = result_of(problem, plan, rungs, stopwatch.seconds)
         if result.converged:
             self._neighbours.remember(rungs)
-        return result, last.isothermal.tangential.converged and overheated(last.coupled)
+        return result, last.isothermal.tangential.converged and overheated(last.isothermal, last.coupled)
 
     def _climb(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[Rung], _Stopwatch]:
         scene = Scene(problem)

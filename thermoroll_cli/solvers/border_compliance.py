@@ -25,7 +25,7 @@ SMALLEST_COVER = 1e-3
 
 
 class BorderCompliance:
-    """K on the elements of a bounding box (n, m): `partial` marks partly covered elements, `diagonal` is that of K, (2, n, m)."""
+    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K."""
 
     def __init__(self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)

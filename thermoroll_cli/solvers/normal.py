@@ -131,6 +131,8 @@ class NormalSolver:
                 z, rz_old = residual, 0.0
                 rz = float(np.vdot(residual, z))
             direction = z + direction * (rz / rz_old) if rz_old else z
+            if rz <= 0.0:
+                break  # a contact of one element: the load leaves nothing to solve for
             rz_old = rz
             image = self.displacement(direction)
             step = rz / float(np.vdot(direction, image))
