@@ -18,11 +18,14 @@ import figures_section_4_1
 import figures_section_4_2
 import figures_section_4_3
 import figures_tables
+import figures_tutorial
+import figures_verification
 from figures_drawing import ROOT
 
 from thermoroll_cli.plots.sheet import style
 
-MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics)
+MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
+           figures_verification, figures_tutorial)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 

@@ -310,7 +310,7 @@ def coupling(folder: Folder, grid: int) -> Numbers:
         problem = problem_of("article_4_1", 64, **{"rolling.speed_m_s": speed})
         result = Solver().solve(problem)
         s, level = result.coupled.scalars, result.work["levels"][-1]
-        bulge = s["thermal_displacement_max_um"] / s["approach_um"]
+        bulge = s["thermal_displacement_max_um"] / result.isothermal.scalars["approach_um"]
         rows.append([f"{speed:g}", f"{bulge:.2f}", f"{s['gamma_p']:.3f}", f"{s['gamma_c']:.3f}",
                      str(level["coupling_iterations"]), str(level["coupled_normal_iterations"]),
                      str(level["coupled_applications"]), "yes" if result.converged else "no"])

@@ -96,7 +96,7 @@ def spin(folder: Folder, grid: int) -> Numbers:
             panels.append(Panel(view, frame, 1, values, f"({mark[number]}) {words}", arrows=field == "shear"))
         numbers[name] = some(result.coupled.scalars, *MAIN) | {
             "asymmetry_in_y": rounded(_asymmetry(field_of(view, 1, "pressure")), 2),
-            "pressure_peak_at_y": rounded(_peak_y(view)),
+            "pressure_peak_at_y": rounded(_peak_y(view, "pressure")), "shear_peak_at_y": rounded(_peak_y(view, "shear")),
             "gamma_st_without": rounded(result.isothermal.scalars["gamma_st"]),
             "Q_F_without_W": rounded(result.isothermal.scalars["Q_F_W"])}
     reversed_spin = solve_case("article_4_2_spin_combined", {"creepage.spin_rad_mm": 0.03}, grid=grid)
@@ -120,9 +120,10 @@ def _asymmetry(values: Array) -> float:
     return float(np.abs(values - values[:, ::-1]).max() / values.max())
 
 
-def _peak_y(view: RunView) -> float:
-    pressure = field_of(view, 1, "pressure")
-    return float(abs(view.y[np.unravel_index(np.argmax(pressure), pressure.shape)[1]]) / view.semi_axes[1])
+def _peak_y(view: RunView, name: str) -> float:
+    """|y|/b0 of the largest value, in whole elements."""
+    values = field_of(view, 1, name)
+    return float(abs(view.y[np.unravel_index(np.argmax(values), values.shape)[1]]) / view.semi_axes[1])
 
 
 FIGURES = {"11": linear_creepages, "12": spin}

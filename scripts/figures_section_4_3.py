@@ -81,9 +81,9 @@ def speed_and_conformity(folder: Folder, grid: int) -> Numbers:
 
 
 def _bulge(result: Result) -> float:
-    """Thermal expansion over the contact, over the approach."""
+    """Variation of the thermal expansion over the contact, over the approach without it."""
     inside = result.coupled.fields["state"] > 0
-    return float(np.ptp(result.coupled.fields["displacement_thermal"][inside])) * 1e6 / result.coupled.scalars["approach_um"]
+    return float(np.ptp(result.coupled.fields["displacement_thermal"][inside])) * 1e6 / result.isothermal.scalars["approach_um"]
 
 
 def _at_creepage(name: str, changes: dict[str, float], grid: int) -> Numbers:

@@ -172,6 +172,8 @@ def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) 
         for name, given in (("creepage_longitudinal", motion.creepage_x), ("creepage_lateral", motion.creepage_y))
         if given is None
     ]
+    if result.problem.heating.partition == "matched":
+        solved_for.append("partition_mean")
     names = (*SCALARS, *HERTZ_SCALARS) if verbose else (*SHORT, *solved_for)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))

@@ -89,13 +89,13 @@ def _friction_limit(sections: Sections) -> Iterator[Conflict]:
         return
     prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
     limit = load.friction_coefficient * load.normal_N
-    if prescribed > limit:
+    if prescribed and prescribed >= limit:
         key = "longitudinal_N" if force.longitudinal_N is not None else "lateral_N"
         yield Conflict(
             ("force", key),
-            f"the tangential force of {prescribed:.6g} N exceeds what friction can carry, "
+            f"the tangential force of {prescribed:.6g} N reaches or exceeds what friction can carry, "
             f"{load.friction_coefficient:g} · {load.normal_N:g} N = {limit:.6g} N",
-            allowed="a force up to load.friction_coefficient · load.normal_N",
+            allowed="a force below load.friction_coefficient · load.normal_N",
         )
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from thermoroll_cli.pipeline.contact import Contact
 from thermoroll_cli.pipeline.coupling import Coupled
+from thermoroll_cli.pipeline.friction import carried, friction_of
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.scene import Scene
 
@@ -85,9 +86,11 @@ def _state_failures(scene: Scene, level: Level, contact: Contact) -> list[str]:
     if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
-    if contact.friction is not None and problem.prescribed_force > bound.sum() * grid.element_area:
-        reasons.append(f"friction has fallen with the temperature: it carries {bound.sum() * grid.element_area:.6g} N at most, "
-                       f"less than the prescribed {problem.prescribed_force:.6g} N")
+    if problem.friction_falls:
+        limit = carried(level, friction_of(level, contact), normal.pressure)
+        if problem.prescribed_force > limit:
+            reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "
+                           f"prescribed {problem.prescribed_force:.6g} N")
     if problem.heating.heat and problem.heating.partition == "matched":
         mismatch = level.heat(contact).partition.mismatch
         if mismatch > TEMPERATURE_MISMATCH:

@@ -9,27 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
-from thermoroll_cli.pipeline.friction import friction_before_heat, friction_of
+from thermoroll_cli.pipeline.friction import carried, friction_before_heat, friction_of, held_back
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
 
 Array = NDArray[np.float64]
 
+SETBACKS = 5
+"""How often falling friction may be held back to carry a prescribed force, before there is no steady state."""
+
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach."""
+    """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach.
 
-    tangential: float
-    normal: float
-    coupling: float
+    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
 
-    @classmethod
-    def for_grid(cls, shape: tuple[int, int]) -> Tolerances:
-        """As tight as the grid deserves: a residual r moves forces and heat by r/3 at most, the grid by about 1/N²."""
-        fine = min(max(0.5 / min(shape) ** 2, 3e-6), 1e-4)
-        return cls(fine, 0.01 * fine, 0.3 * fine)
+    tangential: float = 1e-5
+    normal: float = 1e-7
+    coupling: float = 3e-6
 
 
 @dataclass(frozen=True)
@@ -93,6 +92,9 @@ def couple(
     counts = np.zeros(3, dtype=int)
     converged = rim = False
     pressed = True
+    setbacks = 0
+    if friction is not None and carried(level, friction, pressure) <= problem.prescribed_force:
+        max_iterations = 0
     for _ in range(max_iterations):
         inner = max(0.05 * outer, 1.0 * tolerances.tangential)
         if deforms or level.scene.feeds_back:
@@ -115,7 +117,7 @@ def couple(
             warming = (friction_of(level, contact) - friction) / problem.friction
             outer = max(outer, float(np.abs(warming[normal.contact]).max()))
         history.append(outer)
-        if rim or _stuck(history):
+        if rim or setbacks > SETBACKS or _stuck(history):
             break
         if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
             converged = pressed and tangential.converged
@@ -125,7 +127,10 @@ def couple(
         else:
             unknowns = np.stack((offset / scale, friction / problem.friction))
             offset, factor = mixer.next(unknowns, unknowns + np.stack((change / scale, warming)))
-            offset, friction = offset * scale, problem.friction * np.clip(factor, problem.friction_minimum, 1.0)
+            factor = np.clip(factor, problem.friction_minimum, 1.0)
+            offset = offset * scale
+            friction, short = held_back(level, problem.friction * factor, friction, normal.pressure)
+            setbacks += short
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 

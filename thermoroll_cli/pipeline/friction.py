@@ -11,6 +11,9 @@ from thermoroll_cli.pipeline.problem import Problem
 
 Array = NDArray[np.float64]
 
+RESERVE = 0.002
+"""Part of a prescribed force by which friction must exceed it: beyond, creepage grows without end."""
+
 
 def friction_at(problem: Problem, temperature: Array | float) -> Array:
     """μ(T) = μ₀ (1 − s T), at least `friction_minimum` of μ₀ and at most μ₀; T in K above the temperature of μ₀."""
@@ -30,3 +33,18 @@ def friction_of(level: Level, contact: Contact) -> Array:
     lower, upper = level.heat(contact).temperatures()
     bulk = problem.heating.bulk_lower + problem.heating.bulk_upper
     return friction_at(problem, 0.5 * (lower + upper + bulk))
+
+
+def held_back(level: Level, friction: Array, before: Array, pressure: Array) -> tuple[Array, bool]:
+    """`friction`, unless it could not carry the prescribed force any more: then on the way there from `before`, as far as it
+    loses half of what it has in reserve. And whether that was so."""
+    force = level.scene.problem.prescribed_force
+    wanted, had = (carried(level, f, pressure) for f in (friction, before))
+    if wanted >= (1.0 + RESERVE) * force or had <= wanted:
+        return friction, False
+    return before + (friction - before) * (0.5 * (had - force) / (had - wanted)), True
+
+
+def carried(level: Level, friction: Array, pressure: Array) -> float:
+    """Largest tangential force in N: ∫ μp."""
+    return float((friction * pressure).sum()) * level.grid.element_area

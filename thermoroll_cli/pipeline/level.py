@@ -134,7 +134,7 @@ class Level:
         solution = self._rolling.solve(
             cell,
             [(start.traction[inner], start.creepage) for start in starts],
-            tolerance * (0.1 if cell.free else 1.0),
+            tolerance * (0.4 if cell.free else 1.0),
         )
         creepage = tuple(s if f is not None else g for s, g, f in zip(
             solution.creepage, given, (motion.force_x, motion.force_y), strict=True))

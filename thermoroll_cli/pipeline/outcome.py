@@ -14,6 +14,7 @@ from thermoroll_cli.pipeline.plan import Plan
 from thermoroll_cli.pipeline.problem import Problem
 from thermoroll_cli.pipeline.result import Result
 from thermoroll_cli.pipeline.rung import Rung
+from thermoroll_cli.pipeline.thermal_stretch import thermal_stretch_warning
 
 
 def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> Result:
@@ -26,6 +27,9 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
     heat = last.level.heat(last.contact) if plan.runs("heat") else None
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
         warnings.append(sideways)
+    rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
+    if rises and scene.has_traction and (stretch := thermal_stretch_warning(scene, *rises)):
+        warnings.append(stretch)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
@@ -39,12 +43,14 @@ def result_of(problem: Problem, plan: Plan, rungs: list[Rung], seconds: dict[str
         history["coupling_residual"] = np.array(last.coupled.history)
     if last.feedback is not None:
         history[f"{_feedback_name(last)}_residual"] = np.array(last.feedback.history)
+    isothermal_state = replace(last.isothermal_state, scalars=reported(isothermal, scene))
+    same = last.coupled_state is last.isothermal_state
     return Result(
         problem=problem,
         x=last.level.grid.x,
         y=last.level.grid.y,
-        coupled=replace(last.coupled_state, scalars=reported(coupled, scene)),
-        isothermal=replace(last.isothermal_state, scalars=reported(isothermal, scene)),
+        coupled=isothermal_state if same else replace(last.coupled_state, scalars=reported(coupled, scene)),
+        isothermal=isothermal_state,
         hertz=hertz,
         converged=not reasons,
         reason="; ".join(reasons),

@@ -98,9 +98,9 @@ class Solver:
         scene = Scene(problem)
         stopwatch = _Stopwatch()
         rungs: list[Rung] = []
+        tolerances = Tolerances()
         neighbour: Rung | None = None
         for shape in plan.grids:
-            tolerances = Tolerances.for_grid(shape)
             below, below_last = (rungs[-1] if rungs else None), neighbour
             neighbour = self._neighbours.find(scene, shape, plan.extent)
             if neighbour is not None:

@@ -42,7 +42,7 @@ def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
         "pressure_max_MPa": normal.peak * 1e-6,
         "shear_max_MPa": float(shear.max()) * 1e-6,
-        "approach_um": normal.approach * 1e6,
+        "approach_um": float(normal.approach) * 1e6,
         "contact_area_mm2": area * 1e6,
         "stick_area_mm2": stick_area * 1e6,
         "power_balance_error": power_balance_error(tangential, grid.element_area),

@@ -4,10 +4,9 @@ Where the contact border cuts an element, the traction acts on the covered part 
 border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
 gradient of the displacement along the rolling direction is
 
-    K τ = n_x [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
+    K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
 
-at the leading border (n_x > 0; nothing at the trailing one). For n along x these are the constants of numerics.md; without
-the turn of n lateral forces keep an error of first order.
+For n along x these are the constants of numerics.md; without the turn of n lateral forces keep an error of first order.
 """
 
 from __future__ import annotations
@@ -32,12 +31,12 @@ class BorderCompliance:
         self.partial: Mask = share < 1.0
         i, j = self._index = np.nonzero(self.partial)
         nx, ny = _border_normal(np.where(contact, covered, 0.0), i, j, dx, dy)
-        # The trailing border slips at the bound whatever the gradient there: K would only take power from it.
-        scale = np.maximum(nx, 0.0) * (1.0 - share[i, j]) / share[i, j]
+        scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
         along, across = compliance.along, compliance.across
         self.xx = scale * (along * nx * nx + across * ny * ny)
         self.yy = scale * (along * ny * ny + across * nx * nx)
         self.xy = scale * (along - across) * nx * ny
+        self._trailing = nx < 0.0
         self.diagonal = np.zeros((2, *covered.shape))
         self.diagonal[0, i, j], self.diagonal[1, i, j] = self.xx, self.yy
 
@@ -47,6 +46,17 @@ class BorderCompliance:
         tx, ty = traction[0, i, j], traction[1, i, j]
         out[0, i, j] += self.xx * tx + self.xy * ty
         out[1, i, j] += self.xy * tx + self.yy * ty
+        return out
+
+    def trailing(self, traction: Array) -> Array:
+        """K `traction` of the trailing border only, (2, n, m).
+
+        Where that slips, the traction is at the bound whatever the gradient, and K would only take power from the slip."""
+        i, j = (index[self._trailing] for index in self._index)
+        xx, yy, xy = (k[self._trailing] for k in (self.xx, self.yy, self.xy))
+        tx, ty = traction[0, i, j], traction[1, i, j]
+        out = np.zeros_like(traction)
+        out[0, i, j], out[1, i, j] = xx * tx + xy * ty, xy * tx + yy * ty
         return out
 
     def apply(self, traction: Array) -> Array:

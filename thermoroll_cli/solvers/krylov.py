@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 Vector = NDArray[np.float64]
 
+CANCELLED = 0.1
+"""Gram–Schmidt is repeated where it leaves less than this of a vector (Daniel et al. 1976)."""
+
 
 @dataclass(frozen=True)
 class KrylovSolution:
@@ -32,8 +35,8 @@ def gmres(
 ) -> KrylovSolution:
     """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
 
-    `expensive` is the linear convolution, `cheap` the element-wise rest. Classical Gram–Schmidt is done twice: two
-    matrix products instead of k dot products, and as orthogonal as the modified variant.
+    `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
+    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits.
     """
     norm = float(np.linalg.norm(right_hand_side))
     if norm == 0.0:
@@ -55,12 +58,16 @@ def gmres(
         steps.append(step)
         images.append(image)
         q = basis[: k + 1]
+        before = float(np.linalg.norm(w))
         h = q @ w
-        w = w - h @ q
-        correction = q @ w
-        w -= correction @ q
+        w -= h @ q
         length = float(np.linalg.norm(w))
-        column = np.append(h + correction, length)
+        if length < CANCELLED * before:
+            correction = q @ w
+            w -= correction @ q
+            h += correction
+            length = float(np.linalg.norm(w))
+        column = np.append(h, length)
         for i, (c, s) in enumerate(rotations):
             column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
         r = float(np.hypot(column[k], column[k + 1]))

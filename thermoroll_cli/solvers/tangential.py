@@ -42,14 +42,6 @@ LOOSEST = 0.1
 STICK_FORCING = 1e-2
 UNBOUNDED = 1e8
 
-REFINABLE = 1e-2
-
-MAX_NEWTON = 40
-MAX_KRYLOV = 60
-LOOSEST = 0.1
-STICK_FORCING = 1e-2
-UNBOUNDED = 1e8
-
 # Thinner slivers carry less than 1e-4 of an element's load; a compliance beyond 1/1e-3 would only lose digits.
 SMALLEST_COVER = 1e-3
 
@@ -121,14 +113,14 @@ class RollingSolver:
         if not states or state.norm > tolerance:
             start = newton.start(*self._full_stick(problem))
             state = self._iterate(newton, start, tolerance, history)
-        state, lost = newton.finish(state)
+        state, slip, lost = newton.finish(state)
         if tolerance < state.norm < REFINABLE:
             # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
-            state, lost = newton.finish(self._iterate(newton, state, tolerance, history))
+            state, slip, lost = newton.finish(self._iterate(newton, state, tolerance, history))
         creep = tuple(float(c) for c in newton.creepage(state.unknown))
         return TangentialSolution(
             traction=state.traction,
-            slip=np.where(state.stick, 0.0, state.slip),
+            slip=slip,
             lost=lost,
             stick=state.stick & newton.contact,
             creepage=(creep[0], creep[1]),
@@ -218,12 +210,19 @@ class _Newton:
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
-    def finish(self, state: _Iterate) -> tuple[_Iterate, Array]:
-        """The last iterate with its slip computed afresh (combined images carry rounding), and the power lost in it."""
+    def finish(self, state: _Iterate) -> tuple[_Iterate, Array, Array]:
+        """The last iterate with its slip computed afresh (combined images carry rounding), the slip to report, (2, n, m), and
+        the power lost to the discretisation, (n, m)."""
         gradient, dissipative = self.gradient.split(state.traction)
-        lost = (state.traction * self.border.add(dissipative, state.traction)).sum(axis=0)
         slip = self._slip_of(gradient, state.traction, state.unknown)
-        return self._iterate(state.traction, state.unknown, slip), lost
+        state = self._iterate(state.traction, state.unknown, slip)
+        back = np.where(state.stick, 0.0, self.border.trailing(state.traction))
+        # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no part across.
+        size = np.hypot(state.traction[0], state.traction[1])
+        along = state.traction / np.where(size > 0.0, size, 1.0)
+        back = along * (along * back).sum(axis=0)
+        lost = (state.traction * (self.border.add(dissipative, state.traction) - back)).sum(axis=0)
+        return state, np.where(state.stick, 0.0, state.slip + back), lost
 
     def _slip(self, traction: Array, unknown: Array) -> Array:
         return self._slip_of(self.gradient(traction), traction, unknown)

@@ -37,9 +37,11 @@ DISSIPATIVE_WEIGHTS = (
 def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
     """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
     n = u.shape[-2] - 4
-    out: Array = (weights[0] / dx) * u[..., :n, :]
+    out: Array = u[..., :n, :] * (weights[0] / dx)
+    term = np.empty_like(out)
     for k, w in enumerate(weights[1:], start=1):
-        out += (w / dx) * u[..., k : n + k, :]
+        np.multiply(u[..., k : n + k, :], w / dx, out=term)
+        out += term
     return out
 
 

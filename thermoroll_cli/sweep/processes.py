@@ -24,10 +24,7 @@ DEATHS_PER_POINT = 3
 """A point that three processes died of is given up; a process killed from outside costs nothing."""
 
 
-
-def in_processes(
-    stretches: Sequence[Stretch], target: Target, jobs: int, note: Callable[[str], None]
-) -> Iterator[Outcome]:
+def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: Callable[[str], None]) -> Iterator[Outcome]:
     """Solve `stretches` in `jobs` processes and yield what becomes of each pending point, in the order of completion.
 
     Each process is a pool of its own: when one dies, the others are not disturbed, and it is known which point it was at.

@@ -80,9 +80,7 @@ def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callab
         return table.in_order()
 
 
-def _outcomes(
-    sweep: Sweep, pending: Sequence[Stretch], target: Target, note: Callable[[str], None]
-) -> Generator[Outcome]:
+def _outcomes(sweep: Sweep, pending: Sequence[Stretch], target: Target, note: Callable[[str], None]) -> Generator[Outcome]:
     """The seam between a sweep and whoever does the work."""
     if not pending:
         return

@@ -1,0 +1,1 @@
+"""What thermoroll is measured against: other discretisations and solvers, only for the benchmark."""

@@ -1,0 +1,138 @@
+"""Hertz contact of a unit sphere on one grid by one solver; prints JSON. Runs in the interpreter that has the solver.
+
+    python frictionless.py SOLVER N RUNS
+
+SOLVER is thermoroll, thermoroll-flat (from a flat first guess instead of Hertz's), polonsky-keer, tamaas or ContactMechanics.
+Everybody solves the same free-space problem with constant pressure on each element. Tolerances mean different things to
+different programs, so each gets the loosest power of ten with which its pressures come within `WANTED` (rms on the contact, over
+the peak) of what it gets with the tightest; only the solve is timed, not the making of kernels and plans.
+"""
+
+from __future__ import annotations
+
+import json
+import pathlib
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Solve = Callable[[float], Array]
+
+WANTED = 1e-6
+SIDE = 2.2
+"""Domain over the contact radius, which is 1 as are E* and 1/R."""
+LOAD = 4.0 / 3.0
+TIGHTEST = 1e-11
+
+
+def _coordinates(n: int) -> Array:
+    return (np.arange(n) + 0.5) / n * SIDE - 0.5 * SIDE
+
+
+def _gap(n: int) -> Array:
+    x = _coordinates(n)
+    return np.asarray(0.5 * (x[:, None] ** 2 + x[None, :] ** 2))
+
+
+def hertz(n: int) -> Array:
+    """Hertz pressure at element centres."""
+    return np.asarray(2.0 / np.pi * np.sqrt(np.maximum(1.0 - 2.0 * _gap(n), 0.0)))
+
+
+def thermoroll(n: int, flat: bool) -> Solve:
+    from thermoroll_cli.kernels.grid import Grid
+    from thermoroll_cli.solvers.normal import NormalSolver
+
+    solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)
+    gap = _gap(n)
+    start = np.ones((n, n)) if flat else hertz(n)
+    return lambda tolerance: solver.solve(gap, LOAD, start, tolerance).pressure
+
+
+def polonsky_keer(n: int) -> Solve:
+    sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+    from polonsky_keer import PolonskyKeer
+
+    from thermoroll_cli.kernels.grid import Grid
+
+    solver = PolonskyKeer(Grid.over((n, n), SIDE, SIDE), 1.0)
+    gap = _gap(n)
+    return lambda tolerance: solver.solve(gap, LOAD, tolerance).pressure
+
+
+def tamaas(n: int) -> Solve:
+    import tamaas as tm
+
+    tm.set_log_level(tm.LogLevel.error)
+    model = tm.ModelFactory.createModel(tm.model_type.basic_2d, [SIDE, SIDE], [n, n])
+    model.E, model.nu = 1.0, 0.0
+    tm.ModelFactory.registerNonPeriodic(model, "free")
+
+    def solve(tolerance: float) -> Array:
+        model.traction[...] = 0.0
+        solver = tm.PolonskyKeerRey(model, -_gap(n), tolerance)
+        solver.setIntegralOperator("free")
+        solver.max_iter = 10000
+        solver.solve(LOAD / SIDE**2)
+        return np.array(model.traction).reshape(n, n)
+
+    return solve
+
+
+def contact_mechanics(n: int) -> Solve:
+    from ContactMechanics import FreeFFTElasticHalfSpace
+    from ContactMechanics.Factory import make_system
+    from SurfaceTopography import Topography
+
+    system = make_system(substrate=FreeFFTElasticHalfSpace((n, n), 1.0, (SIDE, SIDE)),
+                         surface=Topography(-_gap(n), (SIDE, SIDE)))
+
+    def solve(tolerance: float) -> Array:
+        solution = system.minimize_proxy(external_force=LOAD, pentol=tolerance, forcetol=tolerance)
+        force = np.abs(np.asarray(solution.jac))[:n, :n]
+        return np.asarray(force * (n / SIDE) ** 2)
+
+    return solve
+
+
+SOLVERS: dict[str, Callable[[int], Solve]] = {
+    "thermoroll": lambda n: thermoroll(n, flat=False),
+    "thermoroll-flat": lambda n: thermoroll(n, flat=True),
+    "polonsky-keer": polonsky_keer,
+    "tamaas": tamaas,
+    "ContactMechanics": contact_mechanics,
+}
+
+
+def distance(pressure: Array, best: Array) -> float:
+    inside = best > 0.0
+    return float(np.sqrt(np.mean((pressure[inside] - best[inside]) ** 2)) / best.max())
+
+
+def measure(name: str, n: int, runs: int) -> dict[str, Any]:
+    solve = SOLVERS[name](n)
+    best = solve(TIGHTEST)
+    for exponent in range(2, 12):
+        tolerance = 10.0**-exponent
+        off = distance(solve(tolerance), best)
+        if off <= WANTED:
+            break
+    seconds = []
+    for _ in range(runs):
+        start = time.perf_counter()
+        solve(tolerance)
+        seconds.append(time.perf_counter() - start)
+    exact = hertz(n)
+    return {"solver": name, "N": n, "tolerance": tolerance, "distance": off, "seconds": statistics.median(seconds),
+            "runs": runs, "error_against_hertz": distance(best, exact),
+            "peak_error": abs(float(best.max()) * np.pi / 2.0 - 1.0)}
+
+
+if __name__ == "__main__":
+    print(json.dumps(measure(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))))

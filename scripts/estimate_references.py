@@ -1,0 +1,120 @@
+"""Write tests/reference/estimate_references.json: random rolling cases and finely solved scalars for each.
+
+    python scripts/estimate_references.py [--cases N]
+
+Each is solved with N = 128 and 256 elements per side and extrapolated, f256 + (f256 − f128)/3, except for the stick fraction,
+which is counted in whole elements and scatters: there N = 256 stands as it is. Takes a few minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import pathlib
+import sys
+from typing import Any
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+
+from estimate_cases import SCALARS, problem_of  # noqa: E402
+
+from thermoroll_cli.pipeline.estimate import EXTRAPOLATED  # noqa: E402
+from thermoroll_cli.pipeline.plan import bulge_bound  # noqa: E402
+from thermoroll_cli.pipeline.scene import Scene  # noqa: E402
+from thermoroll_cli.pipeline.solve import solve  # noqa: E402
+
+OUTPUT = ROOT / "tests" / "reference" / "estimate_references.json"
+SEED = 8231
+"""Another one than that of the cases with which the estimates were calibrated."""
+COARSE, FINE = 128, 256
+
+ABOUT = (
+    "Random rolling cases (equal bodies, E = 210 GPa, heated ones with k = 50.2 W/mK and 10 mm2/s) and their scalars from "
+    "N = 128 and 256, f256 + (f256 - f128)/3; gamma_st from N = 256 alone. Written by scripts/estimate_references.py."
+)
+
+
+def draw(rng: np.random.Generator, index: int) -> dict[str, Any]:
+    """Inputs of one case: every third is thermally coupled, every fifth has a prescribed force."""
+    heated, forced = index % 3 == 2, index % 5 == 4
+    given: dict[str, Any] = {
+        "aspect_ratio": 1.0 if index % 2 == 0 else float(10.0 ** rng.uniform(-0.6, 0.6)),
+        "radius_m": float(10.0 ** rng.uniform(-2.0, -0.5)),
+        "poisson_ratio": float(rng.uniform(0.0, 0.45)),
+        "normal_N": float(10.0 ** rng.uniform(1.0, 3.0)),
+        "friction": float(rng.uniform(0.1, 0.6)),
+        "speed_m_s": 1.0,
+        "creepage_longitudinal": 0.0,
+        "creepage_lateral": 0.0,
+        "spin_rad_m": 0.0,
+        "force_x_N": None,
+        "force_y_N": None,
+        "peclet": str(rng.choice(["stationary", "stationary", "sliding", "rolling"])) if heated else None,
+        "partition": 0.5 if index % 2 == 0 else float(rng.uniform(0.3, 0.7)),
+        "expansion_1e6_K": 11.7,
+    }
+    given = {k: _rounded(v) for k, v in given.items()}
+    scene = Scene(problem_of(given, 16))
+    # Where the contact saturates is the scale of creepage; spin counts at the border of the contact.
+    angle, size = rng.uniform(0.0, 2.0 * math.pi), scene.saturation_creepage * 10.0 ** rng.uniform(-0.5, 0.3)
+    mix = index % 4
+    if mix != 3:
+        given["creepage_longitudinal"] = _rounded(size * (1.0 if mix == 0 else math.cos(angle)))
+        given["creepage_lateral"] = _rounded(0.0 if mix == 0 else size * math.sin(angle))
+    if mix >= 2:
+        given["spin_rad_m"] = _rounded(size * rng.choice([-1.0, 1.0]) * rng.uniform(0.3, 1.5) / scene.hertz.mean_radius)
+    if forced:
+        given["force_x_N"] = _rounded(rng.uniform(0.2, 0.85) * given["friction"] * given["normal_N"])
+        given["creepage_longitudinal"] = None
+    if heated:
+        bulge = bulge_bound(Scene(problem_of(given, 16))) / scene.hertz.approach
+        factor = 10.0 ** rng.uniform(-1.5, -0.6) / bulge
+        # Expansion and, for sources at rest, the bulge are proportional to these.
+        name = "speed_m_s" if given["peclet"] == "stationary" else "expansion_1e6_K"
+        given[name] = _rounded(given[name] * factor)
+    return given
+
+
+def _rounded(value: Any) -> Any:
+    return float(f"{value:.4g}") if isinstance(value, float) else value
+
+
+def reference(given: dict[str, Any]) -> dict[str, float | None] | None:
+    """Scalars of the coupled state extrapolated from two fine grids; None if a grid did not converge."""
+    coarse, fine = (solve(problem_of(given, n)) for n in (COARSE, FINE))
+    if not (coarse.converged and fine.converged):
+        print(f"  left out: {coarse.reason} | {fine.reason}", file=sys.stderr)
+        return None
+    values: dict[str, float | None] = {}
+    for name in SCALARS:
+        before, last = coarse.coupled.scalars[name], fine.coupled.scalars[name]
+        if math.isnan(last):
+            values[name] = None
+            continue
+        # Integrals are reported extrapolated already.
+        done = name == "gamma_st" or name in EXTRAPOLATED
+        values[name] = float(f"{last if done else last + (last - before) / 3.0:.9g}")
+    return values
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--cases", type=int, default=48)
+    rng = np.random.default_rng(SEED)
+    cases = []
+    for index in range(parser.parse_args().cases):
+        given = draw(rng, index)
+        print(index, given, file=sys.stderr, flush=True)
+        values = reference(given)
+        if values is not None:
+            cases.append({"input": given, "reference": values})
+    lines = ",\n".join("  " + json.dumps(case) for case in cases)
+    OUTPUT.write_text(f'{{\n "about": {json.dumps(ABOUT)},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+"""Error estimates are honest: hardly ever less than half the true error, and not inflated either."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+from estimate_cases import SCALARS, known, problem_of, scale_of
+from scenes import REFERENCE
+
+from thermoroll_cli.pipeline.solve import solve
+
+GRIDS = (32, 64)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Estimated and true relative error of one scalar of one case on one grid."""
+
+    case: int
+    grid: int
+    scalar: str
+    estimate: float
+    true: float
+
+    @property
+    def honest(self) -> bool:
+        return self.true <= 2.0 * self.estimate
+
+
+def cases() -> list[dict]:
+    return json.loads((REFERENCE / "estimate_references.json").read_text())["cases"]
+
+
+@cache
+def pairs() -> tuple[Pair, ...]:
+    """All pairs; scalars that vanish by symmetry have no relative error, forces that are prescribed no error at all."""
+    out = []
+    for number, case in enumerate(cases()):
+        given = case["input"]
+        limit = given["friction"] * given["normal_N"]
+        for grid in GRIDS:
+            result = solve(problem_of(given, grid))
+            assert result.converged, (number, grid, result.reason)
+            for name in SCALARS:
+                fine = case["reference"][name]
+                if not known(fine) or given.get(name) is not None:
+                    continue
+                true = abs(result.coupled.scalars[name] - fine) / scale_of(name, fine, limit)
+                out.append(Pair(number, grid, name, result.error[name], true))
+    return tuple(out)
+
+
+def table(chosen: list[Pair]) -> str:
+    """What there is to know when a test fails, scalar by scalar and grid by grid."""
+    lines = []
+    for name in SCALARS:
+        for grid in GRIDS:
+            some = [p for p in chosen if p.scalar == name and p.grid == grid]
+            if some:
+                ratio = np.median([p.estimate / max(p.true, 1e-12) for p in some])
+                lines.append(f"{name:30s} N = {grid:3d}: {len(some):3d} pairs, {np.mean([p.honest for p in some]):6.1%} honest, "
+                             f"median estimate / true {ratio:.2f}, median true {np.median([p.true for p in some]):.1e}")
+    worst = sorted((p for p in chosen if not p.honest), key=lambda p: p.estimate / p.true)[:12]
+    return "\n".join([*lines, *map(str, worst)])
+
+
+def test_cases_are_many_and_varied() -> None:
+    inputs = [case["input"] for case in cases()]
+    assert len(inputs) >= 40
+    heated = [i for i in inputs if i["peclet"] is not None]
+    assert len(heated) >= len(inputs) / 4
+    assert {i["peclet"] for i in heated} == {"stationary", "sliding", "rolling"}
+    assert sum(i["force_x_N"] is not None for i in inputs) >= 5
+    assert sum(i["spin_rad_m"] != 0.0 for i in inputs) >= 10
+    assert sum(i["aspect_ratio"] != 1.0 for i in inputs) >= 15
+
+
+def test_true_errors_stay_below_twice_the_estimate() -> None:
+    everything = list(pairs())
+    assert np.mean([p.honest for p in everything]) >= 0.95, table(everything)
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+def test_estimates_are_not_inflated(grid: int) -> None:
+    everything = [p for p in pairs() if p.grid == grid]
+    assert np.median([p.estimate / max(p.true, 1e-12) for p in everything]) <= 5.0, table(everything)
+
+
+@pytest.mark.parametrize("name", SCALARS)
+def test_no_scalar_hides_behind_the_others(name: str) -> None:
+    some = [p for p in pairs() if p.scalar == name]
+    assert np.mean([p.honest for p in some]) >= 0.85, table(some)
+
+
+def test_one_grid_alone_gives_no_estimate() -> None:
+    # Two elements more than the coarsest grid: there is nothing to compare with.
+    result = solve(problem_of(cases()[0]["input"], 10))
+    assert np.isnan(result.error["Q_F_W"])
