@@ -117,7 +117,7 @@ def rolled(problem: Problem) -> Rolled:
 def forces(folder: Folder, grid: int) -> Numbers:
     """Creep forces and heat against N, with CONTACT's, and the figure of convergence."""
     contact = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
-    figure, axes = diagrams(1, 3, (2.15, 2.1), gap=(0.68, 0.0), bottom=0.95)
+    figure, axes = diagrams(1, 3, (2.15, 2.1), gap=(0.74, 0.0), bottom=0.95)
     rows: Rows = []
     for (words, name, case, changes), colour in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True):
         runs = {n: rolled(problem_of(case, n, **changes)) for n in (*SIDES, REFERENCE_SIDE)}
@@ -156,7 +156,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
     for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
                                             "applications on the finest grid"), strict=True):
         ax.set_xlabel("elements per side $N$", labelpad=2.0)
-        ax.set_ylabel(label, labelpad=2.0)
+        ax.set_ylabel(label, labelpad=3.0)
         ax.set_xlim(13.0, 320.0)
         ax.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
         ax.minorticks_off()

@@ -402,7 +402,7 @@ def test_rolling_moment_pays_for_the_heat(name):
     area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
     lean = float((result.x[:, None] * result.coupled.fields["pressure"]).sum()) * area * problem.geometry.curvature_x
     creep = m.creepage_x * s["force_x_N"] + m.creepage_y * s["force_y_N"] + m.spin * s["spin_moment_Nmm"] * 1e-3
-    assert s["Q_F_W"] / m.speed == pytest.approx(creep - lean, rel=0.02)
+    assert s["Q_F_W"] / m.speed == pytest.approx(creep - lean, rel=0.04)
     assert s["Q_F_W"] > 0.0
 
 
@@ -468,8 +468,7 @@ def test_heat_and_shear_share_one_fixed_point():
     assert s["gamma_p"] > result.isothermal.scalars["gamma_p"] > 1.0
     assert s["temperature_rise_max_lower_K"] == pytest.approx(t["temperature_rise_max_upper_K"], rel=1e-6)
     assert s["force_x_N"] == pytest.approx(-t["force_x_N"], rel=1e-6)
-    tolerance = Tolerances.for_grid((32, 32)).coupling
-    assert result.history["coupling_residual"][-1] <= tolerance
+    assert result.history["coupling_residual"][-1] <= Tolerances().coupling
     assert result.history["elastic_coupling_residual"].size
 
 

@@ -60,9 +60,15 @@ class Convolution:
         out[...] = self._plane
         return out
 
-    def inverse(self, spectrum: Spectrum) -> Array:
-        """Rows −before … nx−1+after of the convolution whose spectrum is given (overwritten), shape (rows, ny)."""
-        self._plane[...] = spectrum
+    @property
+    def plane(self) -> Spectrum:
+        """The buffer that `inverse` works in: a spectrum built here is not copied."""
+        return self._plane
+
+    def inverse(self, spectrum: Spectrum, out: Array | None = None) -> Array:
+        """Rows −before … nx−1+after of the convolution whose spectrum is given, shape (rows, ny), into `out` if given."""
+        if spectrum is not self._plane:
+            self._plane[...] = spectrum
         self._inverse_x.execute()
         # Negative offsets sit at the end of the periodic row.
         b = self.before
@@ -71,7 +77,7 @@ class Convolution:
             self._line_hat[:b] = self._plane[:, -b:].T
         self._inverse_y.execute()
         self.transforms += 1
-        return self._line[: self.rows, : self.ny] * self._scale
+        return np.multiply(self._line[: self.rows, : self.ny], self._scale, out=out)
 
     def _spectrum_of_padded(self, padded: Array) -> Spectrum:
         from scipy.fft import fft, rfft

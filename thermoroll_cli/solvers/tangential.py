@@ -324,10 +324,11 @@ class _Linearisation:
     def _times(block: tuple[Array, Array, Array], v: Array) -> Array:
         xx, yy, xy = block
         out = np.empty_like(v)
+        term = np.multiply(xy, v[1])
         np.multiply(xx, v[0], out=out[0])
+        out[0] += term
         np.multiply(yy, v[1], out=out[1])
-        out[0] += xy * v[1]
-        out[1] += xy * v[0]
+        out[1] += np.multiply(xy, v[0], out=term)
         return out
 
     def expensive(self, v: Array) -> Array:

@@ -73,7 +73,7 @@ class RollingGradient:
             first.quadrant_spectrum(t, parity) for t, parity in zip(tables, (1, 1, -1), strict=True)
         )
         self._traction_hat = [np.empty((first.half, first.px), dtype=np.complex128) for _ in range(2)]
-        self._work_hat = [[np.empty_like(self._traction_hat[0]) for _ in range(2)] for _ in range(2)]
+        self._cross_hat = [np.empty_like(hat) for hat in self._traction_hat]
         self._coupled = bool(compliance.directional)  # ν = 0: no cross term
         self._pool = ThreadPoolExecutor(2) if threads > 1 else None
         self.self_gradient = self._self_gradient(tables)
@@ -109,11 +109,10 @@ class RollingGradient:
         self._both(there)
 
         def back(i: int) -> None:
-            total, cross = self._work_hat[i]
-            multiply(hat[i], self._xx if i == 0 else self._yy, out=total)
+            total = multiply(hat[i], self._xx if i == 0 else self._yy, out=convolutions[i].plane)
             if self._coupled:
-                total += multiply(hat[1 - i], self._xy, out=cross)
-            u[i] = convolutions[i].inverse(total)
+                total += multiply(hat[1 - i], self._xy, out=self._cross_hat[i])
+            convolutions[i].inverse(total, out=u[i])
 
         self._both(back)
         return u

@@ -13,10 +13,12 @@ Array = NDArray[np.float64]
 
 
 def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """For each element, the row where its run of True along x began: (n, m) -> (n, m); 0 before the first run."""
+    """For each element, the flat index of the first element of its run of True along x, (n, m); of row 0 before any run."""
     begins = mask.copy()
     begins[1:] &= ~mask[:-1]
-    return np.maximum.accumulate(np.where(begins, np.arange(len(mask))[:, None], 0), axis=0)
+    n, m = mask.shape
+    row = np.maximum.accumulate(np.where(begins, np.arange(n)[:, None], 0), axis=0)
+    return np.asarray(row * m + np.arange(m))
 
 
 class StickInverse:
@@ -28,7 +30,7 @@ class StickInverse:
     def __init__(self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance) -> None:
         import pyfftw
 
-        self.shape, self.dx = shape, dx
+        self.shape = shape
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
         px, py = (pyfftw.next_fast_len(k + 4) for k in shape)
         self.padded = px, py
@@ -40,7 +42,11 @@ class StickInverse:
         ratio = np.ones(px, dtype=np.complex128)
         ratio[1:] = difference[1:] / step[1:]
         determinant = (xx * yy - xy**2) * ratio[:, None]
+        # The step of the running sum and the scale of the transforms belong to the symbol.
+        determinant *= px * py / dx
         self._inverse = (yy / determinant, xx / determinant, -xy / determinant)
+        self._sums = np.zeros((2, shape[0] + 1, shape[1]))
+        self._base = np.empty(shape)
         self._plan(px, py)
 
     def _plan(self, px: int, py: int) -> None:
@@ -48,35 +54,34 @@ class StickInverse:
 
         self._fields = pyfftw.zeros_aligned((2, px, py))
         self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=np.complex128)
+        self._products = np.empty_like(self._hats)
         flags = ("FFTW_ESTIMATE",)
         self._forward = pyfftw.FFTW(self._fields, self._hats, axes=(1, 2), flags=flags)
         self._backward = pyfftw.FFTW(self._hats, self._fields, axes=(1, 2), direction="FFTW_BACKWARD",
                                      flags=(*flags, "FFTW_DESTROY_INPUT"))
 
     def __call__(self, gradient: Array, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> Array:
-        """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere."""
+        """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere.
+
+        `gradient` is zero outside `mask`, `starts` is `run_starts(mask)`."""
         n, m = self.shape
         px, py = self.padded
-        fields = self._fields
+        # Row k holds the sum of the rows above it, so that taking the row where the run began restarts the sum there.
+        np.cumsum(gradient, axis=1, out=self._sums[:, 1:])
+        fields, sums = self._fields, self._sums
         fields[:, n:, :] = 0.0
         fields[:, :n, m:] = 0.0
         for i in range(2):
-            masked = gradient[i] * mask
-            total = np.cumsum(masked, axis=0)
-            before = total - masked
-            total -= np.take_along_axis(before, starts, axis=0)
-            total *= mask
-            fields[i, :n, :m] = total
+            np.take(sums[i], starts, out=self._base)
+            np.subtract(sums[i, 1:], self._base, out=self._base)
+            np.multiply(self._base, mask, out=fields[i, :n, :m])
         self._forward.execute()
-        x, y = self._hats
-        a, b, c = self._inverse
-        new_x = a * x
-        new_x += c * y
-        y *= b
-        x *= c
-        y += x
+        (x, y), (new_x, term) = self._hats, self._products
+        xx, yy, xy = self._inverse
+        np.multiply(xx, x, out=new_x)
+        new_x += np.multiply(xy, y, out=term)
+        y *= yy
+        y += np.multiply(xy, x, out=term)
         x[...] = new_x
         self._backward.execute()
-        return self._fields[:, :n, :m] * (mask * (self.dx / (px * py)))
-
-
+        return np.asarray(fields[:, :n, :m] * mask)
