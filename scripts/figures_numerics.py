@@ -24,6 +24,7 @@ from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.pipeline.coupling import Tolerances
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.problem import Numerics, Problem
 from thermoroll_cli.pipeline.result import Result
@@ -274,8 +275,7 @@ def newton(folder: Folder, grid: int) -> Numbers:
 
 def _one_grid(problem: Problem) -> Any:
     level = Level(Scene(problem), problem.numerics.grid or (0, 0), problem.numerics.extent)
-    n = min(level.grid.shape)
-    return level.roll(level.hertz, [], min(max(0.5 / n**2, 3e-6), 1e-4))
+    return level.roll(level.hertz, [], Tolerances().tangential)
 
 
 # --- heat ------------------------------------------------------------------------------------------------------------

@@ -20,6 +20,10 @@ SETBACKS = 5
 """How often falling friction may be held back to carry a prescribed force, before there is no steady state."""
 
 
+WAVERING = 10.0
+"""Up to this many times the wanted residual is accepted where no further turn improves it."""
+
+
 @dataclass(frozen=True)
 class Tolerances:
     """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach.
@@ -117,10 +121,13 @@ def couple(
             warming = (friction_of(level, contact) - friction) / problem.friction
             outer = max(outer, float(np.abs(warming[normal.contact]).max()))
         history.append(outer)
-        if rim or setbacks > SETBACKS or _stuck(history):
-            break
-        if outer <= tolerances.coupling and tangential.residual <= 2.0 * tolerances.tangential:
+        stuck = _stuck(history)
+        # Where an element of the border comes and goes, only a finer grid could gain more.
+        wanted = tolerances.coupling * (WAVERING if stuck else 1.0)
+        if outer <= wanted and tangential.residual <= 2.0 * tolerances.tangential and not rim:
             converged = pressed and tangential.converged
+            break
+        if rim or setbacks > SETBACKS or stuck:
             break
         if friction is None:
             offset = mixer.next(offset, offset + change)

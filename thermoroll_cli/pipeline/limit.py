@@ -20,7 +20,9 @@ def last_steady_state(problem: Problem, failed: Result, solve_once: Callable[[Pr
     requested grid is solved there. Returns `failed` where nothing is found.
     """
     wanted = problem.motion.speed
-    coarse = replace(problem, numerics=Numerics(grid=COARSE, extent=problem.numerics.extent))
+    # Not finer than what is asked for: then the bracket would take longer than the solution.
+    nx, ny = problem.numerics.grid or COARSE
+    coarse = replace(problem, numerics=Numerics((min(nx, COARSE[0]), min(ny, COARSE[1])), extent=problem.numerics.extent))
 
     def steady(speed: float) -> bool:
         return solve_once(at_speed(coarse, speed)).converged

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
-from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, couple, isothermal, lift_of
+from thermoroll_cli.pipeline.coupling import WAVERING, Coupled, Tolerances, couple, isothermal, lift_of
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -19,9 +19,6 @@ Array = NDArray[np.float64]
 
 FIRST_GUESS = 1e-2
 """Residual at which the tractions under the Hertz pressure are good enough to start from."""
-
-WAVERING = 10.0
-"""Up to this many times the wanted residual is accepted where no further turn improves it."""
 
 LAST_TURN = 10.0
 """From this many times the wanted residual the next turn is expected to reach it."""

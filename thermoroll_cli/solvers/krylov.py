@@ -42,8 +42,9 @@ def gmres(
     if norm == 0.0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 0.0)
-    basis = np.empty((8, right_hand_side.size))
-    basis[0] = right_hand_side / norm
+    # Rows that are never reached are never touched, and so cost no memory.
+    basis = np.empty((max_iterations + 1, right_hand_side.size))
+    np.divide(right_hand_side, norm, out=basis[0])
     steps: list[Vector] = []
     images: list[Vector] = []
     hessenberg = np.zeros((max_iterations + 1, max_iterations))
@@ -71,7 +72,9 @@ def gmres(
         for i, (c, s) in enumerate(rotations):
             column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
         r = float(np.hypot(column[k], column[k + 1]))
-        c, s = (column[k] / r, column[k + 1] / r) if r > 0.0 else (1.0, 0.0)
+        if r == 0.0:
+            break  # the operator has lost this direction: the solution so far is the best there is
+        c, s = column[k] / r, column[k + 1] / r
         rotations.append((c, s))
         column[k], column[k + 1] = r, 0.0
         hessenberg[: k + 2, k] = column
@@ -79,14 +82,17 @@ def gmres(
         k += 1
         if abs(residuals[k]) <= tolerance or length <= 1e-15 * r:
             break
-        if k == len(basis):
-            basis = np.concatenate([basis, np.empty_like(basis)])
-        if k < max_iterations:
-            basis[k] = w / length
+        np.divide(w, length, out=basis[k])
+    if k == 0:
+        zero = np.zeros_like(right_hand_side)
+        return KrylovSolution(zero, zero.copy(), 0, 1.0)
     y = np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)
-    step = y[0] * steps[0]
-    image = y[0] * images[0]
-    for coefficient, z, u in zip(y[1:], steps[1:], images[1:], strict=True):
-        step += coefficient * z
-        image += coefficient * u
-    return KrylovSolution(step, image, k, float(abs(residuals[k])))
+    return KrylovSolution(_combination(y, steps), _combination(y, images), k, float(abs(residuals[k])))
+
+
+def _combination(coefficients: Vector, vectors: list[Vector]) -> Vector:
+    total = coefficients[0] * vectors[0]
+    term = np.empty_like(total)
+    for c, v in zip(coefficients[1:], vectors[1:], strict=True):
+        total += np.multiply(c, v, out=term)
+    return np.asarray(total)
