@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests $(wildcard scripts)
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check figures
+.PHONY: help install run test format check figures stress
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
@@ -14,6 +14,7 @@ help:
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff and mypy"
+	@echo "make stress   solve thousands of random cases and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 
 install: $(VENV)/.installed
@@ -33,6 +34,9 @@ format: $(VENV)/.installed-test
 check: $(VENV)/.installed-test
 	$(BIN)/ruff check $(PACKAGES)
 	$(BIN)/mypy thermoroll_cli
+
+stress: install
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/stress.py --write
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/figures.py

@@ -47,6 +47,8 @@ def main() -> None:
     record.write_text(text + "\n", encoding="utf-8")
     if options.output == ROOT / "figures":
         figures_tables.fill(ROOT / "docs", numbers)
+        if not options.only:
+            figures_tutorial.run_commands(ROOT / "docs" / "tutorial.md")
 
 
 if __name__ == "__main__":

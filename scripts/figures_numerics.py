@@ -134,11 +134,11 @@ def forces(folder: Folder, grid: int) -> Numbers:
         their_heat = {n: v["dissipation_from_forces_W"] / limit for n, v in theirs.items()}
         for n in SIDES:
             r, other = runs[n], n in their_errors
-            rows.append([words, str(n), f"{r.reported[0]:.5f}", f"{r.reported[1]:.5f}", f"{error(r.summed):.1e}",
+            rows.append([words, str(n), *(f"{round(f, 5) + 0.0:.5f}" for f in r.reported), f"{error(r.summed):.1e}",
                          f"{error(r.reported):.1e}", f"{r.estimate:.1e}", f"{r.heat / best.heat - 1:+.1e}",
                          f"{r.power_error:.1e}", f"{r.stick:.4f}", str(r.applications), f"{r.seconds:.2f}",
                          f"{their_errors[n]:.1e}" if other else "", f"{theirs[n]['cpu_s']:.1f}" if other else ""])
-        rows.append([words, str(REFERENCE_SIDE), f"{best.reported[0]:.5f}", f"{best.reported[1]:.5f}", "", "reference", "", "",
+        rows.append([words, str(REFERENCE_SIDE), *(f"{round(f, 5) + 0.0:.5f}" for f in best.reported), "", "reference", "", "",
                      f"{best.power_error:.1e}", f"{best.stick:.4f}", str(best.applications), f"{best.seconds:.2f}", "", ""])
         sides = list(SIDES)
         axes[0].loglog(sides, [error(runs[n].summed) for n in sides], color=colour, marker="o", markersize=2.5)

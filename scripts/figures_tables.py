@@ -7,6 +7,8 @@ import re
 from typing import Any
 
 PLACE = re.compile(r"(<!-- table (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MINUS = re.compile(r"(?<![\w.])-(?=\d)")
+"""A sign before a number, but not that of an exponent."""
 
 
 def fill(folder: pathlib.Path, numbers: dict[str, Any]) -> None:
@@ -28,5 +30,6 @@ def _filled(place: re.Match[str], numbers: dict[str, Any]) -> str:
 
 def markdown(measured: dict[str, Any]) -> str:
     """A Markdown table of `measured["header"]` and `measured["rows"]`."""
-    lines = [measured["header"], ["---"] * len(measured["header"]), *measured["rows"]]
+    rows = [[MINUS.sub("−", cell) for cell in row] for row in measured["rows"]]
+    lines = [measured["header"], ["---"] * len(measured["header"]), *rows]
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)

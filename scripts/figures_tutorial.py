@@ -1,8 +1,13 @@
-"""The creep curve of docs/tutorial.md."""
+"""The creep curve of docs/tutorial.md, and the output of its commands."""
 
 from __future__ import annotations
 
+import os
 import pathlib
+import re
+import subprocess
+import sys
+import tempfile
 
 import numpy as np
 from figures_drawing import COUPLED, DASHED, ISOTHERMAL, Numbers, diagrams, letter, rounded, write
@@ -47,6 +52,30 @@ def creep_curve(folder: pathlib.Path, grid: int) -> Numbers:
 
 def _at(creepage: float) -> Problem:
     return problem_of("article_4_1", 64, **{"thermal.heat": False, "creepage.longitudinal": creepage})
+
+
+BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.DOTALL)
+
+
+def run_commands(document: pathlib.Path) -> None:
+    """Run the commands of all ```console blocks (lines that begin with `$ `) in one empty folder and put in what they print."""
+    text = document.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        ran = BLOCK.sub(lambda block: block[1] + _session(block[2], folder) + block[3], text)
+    if ran != text:
+        document.write_text(ran, encoding="utf-8")
+
+
+def _session(block: str, folder: str) -> str:
+    commands = [line[2:] for line in block.splitlines() if line.startswith("$ ")]
+    path = os.pathsep.join([str(pathlib.Path(sys.executable).parent), os.environ.get("PATH", "")])
+    environment = {**os.environ, "PATH": path, "COLUMNS": "120", "NO_COLOR": "1"}
+    printed = []
+    for command in commands:
+        done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, text=True, check=False)
+        printed.append(f"$ {command}\n{done.stdout}")
+    return "".join(printed)
 
 
 FIGURES = {"creep curve": creep_curve}

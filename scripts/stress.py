@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import collections
+import math
 import multiprocessing
 import pathlib
 import sys
@@ -70,12 +71,17 @@ def run_seed(seed: int) -> Outcome:
     return outcome_of(stress_case(seed))
 
 
-def run(seeds: Iterable[int], jobs: int) -> list[Outcome]:
-    """Outcomes of all `seeds`; what fails is told at once on standard error."""
-    outcomes = []
+def run(seeds: Iterable[int], jobs: int, seconds: float = math.inf) -> list[Outcome]:
+    """Outcomes of all `seeds`; what fails is told at once on standard error. After `seconds` the rest is left
+    out."""
+    outcomes: list[Outcome] = []
+    end = time.perf_counter() + seconds
     with multiprocessing.get_context("spawn").Pool(jobs) as pool:
         for done in pool.imap_unordered(run_seed, seeds, chunksize=4):
             outcomes.append(done)
+            if time.perf_counter() > end:
+                print("out of time: the rest is left out", file=sys.stderr)
+                break
             if done.broken or (done.below_limit and not done.converged) or done.seconds > SLOW or done.work > LARGE_WORK:
                 print(told(done), file=sys.stderr, flush=True)
     return sorted(outcomes, key=lambda o: o.seed)
@@ -138,6 +144,7 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="first seed")
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="leave out what takes longer")
     parser.add_argument("--write", action="store_true", help="put the table into docs/stress.md")
     wishes = parser.parse_args()
     if wishes.seed is not None:
@@ -147,7 +154,7 @@ def main() -> int:
         print(f"# bulge/approach {case.bulge:.2e}\n# {told(outcome)}")
         return int(bool(outcome.broken))
     start = time.perf_counter()
-    outcomes = run(range(wishes.first, wishes.first + wishes.cases), wishes.jobs)
+    outcomes = run(range(wishes.first, wishes.first + wishes.cases), wishes.jobs, wishes.seconds)
     print(table(outcomes))
     print(f"{len(outcomes)} cases in {time.perf_counter() - start:.0f} s, the longest {max(o.seconds for o in outcomes):.1f} s")
     if wishes.write:

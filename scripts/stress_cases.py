@@ -88,7 +88,10 @@ def _draw(rng: np.random.Generator, thermal: bool, small: bool) -> tuple[Case, f
 def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> tuple[Case, float]:
     """Thermal constants such that the bulge is a wanted share of the approach, from nothing to far beyond the limit."""
     limit = math.log10(BELOW_LIMIT)
-    wanted = _log(rng, limit, 2) if rng.random() < HOT_SHARE else _log(rng, *((-6, limit) if rng.random() < 0.4 else (-3, limit)))
+    if rng.random() < HOT_SHARE:
+        wanted = _log(rng, limit, 2)
+    else:
+        wanted = _log(rng, -6 if rng.random() < 0.4 else -3, limit)
     case = _parse(content)
     problem = case.problem
     scene = Scene(problem)
@@ -101,7 +104,8 @@ def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> t
             for body in bodies:
                 body["expansion_um_mK"] *= math.sqrt(factor)
                 body["conductivity_W_mK"] /= math.sqrt(factor)
-    if rng.random() < 0.1:
+    # Where a force is prescribed, friction that falls might no longer carry it.
+    if rng.random() < 0.1 and problem.prescribed_force == 0.0:
         hottest = wanted / max(body["expansion_um_mK"] * 1e-6 for body in bodies) * _log(rng, -4, -1)
         content["load"]["friction_temperature_slope_1_K"] = min(10.0, 1.0 / hottest) if hottest > 0.0 else 1e-3
         content["load"]["friction_minimum_factor"] = float(rng.uniform(0.05, 0.9))
@@ -159,7 +163,7 @@ def _driven(rng: np.random.Generator, problem: Problem) -> tuple[dict[str, float
     def size() -> float:
         return scale * float(rng.choice([-1.0, 1.0])) * (_log(rng, -2, 1) if moderate else _log(rng, -8, 3))
 
-    chosen = {0: "x", 1: "y", 2: "xy", 3: "s", 4: "xs", 5: "ys", 6: "xys", 7: ""}[int(rng.choice(8, p=[0.16] * 6 + [0.03, 0.01]))]
+    chosen = ("x", "y", "xy", "s", "xs", "ys", "xys", "")[int(rng.choice(8, p=[0.16] * 6 + [0.03, 0.01]))]
     creepage, force = {}, {}
     if "x" in chosen:
         creepage["longitudinal"] = size()

@@ -83,11 +83,11 @@ def _broken(result: Result, state: State) -> list[str]:
 
 
 def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> float:
-    """Power over V that the motion puts in: ξ·F + ξ_φ M_z, and for dissimilar bodies what the pressure's rolling moment adds."""
+    """Power over V that the motion puts in: ξ·F + ξ_φ M_z, and for dissimilar bodies what the pressure's moment adds."""
     motion = problem.motion
     slip = np.zeros_like(traction)
-    slip[0] = (state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x)
-    slip[1] = (state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y)
+    slip[0] = state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x
+    slip[1] = state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y
     slip[0] -= motion.spin * grid.y[None, :]
     slip[1] += motion.spin * grid.x[:, None]
     scene = Scene(problem)

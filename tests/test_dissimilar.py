@@ -179,7 +179,8 @@ def test_spence_stick_circle(poisson_ratio, stick_ratio):
     spread = np.vstack([quarter_matrix(j_x, along, x, y, (1, 1)), quarter_matrix(j_y, across, x, y, (1, 1))])
     lift = np.hstack([quarter_matrix(j_x, along, x, y, along), quarter_matrix(j_y, across, x, y, across)])
     beta = (1.0 - 2.0 * poisson_ratio) / (2.0 * (1.0 - poisson_ratio))
-    friction = spence.PUBLISHED_FRICTION if (beta, stick_ratio) == (0.5, 0.5) else spence.spence_contact(stick_ratio, beta).friction
+    published = (beta, stick_ratio) == (0.5, 0.5)
+    friction = spence.PUBLISHED_FRICTION if published else spence.spence_contact(stick_ratio, beta).friction
 
     # A p = 1 + lift τ, and with it the displacement u = (A_t + J A⁻¹ lift) τ + J A⁻¹ 1
     inverse = np.linalg.inv(normal)
@@ -450,7 +451,8 @@ def test_sweeps_start_from_their_neighbour_but_never_from_other_bodies():
     other = turned(neighbour)
     level = Level(Scene(problem), (48, 48), 2.2)
     assert level.serves(Scene(neighbour), (48, 48), 2.2) and not level.serves(Scene(other), (48, 48), 2.2)
-    assert solver.solve(other).coupled.scalars["force_x_N"] == pytest.approx(-cold.coupled.scalars["force_x_N"], abs=1e-4 * limit)
+    force = solver.solve(other).coupled.scalars["force_x_N"]
+    assert force == pytest.approx(-cold.coupled.scalars["force_x_N"], abs=1e-4 * limit)
 
 
 # --- with heat ---------------------------------------------------------------------------------------------------

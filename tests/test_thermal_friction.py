@@ -146,7 +146,7 @@ def test_first_order_in_the_slope():
 
 def test_cost():
     """Outer iterations of friction alone ≤ 8; with deformation at most 4 more than without falling friction."""
-    for n in (32, 64, 128):
+    for n in (32, 64):
         work = solved(warm(grid=n)).work
         assert work["iterations"]["warm_friction_iterations"] <= 8
         cold, falls = solved(hot(n, 0.0)).work, solved(hot(n)).work
@@ -156,7 +156,7 @@ def test_cost():
 
 def test_converges_with_the_grid():
     sides = [16, 32, 64]
-    forces = [solved(warm(grid=n)).coupled.scalars["force_x_N"] for n in [*sides, 256]]
+    forces = [solved(warm(grid=n)).coupled.scalars["force_x_N"] for n in [*sides, 128]]
     assert abs(forces[1] / forces[-1] - 1.0) < 2e-3
     assert order(sides, np.array(forces[:-1]) / forces[-1] - 1.0) > 0.8
 
@@ -213,6 +213,14 @@ def test_neighbours_of_a_sweep_and_fresh_starts_agree():
         assert swept.converged
         for name in ("force_x_N", "Q_F_W", "temperature_rise_max_lower_K"):
             assert swept.coupled.scalars[name] == pytest.approx(fresh.coupled.scalars[name], rel=3e-4)
+
+
+def test_a_sweep_of_the_slope_goes_through_zero():
+    solver = Solver()
+    for slope in (1e-3, 0.0, 2e-3):
+        swept, fresh = solver.solve(hot(24, slope)), solved(hot(24, slope))
+        assert swept.coupled.scalars["force_x_N"] == pytest.approx(fresh.coupled.scalars["force_x_N"], rel=3e-4)
+        assert ("friction_coefficient" in swept.coupled.fields) == (slope > 0.0)
 
 
 def test_dissimilar_bodies_with_falling_friction_and_matched_heat():

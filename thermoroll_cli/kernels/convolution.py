@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.fftw import fftw
+
 Array = NDArray[np.float64]
 Spectrum = NDArray[Any]
 
@@ -23,7 +25,7 @@ class Convolution:
     """
 
     def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0) -> None:
-        import pyfftw
+        pyfftw = fftw()
 
         self.nx, self.ny, self.before, self.after = nx, ny, before, after
         self.rows = nx + before + after

@@ -7,6 +7,7 @@ and, where pressure moves the surface along and shear moves it up and down, from
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -117,7 +118,7 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
     Bentall & Johnson's ½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂] p. A softer lower body (K > 0) slips backwards in free rolling, F_x < 0.
     """
     x, y = _corners(nx, ny, dx, dy)
-    length = np.sqrt(dx * dy)  # a common factor in the logarithm drops out; near 1 it costs the fewest digits
+    length = math.sqrt(dx * dy)  # a common factor in the logarithm drops out; near 1 it costs the fewest digits
     log = np.log(np.hypot(x, y) / length)
     j_x = _cell_difference(y * log + x * np.arctan(y / x))
     j_y = _cell_difference(x * log + y * np.arctan(x / y))
@@ -128,4 +129,6 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
 
 def _corners(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
     """Corners of the elements at offsets 0…nx−1, 0…ny−1, as (nx+1, 1) and (1, ny+1)."""
-    return ((np.arange(nx + 1) - 0.5) * dx)[:, None], ((np.arange(ny + 1) - 0.5) * dy)[None, :]
+    x: Array = (np.arange(nx + 1) - 0.5) * dx
+    y: Array = (np.arange(ny + 1) - 0.5) * dy
+    return x[:, None], y[None, :]

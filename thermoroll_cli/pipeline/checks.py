@@ -49,8 +49,9 @@ def overheated(isothermal: Contact, coupled: Coupled | None) -> bool:
 
 def _shrunk(isothermal: Contact, coupled: Coupled) -> bool:
     """Whether so little is left of the contact that the grid no longer shows it."""
-    left = _elements(coupled.contact)
-    return left < FEWEST_ELEMENTS or left < SMALLEST_SHARE * _elements(isothermal)
+    left, before = _elements(coupled.contact), _elements(isothermal)
+    # A coarse grid may have had no more than a handful from the beginning.
+    return left < min(FEWEST_ELEMENTS, 0.5 * before) or left < SMALLEST_SHARE * before
 
 
 def _elements(contact: Contact) -> int:

@@ -85,9 +85,9 @@ def couple(
     iterates. Inner problems are solved ten times more tightly than the outer residual stands.
     """
     problem, scale = level.scene.problem, level.scene.hertz.approach
-    friction = start.friction
-    if problem.friction_falls and friction is None:
-        friction = friction_before_heat(level)
+    friction = None
+    if problem.friction_falls:
+        friction = friction_before_heat(level) if start.friction is None else start.friction
     mixer = Anderson(depth=4, first_damping=0.7)
     contact = start
     pressure = start.normal.pressure

@@ -84,5 +84,7 @@ def sideways_warning(heat: Heat, slip: Array) -> str:
     peclet = heat.response.mean_peclet(heat.flux)
     if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
         return ""
-    return (f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
-            'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip')
+    return (
+        f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+        'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip'
+    )

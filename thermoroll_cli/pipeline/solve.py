@@ -116,7 +116,8 @@ class Solver:
                 else:
                     starts = []
                 before = neighbour or below
-                iso, feedback = mechanical(level, starts, tolerances, before and (before.level, before.isothermal))
+                iso, feedback = mechanical(level, starts, tolerances,
+                                           None if before is None else (before.level, before.isothermal))
             report("tangential", {"grid": list(shape), "applications": (feedback or iso.tangential).applications,
                                   "residual": iso.tangential.residual})
             coupled = None

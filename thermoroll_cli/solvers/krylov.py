@@ -86,7 +86,7 @@ def gmres(
     if k == 0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 1.0)
-    y = np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)
+    y: Vector = np.asarray(np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm), dtype=np.float64)
     return KrylovSolution(_combination(y, steps), _combination(y, images), k, float(abs(residuals[k])))
 
 

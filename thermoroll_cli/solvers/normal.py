@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.convolution import Convolution, multiply, periodic_symbol
 from thermoroll_cli.kernels.elastic import normal_table
+from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.border import border_elements
 
@@ -62,7 +63,7 @@ class NormalSolver:
     """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions."""
 
     def __init__(self, grid: Grid, contact_modulus: float) -> None:
-        import pyfftw
+        pyfftw = fftw()
 
         nx, ny = grid.shape
         self.grid = grid
@@ -188,7 +189,12 @@ class NormalSolver:
             if stalled < 8 or not drop.any():
                 contact |= add
             pressure = np.where(contact, pressure, 0.0)
-            pressure *= load / pressure.sum()
+            if pressure.any():
+                pressure *= load / pressure.sum()
+            else:
+                # A bulge has moved the contact somewhere else: begin again where the bodies are closest.
+                contact |= opening == opening.min()
+                pressure = np.where(contact, load / np.count_nonzero(contact), 0.0)
             displacement = self.displacement(pressure)
         displacement = self.displacement(pressure)
         opening = displacement + gap - approach

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.convolution import periodic_symbol
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS
 
 Array = NDArray[np.float64]
@@ -28,7 +29,7 @@ class StickInverse:
     Without D⁻¹ modes that vary slowly along x and fast along y are almost singular and the work grows with N."""
 
     def __init__(self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance) -> None:
-        import pyfftw
+        pyfftw = fftw()
 
         self.shape = shape
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
@@ -50,7 +51,7 @@ class StickInverse:
         self._plan(px, py)
 
     def _plan(self, px: int, py: int) -> None:
-        import pyfftw
+        pyfftw = fftw()
 
         self._fields = pyfftw.zeros_aligned((2, px, py))
         self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=np.complex128)
@@ -65,7 +66,6 @@ class StickInverse:
 
         `gradient` is zero outside `mask`, `starts` is `run_starts(mask)`."""
         n, m = self.shape
-        px, py = self.padded
         # Row k holds the sum of the rows above it, so that taking the row where the run began restarts the sum there.
         np.cumsum(gradient, axis=1, out=self._sums[:, 1:])
         fields, sums = self._fields, self._sums
