@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import pathlib
+import resource
 import statistics
 import sys
 import tempfile
@@ -102,17 +103,14 @@ class PlanRecorder:
         self.plans.append(counted)
         return counted
 
-    def alone(self, runs: int) -> float:
-        """Median seconds of all executions again, with nothing in between."""
-        seconds = []
-        for _ in range(runs):
-            start = time.perf_counter()
-            for plan in self.plans:
-                execute = plan.plan.execute
-                for _ in range(plan.count):
-                    execute()
-            seconds.append(time.perf_counter() - start)
-        return statistics.median(seconds)
+    def alone(self) -> float:
+        """Seconds of the processor for all executions again, with nothing in between."""
+        start = time.process_time()
+        for plan in self.plans:
+            execute = plan.plan.execute
+            for _ in range(plan.count):
+                execute()
+        return time.process_time() - start
 
     @property
     def equivalents(self) -> float:
@@ -122,7 +120,7 @@ class PlanRecorder:
 
 
 def transforms(runs: int, grid: int = 256) -> dict[str, Any]:
-    """Solver time over the time of its own transforms, and their number, for every isothermal case."""
+    """Solver time over the time of its own transforms (both of the processor), and their number, for every isothermal case."""
     rows = []
     for case in MECHANICAL:
         problem = problem_of(case, grid)
@@ -132,10 +130,10 @@ def transforms(runs: int, grid: int = 256) -> dict[str, Any]:
         ratios, seconds, alone = [], [], []
         for _ in range(runs):
             # In turn, so that whatever slows the machine slows both.
-            start = time.perf_counter()
+            start = time.process_time()
             solve(problem)
-            seconds.append(time.perf_counter() - start)
-            alone.append(recorder.alone(1))
+            seconds.append(time.process_time() - start)
+            alone.append(recorder.alone())
             ratios.append(seconds[-1] / alone[-1])
         rows.append({"case": case, "N": grid, "seconds": statistics.median(seconds), "transforms_alone": statistics.median(alone),
                      "ratio": statistics.median(ratios), "runs": runs, "equivalents_512": recorder.equivalents,
@@ -163,16 +161,20 @@ def startup(runs: int) -> dict[str, Any]:
             "grid = 128": [program, "run", str(given), "-o", folder],
         }
         seconds: dict[str, list[float]] = {name: [] for name in commands}
+        cpu: dict[str, list[float]] = {name: [] for name in commands}
         failed: dict[str, str] = {}
         for _ in range(runs):
             for name, command in commands.items():
+                before = _children_seconds()
                 try:
                     seconds[name].append(elsewhere(command)[0])
+                    cpu[name].append(_children_seconds() - before)
                 except RuntimeError as cause:
                     failed[name] = str(cause)
         for name, values in seconds.items():
             if values:
-                out[name] = {"seconds": statistics.median(values), "runs": runs,
+                out[name] = {"seconds": statistics.median(values), "cpu_seconds": statistics.median(cpu[name]), "runs": runs,
+                             "cpu_ratio": statistics.median(cpu[name]) / statistics.median(cpu["imports"]),
                              "ratio": statistics.median(v / w for v, w in zip(values, seconds["imports"], strict=True))}
             else:
                 out[name] = {"failed": failed[name]}
@@ -180,6 +182,11 @@ def startup(runs: int) -> dict[str, Any]:
         out["reached"] = {"converged": result.converged, "reason": result.reason, "grid": result.work["grid"],
                           "error": {k: v for k, v in result.error.items() if v == v}}
     return out
+
+
+def _children_seconds() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def _adaptive_problem(path: pathlib.Path) -> Any:

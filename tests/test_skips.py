@@ -20,7 +20,7 @@ from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.coupling import Tolerances, couple, isothermal
 from thermoroll_cli.pipeline.level import Level
-from thermoroll_cli.pipeline.plan import make_plan
+from thermoroll_cli.pipeline.plan import STANDARD_ACCURACY, make_plan
 from thermoroll_cli.pipeline.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.pipeline.result import Result
 from thermoroll_cli.pipeline.scene import Scene
@@ -105,12 +105,13 @@ def test_bulge_below_tolerance(record_property: Record) -> None:
     before = level.transforms
     state = couple(level, start, np.zeros(level.grid.shape), Tolerances())
     assert state.converged
-    peak = start.normal.pressure.max()
-    # Pressures solved for against Hertz's closed form: the difference is that of the discretisation, 2e-3 at N = 32.
-    assert np.abs(state.contact.normal.pressure - start.normal.pressure).max() < 5e-3 * peak
-    force = state.contact.tangential.traction[0].sum() * level.grid.element_area
-    assert force == pytest.approx(start.tangential.traction[0].sum() * level.grid.element_area, abs=1e-3 * problem.traction_limit)
     record_property("transforms_saved", level.transforms - before)
+    # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.
+    cold, _ = level.press(np.zeros(level.grid.shape), start.normal.pressure, 1e-7)
+    assert np.abs(state.contact.normal.pressure - cold.pressure).max() < STANDARD_ACCURACY * cold.peak
+    rolled = level.roll(cold, [start.tangential], 1e-5)
+    change = np.abs((state.contact.tangential.traction - rolled.traction).sum(axis=(1, 2))) * level.grid.element_area
+    assert change.max() < STANDARD_ACCURACY * problem.traction_limit
 
 
 def test_bulge_above_tolerance_is_not_skipped() -> None:

@@ -129,6 +129,6 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
 
 def _corners(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
     """Corners of the elements at offsets 0…nx−1, 0…ny−1, as (nx+1, 1) and (1, ny+1)."""
-    x: Array = (np.arange(nx + 1) - 0.5) * dx
-    y: Array = (np.arange(ny + 1) - 0.5) * dy
+    x = np.asarray((np.arange(nx + 1) - 0.5) * dx, dtype=np.float64)
+    y = np.asarray((np.arange(ny + 1) - 0.5) * dy, dtype=np.float64)
     return x[:, None], y[None, :]

@@ -49,8 +49,8 @@ def overheated(isothermal: Contact, coupled: Coupled | None) -> bool:
 
 def _shrunk(isothermal: Contact, coupled: Coupled) -> bool:
     """Whether so little is left of the contact that the grid no longer shows it."""
-    left, before = _elements(coupled.contact), _elements(isothermal)
-    # A coarse grid may have had no more than a handful from the beginning.
+    # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
+    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.normal.covered.sum())
     return left < min(FEWEST_ELEMENTS, 0.5 * before) or left < SMALLEST_SHARE * before
 
 
