@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests $(wildcard scripts)
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check figures stress
+.PHONY: help install run test format check figures stress bench
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
@@ -16,6 +16,7 @@ help:
 	@echo "make check    ruff and mypy"
 	@echo "make stress   solve thousands of random cases and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
+	@echo "make bench    measure run time against error, write benchmarks/ and docs/benchmarks.md (minutes)"
 
 install: $(VENV)/.installed
 
@@ -40,6 +41,15 @@ stress: install
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/figures.py
+
+# Peers for the frictionless part, in an environment of their own; without them their rows are left out.
+PEERS := build/peers
+
+bench: install
+	@test -x $(PEERS)/bin/python || { $(PYTHON) -m venv $(PEERS) && \
+		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check tamaas ContactMechanics; } || \
+		echo "tamaas and ContactMechanics cannot be installed here: measured without them" >&2
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/bench.py --peers $(PEERS)/bin/python
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \

@@ -13,19 +13,19 @@ import os
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import argparse  # noqa: E402
-import json  # noqa: E402
-import sys  # noqa: E402
-from collections.abc import Callable  # noqa: E402
-from typing import Any  # noqa: E402
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from typing import Any
 
-import bench_cost  # noqa: E402
-import bench_error  # noqa: E402
-import bench_figures  # noqa: E402
-import bench_page  # noqa: E402
-from bench_measure import FOLDER, ROOT, WORST, elsewhere, log, machine, problem_of, stage  # noqa: E402
+import bench_cost
+import bench_error
+import bench_figures
+import bench_page
+from bench_measure import FOLDER, ROOT, WORST, elsewhere, log, machine, problem_of, stage
 
-from thermoroll_cli.pipeline.solve import solve  # noqa: E402
+from thermoroll_cli.pipeline.solve import solve
 
 FRICTIONLESS_GRIDS = (64, 128)
 OWN = ("thermoroll", "thermoroll-flat", "polonsky-keer")
@@ -33,7 +33,7 @@ PEERS = ("tamaas", "ContactMechanics")
 
 
 def frictionless(runs: int, peers: str | None) -> list[dict[str, Any]]:
-    """Hertz contact by every solver on equal grids and to equal distance from the discrete solution, each in its own process."""
+    """Hertz contact by every solver on equal grids, equally close to the discrete solution, each in its own process."""
     script = str(FOLDER / "baselines" / "frictionless.py")
     rows = []
     for grid in FRICTIONLESS_GRIDS:

@@ -135,8 +135,9 @@ def transforms(runs: int, grid: int = 256) -> dict[str, Any]:
             seconds.append(time.process_time() - start)
             alone.append(recorder.alone())
             ratios.append(seconds[-1] / alone[-1])
-        rows.append({"case": case, "N": grid, "seconds": statistics.median(seconds), "transforms_alone": statistics.median(alone),
-                     "ratio": statistics.median(ratios), "runs": runs, "equivalents_512": recorder.equivalents,
+        rows.append({"case": case, "N": grid, "seconds": statistics.median(seconds),
+                     "transforms_alone": statistics.median(alone), "ratio": statistics.median(ratios), "runs": runs,
+                     "equivalents_512": recorder.equivalents,
                      "padded_transforms": sum(level["transforms"] for level in result.work["levels"]),
                      "applications": finest(result)["applications"]})
     return {"rows": rows, "ratio": statistics.median(r["ratio"] for r in rows),

@@ -23,7 +23,7 @@ from bench_measure import (
 
 sys.path.insert(0, str(FOLDER))
 
-from baselines.rolling import BASELINES  # noqa: E402
+from baselines.rolling import BASELINES
 
 GRIDS = (16, 32, 64, 128, 256, 512)
 HOT_GRIDS = (16, 32, 64, 128, 256)

@@ -104,7 +104,8 @@ def cost(scaling: dict[str, Any], memory: list[dict[str, Any]], path: pathlib.Pa
     _grids(first, grids)
     for case, label, colour in (("article_4_1_mechanical", "isothermal", OWN), (HOT, "coupled", OTHER)):
         some = [r for r in memory if r["case"] == case]
-        second.plot([r["N"] for r in some], [r["peak_bytes"] / 2**30 for r in some], "o-", color=colour, markersize=3, label=label)
+        second.plot([r["N"] for r in some], [r["peak_bytes"] / 2**30 for r in some], "o-", color=colour, markersize=3,
+                    label=label)
     second.axhline(4.0, color=GREY, linewidth=0.9, linestyle=":")
     _log(second, "N", "GiB", "Peak memory of the process (dotted: 4 GiB)")
     _grids(second, sorted({r["N"] for r in memory}))

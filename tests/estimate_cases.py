@@ -6,6 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from scenes import ellipse, on_grid
+
 from thermoroll_cli.pipeline.problem import Heating, Material, Motion, Problem
 
 SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K",

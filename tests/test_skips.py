@@ -66,7 +66,8 @@ def test_no_friction(record_property: Record) -> None:
     # Whatever slides slides with the rigid slip.
     inside = smooth.coupled.fields["state"] > 0
     scale = np.abs(smooth.coupled.fields["slip_x"]).max()
-    np.testing.assert_allclose(smooth.coupled.fields["slip_x"][inside], rough.coupled.fields["slip_x"][inside], atol=1e-2 * scale)
+    for name in ("slip_x", "slip_y"):
+        np.testing.assert_allclose(smooth.coupled.fields[name][inside], rough.coupled.fields[name][inside], atol=1e-2 * scale)
     record_property("applications_saved", applications(rough))
 
 
@@ -108,7 +109,8 @@ def test_bulge_below_tolerance(record_property: Record) -> None:
     record_property("transforms_saved", level.transforms - before)
     # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.
     cold, _ = level.press(np.zeros(level.grid.shape), start.normal.pressure, 1e-7)
-    assert np.abs(state.contact.normal.pressure - cold.pressure).max() < STANDARD_ACCURACY * cold.peak
+    assert state.contact.normal.peak == pytest.approx(cold.peak, rel=STANDARD_ACCURACY)
+    assert state.contact.normal.covered.sum() == pytest.approx(cold.covered.sum(), rel=STANDARD_ACCURACY)
     rolled = level.roll(cold, [start.tangential], 1e-5)
     change = np.abs((state.contact.tangential.traction - rolled.traction).sum(axis=(1, 2))) * level.grid.element_area
     assert change.max() < STANDARD_ACCURACY * problem.traction_limit

@@ -4,8 +4,8 @@
 
 SOLVER is thermoroll, thermoroll-flat (from a flat first guess instead of Hertz's), polonsky-keer, tamaas or ContactMechanics.
 Everybody solves the same free-space problem with constant pressure on each element. Tolerances mean different things to
-different programs, so each gets the loosest power of ten with which its pressures come within `WANTED` (rms on the contact, over
-the peak) of what it gets with the tightest; only the solve is timed, not the making of kernels and plans.
+different programs, so each gets the loosest power of ten with which its pressures come within `WANTED` (rms on the contact,
+over the peak) of what it gets with the tightest; only the solve is timed, not the making of kernels and plans.
 """
 
 from __future__ import annotations

@@ -56,9 +56,6 @@ def sweep(
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
-    from thermoroll_cli.sweep.environment import one_thread
-
-    one_thread()
     axes, overrides = _asked(over, settings, jobs=jobs, dask=dask, threads=threads)
     points = _points(case, axes, overrides)
     options.check_writable(output)

@@ -85,6 +85,7 @@ def couple(
     iterates. Inner problems are solved ten times more tightly than the outer residual stands.
     """
     problem, scale = level.scene.problem, level.scene.hertz.approach
+    limit = tolerances.coupling if deforms else tolerances.tangential
     friction = None
     if problem.friction_falls:
         friction = friction_before_heat(level) if start.friction is None else start.friction
@@ -123,7 +124,7 @@ def couple(
         history.append(outer)
         stuck = _stuck(history)
         # Where an element of the border comes and goes, only a finer grid could gain more.
-        wanted = tolerances.coupling * (WAVERING if stuck else 1.0)
+        wanted = limit * (WAVERING if stuck else 1.0)
         if outer <= wanted and tangential.residual <= 2.0 * tolerances.tangential and not rim:
             converged = pressed and tangential.converged
             break

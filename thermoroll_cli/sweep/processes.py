@@ -15,7 +15,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 
-from thermoroll_cli.sweep.environment import one_thread
+from thermoroll_cli.environment import one_thread
 from thermoroll_cli.sweep.points import Stretch
 from thermoroll_cli.sweep.stretch import WRITING, Outcome, Target, solve_all_into
 
