@@ -31,7 +31,7 @@ WEIGHTS = {
     "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
 }
 """Safety factor, and weight of the change between the two coarser grids, of each estimate. Calibrated on 108 random cases
-(round and elliptic, creepage and spin, a third of them thermally coupled, N = 32 and 64 against N = 256 extrapolated); the test of
+(round and elliptic, creepage and spin, a third of them coupled, N = 32 and 64 against N = 256 extrapolated); the test of
 honesty uses other cases. Anything not named here scatters more and takes `OTHERWISE`."""
 OTHERWISE = (1.5, 1.0 / 8.0)
 

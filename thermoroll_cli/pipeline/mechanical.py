@@ -23,6 +23,9 @@ FIRST_GUESS = 1e-2
 LAST_TURN = 10.0
 """From this many times the wanted residual the next turn is expected to reach it."""
 
+FEW_TURNS = 6
+"""Turns that weak coupling takes at most; from then on any may turn out to be the last."""
+
 
 def mechanical(
     level: Level, starts: Sequence[Traction], tolerances: Tolerances, before: tuple[Level, Contact] | None
@@ -76,7 +79,8 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
     rim = False
     while len(history) < max_iterations and best[0] > limit and not (rim or _wavers(history)):
         size = float(np.ptp(lift)) / scale
-        inner = limit if outer <= LAST_TURN * limit else 0.1 * outer / size if size else 1.0
+        last = outer <= LAST_TURN * limit or len(history) >= FEW_TURNS
+        inner = limit if last else 0.1 * outer / size if size else 1.0
         normal, solution = level.press(lift, pressure, max(1e-3 * outer, 0.1 * limit))
         tangential = level.roll(normal, [contact.tangential], min(max(inner, limit), FIRST_GUESS))
         contact, pressure = Contact(normal, tangential, lift=lift), solution.pressure
@@ -90,7 +94,8 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
         lift = mixer.next(lift, np.asarray(value))
     if best[0] < math.inf:
         outer, contact = best
-    converged = bool(best[0] <= (WAVERING * limit if _wavers(history) else limit))
+    wavering = max(WAVERING * limit, 0.1 / min(level.grid.shape) ** 2)
+    converged = bool(best[0] <= (wavering if _wavers(history) else limit))
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 
