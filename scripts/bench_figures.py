@@ -39,11 +39,11 @@ def error_against_time(measured: dict[str, Any], path: pathlib.Path) -> None:
             own = [r for r in measured["rows"] if r["case"] == row["case"]]
             theirs = [r for r in measured["contact"] if r["case"] == row["case"]]
             axes.plot([r["cpu_seconds"] for r in own], [max(r["error"][name], FLOOR) for r in own], "o-", color=OWN,
-                      markersize=2.5, linewidth=0.8, label="thermoroll, N = 16…512" if index == 0 else None)
+                      markersize=2.5, linewidth=0.8, label=f"thermoroll, N = 16…{own[-1]['N']}" if index == 0 else None)
             axes.plot([r["cpu_seconds"] for r in theirs], [max(r["error"][name], FLOOR) for r in theirs], "s--", color=OTHER,
-                      markersize=2.5, linewidth=0.8, label="CONTACT, N = 22…512 (measured elsewhere)" if index == 0 else None)
+                      markersize=2.5, linewidth=0.8, label="CONTACT, N = 22…512 (elsewhere)" if index == 0 else None)
         _log(axes, "processor seconds", label, "Seven isothermal cases")
-        axes.legend(loc="lower left", fontsize=6.0)
+        axes.legend(loc="lower right", fontsize=5.5)
     save(figure, path)
 
 
@@ -76,7 +76,7 @@ def baselines(rows: list[dict[str, Any]], path: pathlib.Path) -> None:
         some = [r for r in rows if r["solver"] == name and r["case"] == case and "failed" not in r]
         if not some:
             continue
-        look = {"color": colour, "markersize": 3.0, "linewidth": 0.9, "label": name}
+        look: dict[str, Any] = {"color": colour, "markersize": 3.0, "linewidth": 0.9, "label": name}
         first.plot([r["cpu_seconds"] for r in some], [max(r["error"]["forces"], FLOOR) for r in some], "o-", **look)
         second.plot([r["N"] for r in some], [r["applications"] for r in some], "o-", **look)
     _log(first, "processor seconds", "error of the forces / μW", "Creepages and spin (Sec. 3.1, case 5)")
@@ -84,7 +84,7 @@ def baselines(rows: list[dict[str, Any]], path: pathlib.Path) -> None:
     _grids(second, sorted({r["N"] for r in rows}))
     second.set_yticks([20, 50, 100, 200, 400], ["20", "50", "100", "200", "400"])
     second.minorticks_off()
-    first.legend(loc="lower left", fontsize=6.0)
+    first.legend(loc="upper right", fontsize=6.0)
     save(figure, path)
 
 

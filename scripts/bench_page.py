@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from figures_tables import markdown
@@ -44,8 +44,10 @@ def _machine(part: dict[str, Any]) -> str:
 
 def page(results: dict[str, Any]) -> str:
     """The whole document; parts without numbers are left out."""
-    writers = {"accuracy": _accuracy, "baselines": _baselines, "frictionless": _frictionless, "transforms": _transforms,
-               "startup": _startup, "scaling": _scaling, "memory": _memory}
+    writers: dict[str, Callable[[Any, str], str]] = {
+        "accuracy": _accuracy, "baselines": _baselines, "frictionless": _frictionless, "transforms": _transforms,
+        "startup": _startup, "scaling": _scaling, "memory": _memory,
+    }
     text = INTRODUCTION + "\n"
     for name, write in writers.items():
         if name in results:

@@ -1,9 +1,9 @@
 """Write tests/reference/estimate_references.json: random rolling cases and finely solved scalars for each.
 
-    python scripts/estimate_references.py [--cases N]
+    python scripts/estimate_references.py [--cases N] [--grid N]
 
-Each is solved with N = 128 and 256 elements per side and extrapolated, f256 + (f256 − f128)/3, except for the stick fraction,
-which is counted in whole elements and scatters: there N = 256 stands as it is. Takes a few minutes.
+Each is solved with 128 and 256 (or N/2 and N) elements per side and extrapolated, f256 + (f256 − f128)/3, except for the
+stick fraction, which is counted in whole elements and scatters: there the finest grid stands as it is. Takes a few minutes.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from thermoroll_cli.pipeline.solve import solve  # noqa: E402
 OUTPUT = ROOT / "tests" / "reference" / "estimate_references.json"
 SEED = 5077
 """Another one than that of the cases with which the estimates were calibrated."""
-COARSE, FINE = 128, 256
 
 ABOUT = (
     "Random rolling cases (equal bodies, E = 210 GPa, heated ones with k = 50.2 W/mK and 10 mm2/s) and their scalars from "
-    "N = 128 and 256, f256 + (f256 - f128)/3; gamma_st from N = 256 alone. Written by scripts/estimate_references.py."
+    "N = {coarse} and {fine}, f{fine} + (f{fine} - f{coarse})/3; gamma_st from N = {fine} alone. "
+    "Written by scripts/estimate_references.py."
 )
 
 
@@ -83,9 +83,9 @@ def _rounded(value: Any) -> Any:
     return float(f"{value:.4g}") if isinstance(value, float) else value
 
 
-def reference(given: dict[str, Any]) -> dict[str, float | None] | None:
+def reference(given: dict[str, Any], grid: int) -> dict[str, float | None] | None:
     """Scalars of the coupled state extrapolated from two fine grids; None if a grid did not converge."""
-    coarse, fine = (solve(problem_of(given, n)) for n in (COARSE, FINE))
+    coarse, fine = (solve(problem_of(given, n)) for n in (grid // 2, grid))
     if not (coarse.converged and fine.converged):
         print(f"  left out: {coarse.reason} | {fine.reason}", file=sys.stderr)
         return None
@@ -104,16 +104,19 @@ def reference(given: dict[str, Any]) -> dict[str, float | None] | None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", type=int, default=48)
+    parser.add_argument("--grid", type=int, default=256, help="elements per side of the finer grid (default 256)")
+    options = parser.parse_args()
     rng = np.random.default_rng(SEED)
     cases = []
-    for index in range(parser.parse_args().cases):
+    for index in range(options.cases):
         given = draw(rng, index)
         print(index, given, file=sys.stderr, flush=True)
-        values = reference(given)
+        values = reference(given, options.grid)
         if values is not None:
             cases.append({"input": given, "reference": values})
     lines = ",\n".join("  " + json.dumps(case) for case in cases)
-    OUTPUT.write_text(f'{{\n "about": {json.dumps(ABOUT)},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
+    about = ABOUT.format(coarse=options.grid // 2, fine=options.grid)
+    OUTPUT.write_text(f'{{\n "about": {json.dumps(about)},\n "cases": [\n{lines}\n ]\n}}\n', encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -98,8 +98,8 @@ def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> t
     if wanted > BELOW_LIMIT and max(problem.numerics.grid or ()) > HOT_GRID:
         content["numerics"]["grid"] = HOT_GRID  # a limit is searched for with some twenty solutions
     if scene.has_traction or problem.heating.conducts:
-        with np.errstate(all="ignore"):
-            factor = wanted * scene.hertz.approach / bulge_bound(scene)
+        bound = bulge_bound(scene)
+        factor = wanted * scene.hertz.approach / bound if bound > 0.0 else 0.0
         if 0.0 < factor < math.inf:
             for body in bodies:
                 body["expansion_um_mK"] *= math.sqrt(factor)

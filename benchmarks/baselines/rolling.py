@@ -17,7 +17,7 @@ from thermoroll_cli.pipeline import level, outcome, plan
 from thermoroll_cli.pipeline.contact import Pressure
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.problem import Problem
-from thermoroll_cli.solvers import tangential, tangential_operator, tangential_preconditioner
+from thermoroll_cli.solvers import newton, tangential_operator, tangential_preconditioner
 
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
 """(u_i − u_{i−1})/h at offsets −2 … 1."""
@@ -73,14 +73,14 @@ def first_order() -> Iterator[None]:
 def unpreconditioned() -> Iterator[None]:
     """GMRES on the Newton equations as they are (without restart, as long as it takes)."""
 
-    def identity(self: tangential._Linearisation, v: Any) -> Any:
+    def identity(self: newton.Linearisation, v: Any) -> Any:
         if self.newton.free:
             raise NotImplementedError("only with prescribed creepages")
         return v
 
     with _replaced(
-        (tangential._Linearisation, "precondition", identity),
-        (tangential, "MAX_KRYLOV", LONGEST_KRYLOV),
+        (newton.Linearisation, "precondition", identity),
+        (newton, "MAX_KRYLOV", LONGEST_KRYLOV),
     ):
         yield
 

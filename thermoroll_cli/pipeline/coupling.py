@@ -20,10 +20,6 @@ SETBACKS = 5
 """How often falling friction may be held back to carry a prescribed force, before there is no steady state."""
 
 
-WAVERING = 10.0
-"""Up to this many times the wanted residual is accepted where no further turn improves it."""
-
-
 @dataclass(frozen=True)
 class Tolerances:
     """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach.
@@ -117,14 +113,16 @@ def couple(
             change -= change[normal.contact].mean()
         contact = replace(contact, expansion=offset - lift if deforms else None, lift=lift)
         # Also where a shrunken contact no longer is: a state must be one of the whole gap.
-        outer = float(np.abs(change[normal.contact | level.hertz.contact]).max()) / scale
+        where = change[normal.contact | level.hertz.contact]
+        # The lift by shear changes with every element that the border gains or loses: only its mean square settles.
+        outer = float(np.sqrt(np.mean(where**2)) if level.scene.feeds_back else np.abs(where).max()) / scale
         if friction is not None:
             warming = (friction_of(level, contact) - friction) / problem.friction
             outer = max(outer, float(np.abs(warming[normal.contact]).max()))
         history.append(outer)
         stuck = _stuck(history)
         # Where an element of the border comes and goes, only a finer grid could gain more.
-        wanted = limit * (WAVERING if stuck else 1.0)
+        wanted = wavering(limit, level) if stuck else limit
         if outer <= wanted and tangential.residual <= 2.0 * tolerances.tangential and not rim:
             converged = pressed and tangential.converged
             break
@@ -141,6 +139,12 @@ def couple(
             setbacks += short
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
+
+
+def wavering(limit: float, level: Level) -> float:
+    """Residual that is accepted where no further turn improves it: an element of the border that comes and goes."""
+    border = 0.1 / min(level.grid.shape) ** 2 if level.scene.feeds_back else 0.0
+    return max(10.0 * limit, border)
 
 
 def _stuck(history: list[float]) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
-from thermoroll_cli.pipeline.coupling import WAVERING, Coupled, Tolerances, couple, isothermal, lift_of
+from thermoroll_cli.pipeline.coupling import Coupled, Tolerances, couple, isothermal, lift_of, wavering
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.solvers.anderson import Anderson
 from thermoroll_cli.solvers.prolongation import Prolongation
@@ -94,8 +94,7 @@ def settle(level: Level, start: Contact, lift: Array, tolerances: Tolerances, ma
         lift = mixer.next(lift, np.asarray(value))
     if best[0] < math.inf:
         outer, contact = best
-    wavering = max(WAVERING * limit, 0.1 / min(level.grid.shape) ** 2)
-    converged = bool(best[0] <= (wavering if _wavers(history) else limit))
+    converged = bool(best[0] <= (wavering(limit, level) if _wavers(history) else limit))
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 
