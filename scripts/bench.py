@@ -74,7 +74,7 @@ def main() -> None:
     results: dict[str, Any] = json.loads(record.read_text()) if record.exists() else {}
     solve(problem_of(WORST, 64))  # imports and buffers of a first solve belong to no measurement
     for name in options.only or parts:
-        results[name] = {"machine": machine(), "measured": stage(name, parts[name])}
+        results[name] = {"machine": machine() | {"runs": runs}, "measured": stage(name, parts[name])}
         if "accuracy" in results:
             measured = results["accuracy"]["measured"]
             measured["against_contact"] = {

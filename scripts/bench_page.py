@@ -17,6 +17,7 @@ INTRODUCTION = """# Run time against error
 Written by `make bench` from `benchmarks/results.json`; do not edit. All times are medians of repeated solves on one thread,
 from nothing: no kernel and no plan is kept between them. Times in other columns than "processor" are elapsed and suffer from
 whatever else the machine does; ratios are taken between runs that alternate.
+From N = 512 on fewer runs are made than stated (one, for all isothermal cases but one).
 
 True errors are taken against N = 1024, extrapolated (`benchmarks/references.json`, written by `scripts/bench_references.py`).
 Errors below about 1e-5, and those at N = 512, are of the size of the reference's own. `γ_st` errors are absolute, forces are
@@ -39,7 +40,7 @@ def _seconds(value: float) -> str:
 def _machine(part: dict[str, Any]) -> str:
     m = part["machine"]
     busy = "" if m["load"] < 1.5 else f" **The machine was busy (load {m['load']:.1f}): times are rough.**"
-    return f"Measured on {m['processor']}, {m['cores']} cores, Python {m['python']}.{busy}\n\n"
+    return f"Measured on {m['processor']}, {m['cores']} cores, Python {m['python']}, {m['runs']} runs.{busy}\n\n"
 
 
 def page(results: dict[str, Any]) -> str:

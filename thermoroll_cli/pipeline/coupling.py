@@ -143,7 +143,7 @@ def couple(
 
 def wavering(limit: float, level: Level) -> float:
     """Residual that is accepted where no further turn improves it: an element of the border that comes and goes."""
-    border = 0.1 / min(level.grid.shape) ** 2 if level.scene.feeds_back else 0.0
+    border = 0.3 / min(level.grid.shape) ** 2 if level.scene.feeds_back else 0.0
     return max(10.0 * limit, border)
 
 
