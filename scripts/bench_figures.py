@@ -96,7 +96,7 @@ def cost(scaling: dict[str, Any], memory: list[dict[str, Any]], path: pathlib.Pa
     grids = [r["N"] for r in scaling["rows"]]
     first.plot(grids, [r["microseconds_per_element"] for r in scaling["rows"]], "o-", color=OWN, markersize=3)
     first.set_xscale("log")
-    first.set_ylim(bottom=0.0)
+    first.set_ylim(0.0, 1.1 * max(r["microseconds_per_element"] for r in scaling["rows"]))
     first.set_xlabel("N")
     first.set_ylabel("μs per element")
     first.set_title(f"Isothermal solve: time ~ elements^{scaling['exponent']:.2f}", loc="left")
