@@ -235,7 +235,8 @@ def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, 
 @pytest.fixture
 def cluster() -> Iterator[object]:
     """Two Dask workers, reachable from this machine only."""
-    distributed = pytest.importorskip("distributed")
+    import distributed
+
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as running:
@@ -252,7 +253,6 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: P
 
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("distributed")
     monkeypatch.setattr("thermoroll_cli.sweep.cluster.CONNECT_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
