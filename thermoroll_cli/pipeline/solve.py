@@ -123,13 +123,14 @@ class Solver:
             coupled = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
-                    if neighbour is not None and neighbour.coupled is not None:
+                    # The coarser grid of the same problem starts a coupled state better than the neighbour on this grid.
+                    if below is not None and below.coupled is not None:
+                        start, offset = on_finer_grid(level, below.level, below.coupled.contact)
+                    elif neighbour is not None and neighbour.coupled is not None:
                         start = neighbour.coupled.contact
                         offset = start.offset
-                    elif below is None or below.coupled is None:
-                        start, offset = iso, iso.offset
                     else:
-                        start, offset = on_finer_grid(level, below.level, below.coupled.contact)
+                        start, offset = iso, iso.offset
                     coupled = couple(level, start, offset, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
             with stopwatch("temperature"):
