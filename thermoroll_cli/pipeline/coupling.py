@@ -137,6 +137,8 @@ def couple(
             offset = offset * scale
             friction, short = held_back(level, problem.friction * factor, friction, normal.pressure)
             setbacks += short
+    if not level.scene.feeds_back:
+        contact = _without_mean(contact)
     return Coupled(contact, len(history), outer, converged, int(counts[0]), int(counts[1]), int(counts[2]), rim,
                    tuple(history))
 
@@ -145,6 +147,16 @@ def wavering(limit: float, level: Level) -> float:
     """Residual that is accepted where no further turn improves it: an element of the border that comes and goes."""
     border = 0.3 / min(level.grid.shape) ** 2 if level.scene.feeds_back else 0.0
     return max(10.0 * limit, border)
+
+
+def _without_mean(contact: Contact) -> Contact:
+    """The same state with an expansion that is zero on average over the contact: the iteration leaves its constant, and with it
+    the approach, where it happened to begin."""
+    if contact.expansion is None:
+        return contact
+    mean = float(contact.expansion[contact.normal.contact].mean())
+    normal = replace(contact.normal, approach=contact.normal.approach + mean)
+    return replace(contact, normal=normal, expansion=contact.expansion - mean)
 
 
 def _stuck(history: list[float]) -> bool:
