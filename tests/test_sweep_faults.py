@@ -10,6 +10,7 @@ import resource
 import shutil
 import socket
 import subprocess
+import sys
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -319,3 +320,17 @@ def test_a_stretch_is_solved_from_its_start_but_only_pending_points_are_written(
     outcomes: Iterator[Outcome] = solve_into(stretch, Target(folder, "thermoroll sweep"))
     assert [outcome.number for outcome in outcomes] == [3]
     assert [path.name for path in folder.iterdir()] == ["case_0003.h5"]
+
+
+def test_leftovers_of_dead_processes_are_removed_and_those_of_living_ones_are_not(tmp_path: Path) -> None:
+    from thermoroll_cli.files import atomic
+
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        gone.wait()
+    dead = tmp_path / f".thermoroll-{atomic._node()}-{gone.pid}-00000000.part"
+    living = tmp_path / f".thermoroll-{atomic._node()}-{os.getpid()}-00000000.part"
+    elsewhere = tmp_path / f".thermoroll-ffffffff-{gone.pid}-00000000.part"
+    for path in (dead, living, elsewhere):
+        path.write_bytes(b"half of a file")
+    atomic.remove_leftovers(tmp_path)
+    assert (dead.exists(), living.exists(), elsewhere.exists()) == (False, True, True)

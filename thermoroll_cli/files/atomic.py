@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
 import pathlib
+import platform
 import secrets
 
 _EXPLANATIONS = {
@@ -52,9 +54,32 @@ def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> No
         raise WriteError(shown, cause) from cause
 
 
+def remove_leftovers(folder: pathlib.Path) -> None:
+    """Remove the temporary files of processes that were killed while they wrote into `folder`; those of other machines stay,
+    since who still lives there cannot be told."""
+    for leftover in folder.glob(f".thermoroll-{_node()}-*.part"):
+        pid = leftover.name.split("-")[2]
+        if pid.isdigit() and not _alive(int(pid)):
+            leftover.unlink(missing_ok=True)
+
+
+def _node() -> str:
+    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
 def _replace(target: pathlib.Path, content: bytes | memoryview) -> None:
     # The name does not derive from the target's: that one may already be as long as the file system allows.
-    temporary = target.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
+    temporary = target.with_name(f".thermoroll-{_node()}-{os.getpid()}-{secrets.token_hex(4)}.part")
     try:
         # Not tempfile: its files are private (0600), results should follow the user's umask.
         _write_all(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), content, durable=True)

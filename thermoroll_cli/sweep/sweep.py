@@ -8,7 +8,7 @@ import time
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
 from thermoroll_cli.sweep.axis import Axis
 from thermoroll_cli.sweep.lock import sole_sweep
 from thermoroll_cli.sweep.points import Point, Stretch, stretches
@@ -63,7 +63,7 @@ def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callab
             for stretch in stretches(points, sweep.axes)
         ]
         pending = [stretch for stretch in pending if stretch.pending]
-        written = time.monotonic()
+        written, began = time.monotonic(), time.time()
         try:
             with contextlib.closing(_outcomes(sweep, pending, target, note)) as outcomes:
                 for row in _rows(outcomes, points, target):
@@ -74,9 +74,15 @@ def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callab
                         written = time.monotonic()
         except BaseException:
             with contextlib.suppress(OSError):
+                # Points that other processes finished and that were not yet heard of.
+                for point in points:
+                    path = target.path(point)
+                    if point.number not in table.rows and path.exists() and path.stat().st_mtime >= began:
+                        table.rows[point.number] = row_of(point, path)
                 table.write()
             raise
         table.write()
+        remove_leftovers(sweep.folder)
         return table.in_order()
 
 
