@@ -68,7 +68,7 @@ def scalars_by_level(rungs: list[Rung]) -> tuple[Levels, Levels]:
 
 def _feedback_name(rung: Rung) -> str:
     """What the state without thermal deformation iterates on."""
-    return "warm_friction" if rung.scene.problem.friction_falls else "elastic_coupling"
+    return "warm_friction" if rung.level.scene.problem.friction_falls else "elastic_coupling"
 
 
 def _work(plan: Plan, rungs: list[Rung], seconds: dict[str, float]) -> dict[str, Any]:

@@ -132,10 +132,6 @@ class Problem:
         return 1.0 / (1.0 / self.lower.plane_strain_modulus + 1.0 / self.upper.plane_strain_modulus)
 
     @property
-    def spin_free(self) -> bool:
-        return self.motion.spin == 0.0
-
-    @property
     def friction_falls(self) -> bool:
         """Whether the coefficient of friction depends on the temperature."""
         return self.friction > 0.0 and self.friction_slope > 0.0 and self.heating.heat

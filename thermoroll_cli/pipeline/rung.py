@@ -21,7 +21,6 @@ class Rung:
     """Both states on one grid, with their reported form; `coupled` and `feedback` account for the iterations with heat, and
     for those of pressure and shear between dissimilar bodies without it (None: not needed)."""
 
-    scene: Scene
     level: Level
     isothermal: Contact
     coupled: Coupled | None
@@ -48,8 +47,8 @@ def rung(level: Level, iso: Contact, coupled: Coupled | None, plan: Plan, feedba
         expansion = np.zeros(level.grid.shape)
     iso_state = state_of(level, iso, temperatures=heat or cold, expansion=expansion)
     if coupled is None:
-        return Rung(level.scene, level, iso, None, iso_state, iso_state, feedback)
-    return Rung(level.scene, level, iso, coupled, iso_state,
+        return Rung(level, iso, None, iso_state, iso_state, feedback)
+    return Rung(level, iso, coupled, iso_state,
                  state_of(level, coupled.contact, temperatures=True, expansion=coupled.contact.expansion), feedback)
 
 
