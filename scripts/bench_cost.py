@@ -97,9 +97,9 @@ class PlanRecorder:
 
     def _record(self, a: Any, b: Any, axes: tuple[int, ...] = (-1,), **options: Any) -> _Counted:
         plan = self._make(a, b, axes=axes, **options)
-        field = a if a.dtype == np.float64 else b
+        field = b if np.iscomplexobj(a) else a
         length = math.prod(field.shape[axis] for axis in axes)
-        counted = _Counted(plan, field.dtype == np.float64, length, field.size // length)
+        counted = _Counted(plan, not np.iscomplexobj(field), length, field.size // length)
         self.plans.append(counted)
         return counted
 

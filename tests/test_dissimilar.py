@@ -316,12 +316,14 @@ def test_differences_shrink_under_refinement():
 
 @pytest.mark.parametrize("name", ["polymer_lower", "alu_ceramic_mixed"])
 def test_cost_beside_one_material(name, monkeypatch):
-    """At most 2.5 times the applications of the same problem without mismatch; all transforms counted, too."""
+    """At most 2.5 times the applications of the same problem without mismatch; all transforms counted, three times where its
+    tractions need half the contact only and the pressure all of it."""
     coupled = solved(name, 128).work["levels"][-1]
     monkeypatch.setattr(Scene, "coupling_constant", 0.0)
     single = solve(contact_case(name, 128)).work["levels"][-1]
     assert coupled["applications"] <= 2.5 * single["applications"]
-    assert coupled["transforms"] <= 2.5 * single["transforms"]
+    halved = Scene(contact_case(name, 128)).mirror is not None
+    assert coupled["transforms"] <= (3.0 if halved else 2.5) * single["transforms"]
     assert coupled["elastic_coupling_iterations"] <= 3
 
 

@@ -254,7 +254,7 @@ def scaled(problem: Problem, length: float, stress: float, diffusivity: float) -
 @pytest.mark.parametrize("problem", [MIXED, HOT, FORCED], ids=["isothermal", "coupled", "force"])
 @pytest.mark.parametrize("factors", [(4.0, 2.0**-7, 8.0), (1e3, 1e-6, 1.0), (3.7e-3, 13.0, 0.29)])
 def test_dimensionless_results_do_not_depend_on_the_units(problem, factors):
-    """Lengths, loads, speeds and constants scaled consistently: equal to 1e-10."""
+    """Lengths, loads, speeds and constants scaled consistently: equal to the rounding of steps in single precision."""
     one, other = solved(problem), solved(scaled(problem, *factors))
     length, stress, _ = factors
     pairs = {
@@ -266,9 +266,9 @@ def test_dimensionless_results_do_not_depend_on_the_units(problem, factors):
     }  # fmt: skip
     for name, factor in pairs.items():
         expected = one.coupled.scalars[name]
-        assert other.coupled.scalars[name] / factor == pytest.approx(expected, rel=1e-10), name
+        assert other.coupled.scalars[name] / factor == pytest.approx(expected, rel=1e-7, abs=1e-9), name
     first, second = Dimensionless.of(one), Dimensionless.of(other)
-    assert second.heat == pytest.approx(first.heat, rel=1e-10)
+    assert second.heat == pytest.approx(first.heat, rel=1e-7)
     assert second.applications == first.applications
 
 

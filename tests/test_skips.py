@@ -167,7 +167,6 @@ def test_hertz_pressure_is_not_solved_for(record_property: Record) -> None:
 def test_no_cross_terms_without_lateral_contraction(record_property: Record) -> None:
     traction = np.random.default_rng(2).standard_normal((2, 20, 14))
     plain, tiny = (RollingGradient((20, 14), 1e-5, 1e-5, ShearCompliance(1e-12, d)) for d in (0.0, 1e-30))
-    assert not plain._coupled and tiny._coupled
     np.testing.assert_allclose(plain(traction), tiny(traction), rtol=0.0, atol=1e-13 * np.abs(plain(traction)).max())
     # Only one component is loaded: the other one stays exactly zero.
     traction[1] = 0.0
@@ -191,9 +190,7 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
     sizes = []
     for n, e in ((32, 2.2), (64, 4.4)):
         level = Level(Scene(rolling(grid=n, extent=e)), (n, n), e)
-        level._box_around(level.hertz.contact)
-        assert level._rolling is not None
-        sizes.append(level._rolling.gradient.shape)
+        sizes.append(level._window_around(level.hertz.contact, None).shape)
     assert sizes[0] == sizes[1]
     record_property("elements_of_box_and_domain", (sizes[1], (64, 64)))
 
@@ -201,12 +198,12 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
 def test_contact_s_box_serves_smaller_contacts() -> None:
     level = Level(Scene(rolling(grid=32)), (32, 32), 2.2)
     contact = level.hertz.contact
-    level._box_around(contact)
-    solver = level._rolling
+    level._window_around(contact, None)
+    solver = level._rolling[None]
     contact = contact.copy()
     contact[:8] = False
-    level._box_around(contact)
-    assert level._rolling is solver, "kernels and plans are kept"
+    level._window_around(contact, None)
+    assert level._rolling[None] is solver, "kernels and plans are kept"
 
 
 # --- nothing plotted -------------------------------------------------------------------------------------------------

@@ -410,12 +410,13 @@ def test_stick_ends_at_the_saturation_creepage(aspect, lateral):
 
 
 def test_without_poisson_effect_both_directions_are_alike():
-    """ν = 0: longitudinal and lateral creepage are the same problem."""
+    """ν = 0: longitudinal and lateral creepage are the same problem (to the solver's tolerance: other halves)."""
     base = rolling(grid=48, body=elastic(0.0))
     creep = 0.4 * saturation(base).creepage
     x, y = (solved(replace(base, motion=Motion(1.0, *c))).coupled for c in ((creep, 0.0), (0.0, creep)))
-    np.testing.assert_allclose(x.fields["shear_x"], y.fields["shear_y"], atol=1e-12 * x.fields["pressure"].max())
-    assert not x.fields["shear_y"].any() and not y.fields["shear_x"].any()
+    np.testing.assert_allclose(x.fields["shear_x"], y.fields["shear_y"], atol=1e-5 * x.fields["pressure"].max())
+    for across in (x.fields["shear_y"], y.fields["shear_x"]):
+        assert np.abs(across).max() < 1e-5 * x.fields["pressure"].max()
 
 
 # --- the solver ---------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.fftw import fftw
+from thermoroll_cli.kernels.fftw import complex_type, fftw
 
 Array = NDArray[np.float64]
 Spectrum = NDArray[Any]
@@ -21,40 +21,42 @@ Spectrum = NDArray[Any]
 class Convolution:
     """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after.
 
-    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured.
+    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured. `precision`
+    is the type of the fields.
     """
 
-    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0) -> None:
+    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0, precision: Any = np.float64) -> None:
         pyfftw = fftw()
 
         self.nx, self.ny, self.before, self.after = nx, ny, before, after
         self.rows = nx + before + after
-        self.px = pyfftw.next_fast_len(2 * (nx + max(before, after)) - 1)
-        self.py = pyfftw.next_fast_len(2 * ny - 1)
+        self.px, self.py = free_space(nx + max(before, after), ny)
         self.half = self.py // 2 + 1
         self.transforms = 0
         n = max(self.nx, self.rows)
-        self._line = pyfftw.zeros_aligned((n, self.py))
-        self._line_hat = pyfftw.zeros_aligned((n, self.half), dtype=np.complex128)
-        self._plane = pyfftw.zeros_aligned((self.half, self.px), dtype=np.complex128)
+        kind = complex_type(precision)
+        # What is read and what is written are kept apart: the zeros around a field are then written once.
+        self._field = pyfftw.zeros_aligned((nx, self.py), dtype=precision)
+        self._line = pyfftw.empty_aligned((self.rows, self.py), dtype=precision)
+        self._line_hat = pyfftw.zeros_aligned((n, self.half), dtype=kind)
+        self._columns = pyfftw.zeros_aligned((self.half, self.px), dtype=kind)
+        self._plane = pyfftw.zeros_aligned((self.half, self.px), dtype=kind)
         flags = ("FFTW_ESTIMATE",)
 
         def plan(a: Any, b: Any, direction: str) -> Any:
             return pyfftw.FFTW(a, b, axes=(1,), direction=direction, flags=flags)
 
-        self._forward_y = plan(self._line[:nx], self._line_hat[:nx], "FFTW_FORWARD")
-        self._forward_x = plan(self._plane, self._plane, "FFTW_FORWARD")
+        self._forward_y = plan(self._field, self._line_hat[:nx], "FFTW_FORWARD")
+        self._forward_x = plan(self._columns, self._plane, "FFTW_FORWARD")
         self._inverse_x = plan(self._plane, self._plane, "FFTW_BACKWARD")
-        self._inverse_y = plan(self._line_hat[: self.rows], self._line[: self.rows], "FFTW_BACKWARD")
+        self._inverse_y = plan(self._line_hat[: self.rows], self._line, "FFTW_BACKWARD")
         self._scale = 1.0 / (self.px * self.py)
 
     def forward(self, field: Array, out: Spectrum | None = None) -> Spectrum:
         """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here."""
-        self._line[: self.nx, : self.ny] = field
-        self._line[: self.nx, self.ny :] = 0.0
+        self._field[:, : self.ny] = field
         self._forward_y.execute()
-        self._plane[:, : self.nx] = self._line_hat[: self.nx].T
-        self._plane[:, self.nx :] = 0.0
+        self._columns[:, : self.nx] = self._line_hat[: self.nx].T
         self._forward_x.execute()
         self.transforms += 1
         if out is None:
@@ -79,17 +81,14 @@ class Convolution:
             self._line_hat[:b] = self._plane[:, -b:].T
         self._inverse_y.execute()
         self.transforms += 1
-        return np.multiply(self._line[: self.rows, : self.ny], self._scale, out=out)
-
-    def _spectrum_of_padded(self, padded: Array) -> Spectrum:
-        from scipy.fft import fft, rfft
-
-        return fft(np.ascontiguousarray(rfft(padded, axis=1).T), axis=1)
+        return np.multiply(self._line[:, : self.ny], self._scale, out=out)
 
     def spectrum(self, table: Array) -> Spectrum:
         """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
 
         Raises ValueError where the convolution was planned with extra rows, which such a table does not reach."""
+        from scipy.fft import fft, rfft
+
         nx, ny = self.nx, self.ny
         if self.before or self.after or table.shape != (2 * nx - 1, 2 * ny - 1):
             raise ValueError(f"a table of shape {(2 * nx - 1, 2 * ny - 1)} is needed, got {table.shape}")
@@ -97,7 +96,7 @@ class Convolution:
         ix = np.arange(-(nx - 1), nx)
         iy = np.arange(-(ny - 1), ny)
         padded[np.ix_(ix, iy)] = table
-        return self._spectrum_of_padded(padded)
+        return np.asarray(fft(np.ascontiguousarray(rfft(padded, axis=1).T), axis=1))
 
     def quadrant_spectrum(self, quadrant: Array, parity: int = 1) -> Array:
         """Real spectrum of a kernel that is even (`parity` 1) or odd (−1) in both offsets, given for offsets ≥ 0.
@@ -106,31 +105,62 @@ class Convolution:
         itself, so that it multiplies a complex spectrum viewed as floats: NumPy would otherwise convert it every time.
         """
         reach = self.nx + max(self.before, self.after)
-        quadrant = quadrant[:reach, : self.ny]
-        padded = np.zeros((self.px, self.py))
-        mx, my = quadrant.shape
-        padded[:mx, :my] = quadrant
-        padded[:mx, self.py - my + 1 :] = parity * quadrant[:, :0:-1]
-        padded[self.px - mx + 1 :, :my] = parity * quadrant[:0:-1]
-        padded[self.px - mx + 1 :, self.py - my + 1 :] = quadrant[:0:-1, :0:-1]
-        return np.repeat(self._spectrum_of_padded(padded).real, 2, axis=1)
+        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity), self._line.dtype)
+
+
+def even_length(n: int) -> int:
+    """Length ≥ n that transforms fast and is even, as symmetric kernels need it."""
+    return 2 * int(fftw().next_fast_len((n + 1) // 2))
+
+
+def free_space(nx: int, ny: int) -> tuple[int, int]:
+    """Sides (px, py) of the padded plane in which nx × ny elements do not see their periodic images."""
+    return even_length(2 * nx - 1), even_length(2 * ny - 1)
+
+
+def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
+    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, even (`parity` 1) or odd (−1) in both, zero beyond.
+
+    Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant is a quarter of the work of the whole
+    plane's. Raises ValueError where `padded` = (px, py) are not even."""
+    from scipy.fft import dctn, dstn
+
+    px, py = padded
+    if px % 2 or py % 2:
+        raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
+    hx, hy = px // 2, py // 2
+    quarter = np.zeros((hy + 1, hx + 1))
+    part = quadrant[: hx + 1, : hy + 1].T
+    quarter[: part.shape[0], : part.shape[1]] = part
+    if parity > 0:
+        quarter = dctn(quarter, type=1)
+    elif min(hx, hy) > 1:
+        # An odd kernel vanishes on its axes and where its two images meet.
+        quarter[1:-1, 1:-1] = -dstn(quarter[1:-1, 1:-1], type=1)
+        quarter[0] = quarter[-1] = quarter[:, 0] = quarter[:, -1] = 0.0
+    else:
+        quarter[...] = 0.0
+    symbol = np.empty((hy + 1, px))
+    symbol[:, : hx + 1] = quarter
+    np.multiply(quarter[:, -2:0:-1], parity, out=symbol[:, hx + 1 :])
+    return symbol
+
+
+def in_pairs(real: Array, precision: Any = np.float64) -> Array:
+    """Each value twice, beside itself, in the given type (see `multiply`)."""
+    return np.repeat(real.astype(precision), 2, axis=1)
 
 
 def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
-    """`out` = complex spectrum times a real one stored in pairs (see `quadrant_spectrum`)."""
-    np.multiply(spectrum.view(np.float64), real_pairs, out=out.view(np.float64))
+    """`out` = complex spectrum times a real one stored in pairs (see `in_pairs`), both of the same precision."""
+    precision = real_pairs.dtype
+    np.multiply(spectrum.view(precision), real_pairs, out=out.view(precision))
     return out
 
 
 def periodic_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
-    """Real symbol, (px, py//2+1), of a kernel wrapped around a period of `padded` = (px, py) elements.
+    """Real symbol, (px, py//2+1), of a kernel wrapped around a period of `padded` = (px, py) elements, both even.
 
     `quadrant` holds offsets ≥ 0, shape (≥ px//2+1, ≥ py//2+1), of a kernel even (`parity` 1) or odd (−1) in both. For
     preconditioners: the wrap-around costs them nothing that matters."""
-    px, py = padded
-    i, j = np.arange(px), np.arange(py)
-    full = quadrant[np.ix_(np.minimum(i, px - i), np.minimum(j, py - j))]
-    if parity < 0:
-        # An odd kernel vanishes where its two images meet.
-        full = full * (np.sign(px - 2 * i) * (i > 0))[:, None] * (np.sign(py - 2 * j) * (j > 0))[None, :]
-    return np.fft.rfft2(full).real
+    return np.ascontiguousarray(quadrant_symbol(quadrant, padded, parity).T)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import sys
 from functools import cache
 from types import ModuleType
+from typing import Any
+
+import numpy as np
 
 
 @cache
@@ -22,3 +25,8 @@ def fftw() -> ModuleType:
     finally:
         del sys.modules[unwanted]
     return pyfftw
+
+
+def complex_type(precision: Any) -> Any:
+    """The complex type whose parts are of the real type `precision`."""
+    return np.result_type(precision, np.complex64)

@@ -20,6 +20,10 @@ SETBACKS = 5
 """How often falling friction may be held back to carry a prescribed force, before there is no steady state."""
 
 
+COARSE_TOLERANCE = 10.0
+"""Factor by which coarser grids are solved less closely: half of their work, and the finest grid does not notice."""
+
+
 @dataclass(frozen=True)
 class Tolerances:
     """Relative: residual of the tractions, residual gap over approach, change of the expansion over approach.
@@ -29,6 +33,12 @@ class Tolerances:
     tangential: float = 1e-5
     normal: float = 1e-7
     coupling: float = 3e-6
+
+    def on_the_way(self, accuracy: float | None) -> Tolerances:
+        """Those of grids that only lead to a finer one, and to its error estimates: looser. Where an `accuracy` is asked for
+        any grid may turn out to be the last, and its residual must not show in the estimates."""
+        factor = COARSE_TOLERANCE if accuracy is None else min(COARSE_TOLERANCE, max(1.0, 0.03 * accuracy / self.tangential))
+        return Tolerances(factor * self.tangential, factor * self.normal, factor * self.coupling)
 
 
 @dataclass(frozen=True)

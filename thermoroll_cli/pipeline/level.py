@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.heat import Heat, divide
 from thermoroll_cli.pipeline.scene import Scene
+from thermoroll_cli.pipeline.window import Window, window_around
 from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
 from thermoroll_cli.solvers.heat import HeatResponse, ThermalResponse
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
@@ -23,7 +25,6 @@ from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, 
 from thermoroll_cli.solvers.tangential_operator import RollingGradient
 
 Array = NDArray[np.float64]
-Box = tuple[slice, slice]
 
 
 class Level:
@@ -34,8 +35,8 @@ class Level:
         self.grid: Grid = scene.grid(shape, extent)
         self.extent = extent
         self.threads = threads
-        self._box: Box | None = None
-        self._rolling: RollingSolver | None = None
+        self._windows: dict[Parities | None, Window] = {}
+        self._rolling: dict[Parities | None, RollingSolver] = {}
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -78,8 +79,11 @@ class Level:
         gap, force = self.undeformed_gap - offset, self.scene.problem.normal_force
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
-        normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
-                          peak_value(refined.pressure))
+        pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
+        if self._halves:
+            # So they are but for rounding, which must not decide about an element of the border on one side only.
+            pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
+        normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure))
         return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
 
     @property
@@ -121,48 +125,49 @@ class Level:
             sliding = self.scene.moves
             return Traction(zero, rigid * normal.contact if sliding else zero,
                             normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
-        box = self._box_around(normal.contact)
-        assert self._rolling is not None
-        inner = (slice(None), *box)
+        mirror = self._mirror(normal, friction)
+        window = self._window_around(normal.contact, mirror)
         cell = TangentialProblem(
-            bound=(problem.friction if friction is None else friction[box]) * normal.pressure[box],
-            covered=normal.covered[box],
-            rigid_slip=rigid[inner],
-            element_area=self.grid.element_area,
+            bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
+            covered=window.cut(normal.covered),
+            rigid_slip=window.cut(rigid),
+            element_area=self.grid.element_area * window.weight,
             force=(motion.force_x, motion.force_y),
         )
-        solution = self._rolling.solve(
+        solution = self._rolling[mirror].solve(
             cell,
-            [(start.traction[inner], start.creepage) for start in starts],
+            [(window.cut(start.traction), start.creepage) for start in starts],
             tolerance * (0.4 if cell.free else 1.0),
         )
         creepage = tuple(s if f is not None else g for s, g, f in zip(
             solution.creepage, given, (motion.force_x, motion.force_y), strict=True))
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
-        work = float((solution.traction * rigid_inner).sum()) * self.grid.element_area
-        heat = np.zeros(self.grid.shape)
-        heat[box] = _dissipated(solution, rigid_inner)
-        traction, slip = zero, zero.copy()
-        traction[inner], slip[inner] = solution.traction, solution.slip * (cell.covered > 0.0)
-        stick = np.zeros(self.grid.shape, dtype=bool)
-        stick[box] = solution.stick
-        return Traction(traction, slip, stick, (creepage[0], creepage[1]), heat, work, solution.residual,
+        work = float((solution.traction * rigid_inner).sum()) * cell.element_area
+        return Traction(window.vector(solution.traction), window.vector(solution.slip * (cell.covered > 0.0)),
+                        window.scalar(solution.stick), (creepage[0], creepage[1]),
+                        window.scalar(_dissipated(solution, rigid_inner)), work, solution.residual,
                         solution.newton_steps, solution.applications, solution.converged)
 
-    def _box_around(self, contact: NDArray[np.bool_]) -> Box:
-        """Bounding box of the contact; the solver of the last box is kept while the contact lies inside it."""
-        rows, columns = np.flatnonzero(contact.any(axis=1)), np.flatnonzero(contact.any(axis=0))
-        need = (int(rows[0]), int(rows[-1]) + 1, int(columns[0]), int(columns[-1]) + 1)
-        if self._box is not None:
-            bx, by = self._box
-            if bx.start <= need[0] and need[1] <= bx.stop and by.start <= need[2] and need[3] <= by.stop:
-                return self._box
-            need = (min(bx.start, need[0]), max(bx.stop, need[1]), min(by.start, need[2]), max(by.stop, need[3]))
-        self._box = (slice(need[0], need[1]), slice(need[2], need[3]))
-        shape = (need[1] - need[0], need[3] - need[2])
-        self._rolling = RollingSolver(
-            RollingGradient(shape, self.grid.dx, self.grid.dy, self.scene.shear_compliance, self.threads))
-        return self._box
+    def _mirror(self, normal: Pressure, friction: Array | None) -> Parities | None:
+        """Parities of the tractions if half the contact tells the rest (see `Scene.mirror`)."""
+        cold = normal is self.hertz and friction is None
+        return self.scene.mirror if self._halves or (cold and self.grid.ny % 2 == 0) else None
+
+    @property
+    def _halves(self) -> bool:
+        """Whether everything, heat and all, is its own mirror image across y = 0."""
+        return self.scene.mirror is not None and self.scene.heat_mirrors and self.grid.ny % 2 == 0
+
+    def _window_around(self, contact: NDArray[np.bool_], mirror: Parities | None) -> Window:
+        """Where the contact lies; the solver of the last window is kept while that still holds the contact."""
+        need, last = window_around(contact, mirror), self._windows.get(mirror)
+        if last is not None and last.holds(need):
+            return last
+        window = need if last is None else last.grown(need)
+        self._windows[mirror] = window
+        self._rolling[mirror] = RollingSolver(RollingGradient(
+            window.shape, self.grid.dx, self.grid.dy, self.scene.shear_compliance, self.threads, mirror))
+        return window
 
     # --- heat ----------------------------------------------------------------------------------------------------
 
@@ -209,7 +214,7 @@ class Level:
     def transforms(self) -> int:
         """Padded transforms done on this level by all stages."""
         total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
-        total += self._rolling.gradient.transforms if self._rolling is not None else 0
+        total += sum(solver.gradient.transforms for solver in self._rolling.values())
         total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
         total += self._sliding.transforms if "_sliding" in self.__dict__ else 0
         return total + (self._heat.transforms if self._heat is not None else 0)

@@ -56,6 +56,7 @@ def make_plan(problem: Problem) -> Plan:
         raise ValueError(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
                          f"{problem.traction_limit:g} N")
     scene = Scene(problem)
+    grids = grid_ladder(problem)
     run, skipped, warnings = [], {}, []
     heating = problem.heating
     if scene.feeds_back:
@@ -69,6 +70,9 @@ def make_plan(problem: Problem) -> Plan:
         skipped["tangential"] = "no friction: the surfaces slide freely"
     else:
         run.append("tangential")
+        if scene.mirror is not None and grids[-1][1] % 2 == 0:
+            skipped["tangential, y < 0"] = "the mirror image of y > 0" + (
+                "" if scene.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt")
     if not heating.heat:
         skipped["heat"] = "switched off or no thermal constants: purely mechanical"
     elif not scene.has_traction and not heating.conducts:
@@ -101,7 +105,6 @@ def make_plan(problem: Problem) -> Plan:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
     warnings += _half_space_warnings(scene)
-    grids = grid_ladder(problem)
     return Plan(grids, extent, run, skipped, warnings, _facts(scene), *_cost(grids[-1], run))
 
 

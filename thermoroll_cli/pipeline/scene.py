@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.pipeline.problem import Material, Problem
 from thermoroll_cli.solvers.heat import HeatedBody
 
@@ -75,6 +76,24 @@ class Scene:
     def feeds_back(self) -> bool:
         """Whether shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
         return self.dissimilar and self.has_traction
+
+    @property
+    def mirror(self) -> Parities | None:
+        """Parities of τ_x and τ_y across y = 0 where the motion makes the tractions their own mirror image; None elsewhere.
+
+        Purely longitudinal rolling is its mirror image. Lateral creepage and spin change sign in the mirror, which reverses
+        all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same."""
+        m = self.problem.motion
+        if m.spin == 0.0 and m.creepage_y == 0.0:
+            return 1, -1
+        if m.creepage_x == 0.0 and not self.dissimilar:
+            return -1, 1
+        return None
+
+    @property
+    def heat_mirrors(self) -> bool:
+        """Whether heat spreads as in the mirror: no body moves sideways."""
+        return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
 
     def rigid_slip(self, grid: Grid) -> Array:
         """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""

@@ -98,7 +98,6 @@ class Solver:
         scene = Scene(problem)
         stopwatch = _Stopwatch()
         rungs: list[Rung] = []
-        tolerances = Tolerances()
         neighbour: Rung | None = None
         for shape in plan.grids:
             below, below_last = (rungs[-1] if rungs else None), neighbour
@@ -108,6 +107,10 @@ class Solver:
                 level.show(scene)
             else:
                 level = Level(scene, shape, plan.extent, self.threads)
+            tolerances = Tolerances()
+            # Pressure and shear that act on each other cost more turns from a looser start than it saves.
+            if shape != plan.grids[-1] and not scene.feeds_back:
+                tolerances = tolerances.on_the_way(problem.numerics.accuracy)
             with stopwatch("isothermal"):
                 if neighbour is not None:
                     starts = [self._neighbours.predict(neighbour, below, below_last)]

@@ -11,12 +11,15 @@ For n along x these are the constants of numerics.md; without the turn of n late
 
 from __future__ import annotations
 
+from copy import copy
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Mask = NDArray[np.bool_]
 
 SMALLEST_COVER = 1e-3
@@ -24,13 +27,20 @@ SMALLEST_COVER = 1e-3
 
 
 class BorderCompliance:
-    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K."""
+    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
-    def __init__(self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance) -> None:
+    `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image."""
+
+    def __init__(
+        self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance, mirrored: bool = False
+    ) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
         i, j = self._index = np.nonzero(self.partial)
-        nx, ny = _border_normal(np.where(contact, covered, 0.0), i, j, dx, dy)
+        around = np.pad(np.where(contact, covered, 0.0), 1)
+        if mirrored:
+            around[:, 0] = around[:, 1]
+        nx, ny = _border_normal(around, i, j, dx, dy)
         scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
         along, across = compliance.along, compliance.across
         self.xx = scale * (along * nx * nx + across * ny * ny)
@@ -39,6 +49,12 @@ class BorderCompliance:
         self._trailing = nx < 0.0
         self.diagonal = np.zeros((2, *covered.shape))
         self.diagonal[0, i, j], self.diagonal[1, i, j] = self.xx, self.yy
+
+    def in_precision(self, precision: Any) -> BorderCompliance:
+        """The same with coefficients of another type."""
+        other = copy(self)
+        other.xx, other.yy, other.xy = (k.astype(precision) for k in (self.xx, self.yy, self.xy))
+        return other
 
     def add(self, out: Array, traction: Array) -> Array:
         """`out` + K `traction`, in place, both (2, n, m)."""
@@ -65,10 +81,10 @@ class BorderCompliance:
 
 
 def _border_normal(
-    covered: Array, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
+    c: Array, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
 ) -> tuple[Array, Array]:
-    """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j)."""
-    c = np.pad(covered, 1)
+    """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j); `c` holds the
+    fractions with one more row and column on all sides."""
     i, j = i + 1, j + 1
     along_x = sum(w * (c[i + 1, j + k] - c[i - 1, j + k]) for k, w in ((-1, 1.0), (0, 2.0), (1, 1.0))) / dx
     along_y = sum(w * (c[i + k, j + 1] - c[i + k, j - 1]) for k, w in ((-1, 1.0), (0, 2.0), (1, 1.0))) / dy

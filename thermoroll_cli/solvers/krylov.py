@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+Vector = NDArray[Any]
 
 CANCELLED = 0.1
 """Gram–Schmidt is repeated where it leaves less than this of a vector (Daniel et al. 1976)."""
@@ -36,14 +37,17 @@ def gmres(
     """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
 
     `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
-    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits.
+    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits. All vectors
+    have the precision of the right-hand side, the small least-squares problem is solved in double precision.
     """
     norm = float(np.linalg.norm(right_hand_side))
     if norm == 0.0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 0.0)
     # Rows that are never reached are never touched, and so cost no memory.
-    basis = np.empty((max_iterations + 1, right_hand_side.size))
+    precision = right_hand_side.dtype
+    lost = 4.0 * float(np.finfo(precision).eps)
+    basis = np.empty((max_iterations + 1, right_hand_side.size), dtype=precision)
     np.divide(right_hand_side, norm, out=basis[0])
     steps: list[Vector] = []
     images: list[Vector] = []
@@ -80,17 +84,17 @@ def gmres(
         hessenberg[: k + 2, k] = column
         residuals[k], residuals[k + 1] = c * residuals[k], -s * residuals[k]
         k += 1
-        if abs(residuals[k]) <= tolerance or length <= 1e-15 * r:
+        if abs(residuals[k]) <= tolerance or length <= lost * r:
             break
         np.divide(w, length, out=basis[k])
     if k == 0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 1.0)
-    y: Vector = np.asarray(np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm), dtype=np.float64)
+    y = [float(v) for v in np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)]
     return KrylovSolution(_combination(y, steps), _combination(y, images), k, float(abs(residuals[k])))
 
 
-def _combination(coefficients: Vector, vectors: list[Vector]) -> Vector:
+def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
     total = coefficients[0] * vectors[0]
     term = np.empty_like(total)
     for c, v in zip(coefficients[1:], vectors[1:], strict=True):

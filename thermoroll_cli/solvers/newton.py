@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from thermoroll_cli.solvers.tangential_operator import RollingGradient
 from thermoroll_cli.solvers.tangential_preconditioner import StickInverse, run_starts
 from thermoroll_cli.solvers.tangential_problem import TangentialProblem
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Mask = NDArray[np.bool_]
 
 RELAXATION = 0.35
@@ -24,6 +25,8 @@ STICK_TRACTION = 1.0
 """Traction that a creepage causes in full stick, in units of creepage over an element's own compliance; from below."""
 UNSEEN_CREEPAGE = 2.0
 """Free creepages may begin with steps of this many units (the creepage that saturates a single element)."""
+FINEST_FORCING = 30.0
+"""A linear system is solved down to this many rounding errors at most."""
 MAX_HALVINGS = 10
 MAX_KRYLOV = 60
 
@@ -49,7 +52,8 @@ class Newton:
         self.problem, self.gradient, self.inverse = problem, gradient, inverse
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
-        self.border = BorderCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance)
+        self.border = BorderCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
+                                       gradient.mirror is not None)
         own = np.array(gradient.self_gradient)[:, None, None]
         self.own = own + self.border.diagonal
         self.rho = RELAXATION / self.own.mean(axis=0)
@@ -57,7 +61,7 @@ class Newton:
         self.count = max(int(self.contact.sum()), 1)
         self.size = self.bound.size
         # Weight of the force equations: a prescribed force is met twenty times more closely than the tractions are.
-        self.root = np.sqrt(self.count) / 20.0
+        self.root = math.sqrt(self.count) / 20.0
         # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         pull = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
@@ -122,11 +126,17 @@ class Newton:
 
     def step(self, state: Iterate, forcing: float) -> Iterate:
         linear = Linearisation(self, state)
-        solution = gmres(linear.expensive, linear.cheap, linear.precondition, -state.residual, forcing, MAX_KRYLOV)
+        precision = self.inverse.precision
+        # What a precision cannot resolve is left to the next step, whose residual is computed afresh.
+        forcing = max(forcing, FINEST_FORCING * float(np.finfo(precision).eps))
+        # Single precision has room for 1e±38: the unit of the residual is taken out.
+        right = (state.residual * (-1.0 / self.reference)).astype(precision)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing, MAX_KRYLOV)
         shape = (2, *self.bound.shape)
         n = 2 * self.size
-        change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
-        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(solution.image.reshape(shape), change)
+        step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
+        change, change_unknown = step[:n].reshape(shape), step[n:]
+        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(image.reshape(shape), change)
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
@@ -152,6 +162,8 @@ class Linearisation:
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
         self.newton = newton
+        precision = newton.inverse.precision
+        self.border = newton.border.in_precision(precision)
         contact, stick = newton.contact, state.stick & newton.contact
         slip = contact & ~stick
         nx, ny = state.direction
@@ -159,9 +171,9 @@ class Linearisation:
         # Projection across the traction, I − n nᵀ, on slip elements; identity on stick elements.
         xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
         one = np.where(slip, 1.0, 0.0)
-        self.p = (np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0))
+        self.p = _as(precision, np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0))
         rho = newton.rho * contact
-        self.q = (rho * xx, rho * yy, rho * xy)
+        self.q = _as(precision, rho * xx, rho * yy, rho * xy)
         # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
@@ -171,9 +183,9 @@ class Linearisation:
         scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
         scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
         across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
-        self.local = (scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
-                      one * nx * ny - across * nx * ny)
-        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0)
+        self.local = _as(precision, scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
+                         one * nx * ny - across * nx * ny)
+        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0).astype(precision)
         self._border_force()
 
     def _border_force(self) -> None:
@@ -183,7 +195,7 @@ class Linearisation:
         for i in newton.free:
             unit = np.zeros(2)
             unit[i] = newton.unit
-            e = np.broadcast_to(unit[:, None, None], (2, *newton.bound.shape))
+            e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.bound.shape))
             columns.append(self._invert(self._times(self.q, e)))
         self.response = columns
         free = list(newton.free)
@@ -192,7 +204,7 @@ class Linearisation:
             self.schur_inverse = np.linalg.pinv(schur)
 
     @staticmethod
-    def _times(block: tuple[Array, Array, Array], v: Array) -> Array:
+    def _times(block: tuple[Array, ...], v: Array) -> Array:
         xx, yy, xy = block
         out = np.empty_like(v)
         term = np.multiply(xy, v[1])
@@ -211,15 +223,15 @@ class Linearisation:
         shape = (2, *newton.bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
-        inner = newton.border.add(image.reshape(shape).copy(), change)
+        inner = self.border.add(image.reshape(shape).copy(), change)
         if newton.free:
-            inner -= newton.creepage(v[n:])[:, None, None]
+            inner -= newton.creepage(v[n:])[:, None, None].astype(v.dtype)
         out = self._times(self.q, inner)
         out += self._times(self.p, change)
         if not newton.free:
             return out.ravel()
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
-        return np.concatenate([out.ravel(), force])
+        return np.concatenate([out.ravel(), force], dtype=v.dtype)
 
     def _invert(self, r: Array) -> Array:
         out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
@@ -235,5 +247,9 @@ class Linearisation:
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
         unknown = self.schur_inverse @ (v[n:] - force)
         for u, column in zip(unknown, self.response, strict=True):
-            change += u * column
-        return np.concatenate([change.ravel(), unknown])
+            change += float(u) * column
+        return np.concatenate([change.ravel(), unknown], dtype=v.dtype)
+
+
+def _as(precision: Any, *arrays: Array) -> tuple[Array, ...]:
+    return tuple(a.astype(precision) for a in arrays)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import Convolution, multiply, periodic_symbol
+from thermoroll_cli.kernels.convolution import Convolution, even_length, multiply, periodic_symbol
 from thermoroll_cli.kernels.elastic import normal_table
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.grid import Grid
@@ -69,7 +69,7 @@ class NormalSolver:
         self.grid = grid
         self.applications = 0
         self._convolution = Convolution(nx, ny)
-        px, py = (pyfftw.next_fast_len(k + 4) for k in grid.shape)
+        px, py = (even_length(k + 4) for k in grid.shape)
         reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
         table = normal_table(*reach, grid.dx, grid.dy, contact_modulus)
         self._kernel = self._convolution.quadrant_spectrum(table)

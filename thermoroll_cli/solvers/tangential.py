@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,8 @@ STICK_FORCING = 1e-2
 """Full stick is only a start: solved this well."""
 UNBOUNDED = 1e8
 """Times the Coulomb bound: nothing slips."""
+SINGLE_SUFFICES = 1e-6
+"""Down to this tolerance the linear systems of Newton's method are solved in single precision: half the memory to move."""
 REFINABLE = 1e-2
 """A residual that grew when computed afresh, but no further than this, is iterated on."""
 
@@ -59,7 +62,15 @@ class RollingSolver:
 
     def __init__(self, gradient: RollingGradient) -> None:
         self.gradient = gradient
-        self.inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance)
+        self._inverses: dict[Any, StickInverse] = {}
+
+    def _inverse(self, tolerance: float) -> StickInverse:
+        """The preconditioner, in the precision in which Newton steps are solved: residuals are always computed in double."""
+        precision = np.float32 if tolerance >= SINGLE_SUFFICES else np.float64
+        if precision not in self._inverses:
+            g = self.gradient
+            self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision)
+        return self._inverses[precision]
 
     def solve(
         self,
@@ -73,13 +84,13 @@ class RollingSolver:
         anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
         that nothing drives them back."""
         before = self.gradient.applications
-        newton = Newton(problem, self.gradient, self.inverse)
+        newton = Newton(problem, self.gradient, self._inverse(tolerance))
         history: list[float] = []
         states = [newton.start(*start) for start in starts]
         if states:
             state = self._iterate(newton, min(states, key=lambda s: s.norm), tolerance, history)
         if not states or state.norm > tolerance:
-            start = newton.start(*self._full_stick(problem))
+            start = newton.start(*self._full_stick(problem, newton.inverse))
             state = self._iterate(newton, start, tolerance, history)
         state, slip, lost = newton.finish(state)
         if tolerance < state.norm < REFINABLE:
@@ -117,9 +128,9 @@ class RollingSolver:
                 best = state
         return best
 
-    def _full_stick(self, problem: TangentialProblem) -> Start:
+    def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
         """Tractions that let nothing slip, whatever the bound: a linear problem."""
-        newton = Newton(replace(problem, bound=problem.bound * UNBOUNDED), self.gradient, self.inverse)
+        newton = Newton(replace(problem, bound=problem.bound * UNBOUNDED), self.gradient, inverse)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)
         return state.traction, (float(creep[0]), float(creep[1]))

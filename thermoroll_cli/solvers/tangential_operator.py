@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import Convolution, multiply
+from thermoroll_cli.kernels.convolution import free_space
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.kernels.mirror import Parities
+from thermoroll_cli.kernels.shear import FreeShear, MirroredShear, shear_symbols
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
+MARGIN = 2
+"""Rows beyond the box that the difference formula reaches, at either end."""
 DIFFERENCE_OFFSETS = (-2, -1, 0, 1)
 # 0.7 of the third-order and 0.3 of the second-order upstream formula (numerics.md): their errors in the dissipated heat
 # have opposite signs, and both damp odd–even modes: Re D̂ = 0.7·(1−cos θ)²/3 + 0.3·(1−cos θ)² ≥ 0, so D A is monotone.
@@ -37,10 +41,10 @@ DISSIPATIVE_WEIGHTS = (
 def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
     """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
     n = u.shape[-2] - 4
-    out: Array = u[..., :n, :] * (weights[0] / dx)
+    out: Array = u[..., :n, :] * float(weights[0] / dx)
     term = np.empty_like(out)
     for k, w in enumerate(weights[1:], start=1):
-        np.multiply(u[..., k : n + k, :], w / dx, out=term)
+        np.multiply(u[..., k : n + k, :], float(w / dx), out=term)
         out += term
     return out
 
@@ -48,7 +52,9 @@ def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
 class RollingGradient:
     """D A: tractions (2, n, m) in Pa -> displacement gradients (2, n, m), by free-space convolution (Eqs. 7, 8, 15).
 
-    `applications` counts calls: the unit in which the cost of the tangential solver is measured.
+    Where the scene is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
+    m elements y > 0. Tractions in single precision are worked on in single precision: enough for the directions of an
+    iteration, in half the time. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
     """
 
     def __init__(
@@ -58,24 +64,18 @@ class RollingGradient:
         dy: float,
         compliance: ShearCompliance,
         threads: int = 1,
+        mirror: Parities | None = None,
     ) -> None:
         n, m = shape
         self.shape = shape
         self.dx, self.dy = dx, dy
         self.compliance = compliance
+        self.mirror = mirror
         self.applications = 0
-        # One set of buffers per component: the two can then be transformed side by side, and the result does not
-        # depend on whether they are.
-        self._convolutions = [Convolution(n, m, before=2, after=2) for _ in range(2)]
-        first = self._convolutions[0]
-        tables = shear_tables(n + 2, m, dx, dy, compliance)
-        self._xx, self._yy, self._xy = (
-            first.quadrant_spectrum(t, parity) for t, parity in zip(tables, (1, 1, -1), strict=True)
-        )
-        self._traction_hat = [np.empty((first.half, first.px), dtype=np.complex128) for _ in range(2)]
-        self._cross_hat = [np.empty_like(hat) for hat in self._traction_hat]
-        self._coupled = bool(compliance.directional)  # ν = 0: no cross term
-        self._pool = ThreadPoolExecutor(2) if threads > 1 else None
+        self._threads = threads
+        width = m if mirror is None else 2 * m
+        tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
+        self._symbols = shear_symbols(tables, free_space(n + MARGIN, width))
         self.self_gradient = self._self_gradient(tables)
 
     def _self_gradient(self, tables: tuple[Array, Array, Array]) -> tuple[float, float]:
@@ -86,36 +86,27 @@ class RollingGradient:
         )
         return along, across
 
+    @cached_property
+    def _double(self) -> FreeShear | MirroredShear:
+        return self._shear(np.float64)
+
+    @cached_property
+    def _single(self) -> FreeShear | MirroredShear:
+        return self._shear(np.float32)
+
+    def _shear(self, precision: Any) -> FreeShear | MirroredShear:
+        coupled = bool(self.compliance.directional)  # ν = 0: the components do not act on each other
+        if self.mirror is not None:
+            return MirroredShear(self.shape, MARGIN, self._symbols, coupled, self.mirror, precision)
+        return FreeShear(self.shape, MARGIN, self._symbols, coupled, self._threads, precision)
+
     @property
     def transforms(self) -> int:
-        return sum(c.transforms for c in self._convolutions)
-
-    def _both(self, task: Callable[[int], None]) -> None:
-        if self._pool is not None:
-            list(self._pool.map(task, (0, 1)))
-        else:
-            task(0)
-            task(1)
+        return sum(self.__dict__[name].transforms for name in ("_double", "_single") if name in self.__dict__)
 
     def displacement(self, traction: Array) -> Array:
         """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""
-        n, m = self.shape
-        u = np.empty((2, n + 4, m))
-        hat, convolutions = self._traction_hat, self._convolutions
-
-        def there(i: int) -> None:
-            convolutions[i].forward(traction[i], out=hat[i])
-
-        self._both(there)
-
-        def back(i: int) -> None:
-            total = multiply(hat[i], self._xx if i == 0 else self._yy, out=convolutions[i].plane)
-            if self._coupled:
-                total += multiply(hat[1 - i], self._xy, out=self._cross_hat[i])
-            convolutions[i].inverse(total, out=u[i])
-
-        self._both(back)
-        return u
+        return (self._single if traction.dtype == np.float32 else self._double)(traction)
 
     def __call__(self, traction: Array) -> Array:
         """∂u/∂x of shape (2, n, m)."""
