@@ -1,7 +1,8 @@
-"""What has to be decided before NumPy is loaded."""
+"""What has to be decided before anything large is loaded."""
 
 from __future__ import annotations
 
+import gc
 import os
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -15,3 +16,9 @@ def one_thread() -> None:
     """
     for name in _THREADS:
         os.environ.setdefault(name, "1")
+
+
+def rare_collections() -> None:
+    """Look for reference cycles less often: modules and figures are made of objects that live on, and going through all of
+    them again and again is a twentieth of a run."""
+    gc.set_threshold(20_000, 20, 20)

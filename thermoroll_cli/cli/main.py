@@ -8,13 +8,14 @@ from collections.abc import Sequence
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, Interrupted, catch_signals
-from thermoroll_cli.environment import one_thread
+from thermoroll_cli.environment import one_thread, rare_collections
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `thermoroll` with `arguments` (default: those of the process) and return its exit code."""
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     one_thread()
+    rare_collections()
     restore_signals = catch_signals()
     streams.prepare()
     try:

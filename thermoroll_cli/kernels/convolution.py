@@ -40,7 +40,8 @@ class Convolution:
         self._line = pyfftw.empty_aligned((self.rows, self.py), dtype=precision)
         self._line_hat = pyfftw.zeros_aligned((n, self.half), dtype=kind)
         self._columns = pyfftw.zeros_aligned((self.half, self.px), dtype=kind)
-        self._plane = pyfftw.zeros_aligned((self.half, self.px), dtype=kind)
+        self._plane = pyfftw.empty_aligned((self.half, self.px), dtype=kind)
+        self._back = pyfftw.empty_aligned((self.half, self.px), dtype=kind)
         flags = ("FFTW_ESTIMATE",)
 
         def plan(a: Any, b: Any, direction: str) -> Any:
@@ -48,37 +49,50 @@ class Convolution:
 
         self._forward_y = plan(self._field, self._line_hat[:nx], "FFTW_FORWARD")
         self._forward_x = plan(self._columns, self._plane, "FFTW_FORWARD")
-        self._inverse_x = plan(self._plane, self._plane, "FFTW_BACKWARD")
+        self._inverse_x = plan(self._plane, self._back, "FFTW_BACKWARD")
         self._inverse_y = plan(self._line_hat[: self.rows], self._line, "FFTW_BACKWARD")
         self._scale = 1.0 / (self.px * self.py)
 
     def forward(self, field: Array, out: Spectrum | None = None) -> Spectrum:
-        """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here."""
+        """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here.
+
+        Transforms straight into `out` where that comes from `empty_spectrum`."""
+        if out is None:
+            out = self.empty_spectrum()
         self._field[:, : self.ny] = field
         self._forward_y.execute()
         self._columns[:, : self.nx] = self._line_hat[: self.nx].T
-        self._forward_x.execute()
+        plan = self._forward_x
+        direct = fftw().is_byte_aligned(out, plan.output_alignment)
+        plan.update_arrays(self._columns, out if direct else self._plane)
+        plan.execute()
         self.transforms += 1
-        if out is None:
-            return self._plane.copy()
-        out[...] = self._plane
+        if not direct:
+            out[...] = self._plane
         return out
+
+    def empty_spectrum(self) -> Spectrum:
+        """An array for a spectrum that transforms can read and write directly."""
+        return fftw().empty_aligned((self.half, self.px), dtype=self._plane.dtype)
 
     @property
     def plane(self) -> Spectrum:
-        """The buffer that `inverse` works in: a spectrum built here is not copied."""
+        """A buffer in which to build the spectrum for `inverse`; the next transform may overwrite it."""
         return self._plane
 
     def inverse(self, spectrum: Spectrum, out: Array | None = None) -> Array:
         """Rows −before … nx−1+after of the convolution whose spectrum is given, shape (rows, ny), into `out` if given."""
-        if spectrum is not self._plane:
+        plan = self._inverse_x
+        if not fftw().is_byte_aligned(spectrum, plan.input_alignment):
             self._plane[...] = spectrum
-        self._inverse_x.execute()
+            spectrum = self._plane
+        plan.update_arrays(spectrum, self._back)
+        plan.execute()
         # Negative offsets sit at the end of the periodic row.
         b = self.before
-        self._line_hat[b : self.rows] = self._plane[:, : self.rows - b].T
+        self._line_hat[b : self.rows] = self._back[:, : self.rows - b].T
         if b:
-            self._line_hat[:b] = self._plane[:, -b:].T
+            self._line_hat[:b] = self._back[:, -b:].T
         self._inverse_y.execute()
         self.transforms += 1
         return np.multiply(self._line[:, : self.ny], self._scale, out=out)
@@ -144,6 +158,12 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -
     symbol[:, : hx + 1] = quarter
     np.multiply(quarter[:, -2:0:-1], parity, out=symbol[:, hx + 1 :])
     return symbol
+
+
+def blocks(rows: int, length: int) -> list[slice]:
+    """Groups of rows of `length` numbers each that stay in the cache while several steps are made with them."""
+    step = max(1, 2**14 // length)
+    return [slice(i, min(i + step, rows)) for i in range(0, rows, step)]
 
 
 def in_pairs(real: Array, precision: Any = np.float64) -> Array:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import in_pairs
+from thermoroll_cli.kernels.convolution import blocks
 from thermoroll_cli.kernels.fftw import complex_type, fftw
 
 Array = NDArray[Any]
@@ -44,8 +44,10 @@ class MirroredPlane:
         self._line = pyfftw.empty_aligned((self.rows, self.py), dtype=precision)
         self._line_hat = pyfftw.zeros_aligned((n, half), dtype=kind)
         self._columns = pyfftw.zeros_aligned((half, self.px), dtype=kind)
-        self._plane = pyfftw.zeros_aligned((half, self.px), dtype=kind)
-        self._mirrored = np.empty_like(self._plane)
+        self._plane = pyfftw.empty_aligned((half, self.px), dtype=kind)
+        self._back = pyfftw.empty_aligned((half, self.px), dtype=kind)
+        self._blocks = blocks(half, self.px)
+        self._mirrored = np.empty_like(self._plane[self._blocks[0]])
         self._word = {8: np.int64, 16: np.complex128}[self._plane.itemsize]
         # Elements lie half a step beside the mirror line.
         centre = np.exp(-1j * np.pi * np.arange(half) / self.py)
@@ -57,11 +59,11 @@ class MirroredPlane:
 
         self._forward_y = plan(self._field, self._line_hat[:nx], "FFTW_FORWARD")
         self._forward_x = plan(self._columns, self._plane, "FFTW_FORWARD")
-        self._inverse_x = plan(self._plane, self._plane, "FFTW_BACKWARD")
+        self._inverse_x = plan(self._plane, self._back, "FFTW_BACKWARD")
         self._inverse_y = plan(self._line_hat[: self.rows], self._line, "FFTW_BACKWARD")
 
     def forward(self, pair: Array) -> Array:
-        """Spectrum (py//2+1, px) of a pair (2, nx, ny), in the buffer that `inverse` works in."""
+        """Spectrum (py//2+1, px) of a pair (2, nx, ny), in the buffer that `apply` and `inverse` work in."""
         even, odd = pair[self._even], pair[1 - self._even]
         ny, hat = self.ny, self._line_hat[: self.nx]
         np.add(even, odd, out=self._field[:, :ny])
@@ -73,13 +75,25 @@ class MirroredPlane:
         self.transforms += 1
         return self._plane
 
-    def mirrored(self) -> Array:
-        """Complex conjugate of the spectrum of the pair reflected in y = 0, of what is in the buffer now."""
-        # As whole numbers of the same size, which are copied backwards much faster.
-        plane, mirrored = (p.view(self._word) for p in (self._plane, self._mirrored))
-        mirrored[:, 1:] = plane[:, :0:-1]
-        mirrored[:, 0] = plane[:, 0]
-        return self._mirrored
+    def apply(self, own: Array, other: Array | None) -> None:
+        """Multiply the spectrum in the buffer with a 2 × 2 symbol (see `pair_symbols`), both parts of it complex, (py//2+1, px),
+        or both real with every value twice, (py//2+1, 2·px)."""
+        plane, mirrored = self._plane, self._mirrored
+        kind = own.dtype
+        for rows in self._blocks:
+            part = plane[rows]
+            if other is None:
+                np.multiply(part.view(kind), own[rows], out=part.view(kind))
+                continue
+            reflected = mirrored[: len(part)]
+            # As whole numbers of the same size, which are copied backwards much faster.
+            source, target = part.view(self._word), reflected.view(self._word)
+            target[:, 1:] = source[:, :0:-1]
+            target[:, 0] = source[:, 0]
+            np.conjugate(reflected, out=reflected)
+            np.multiply(reflected.view(kind), other[rows], out=reflected.view(kind))
+            np.multiply(part.view(kind), own[rows], out=part.view(kind))
+            part += reflected
 
     def inverse(self, out: Array | None = None) -> Array:
         """Rows −before … of the pair whose spectrum is in the buffer: (2, rows, ny)."""
@@ -88,9 +102,9 @@ class MirroredPlane:
             out = np.empty((2, rows, ny), dtype=self._line.dtype)
         self._inverse_x.execute()
         # Negative offsets sit at the end of the periodic row.
-        hat[b:] = self._plane[:, : rows - b].T
+        hat[b:] = self._back[:, : rows - b].T
         if b:
-            hat[:b] = self._plane[:, -b:].T
+            hat[:b] = self._back[:, -b:].T
         np.multiply(hat, self._from_centre, out=hat)
         self._inverse_y.execute()
         self.transforms += 1
@@ -105,13 +119,6 @@ def pair_symbols(xx: Array, yy: Array, xy: Array, even: int) -> tuple[Array, Arr
     of the spectrum of its mirror image. `even` is the index of the even component."""
     difference = 0.5 * (xx - yy)
     return 0.5 * (xx + yy) + xy, difference if even == 0 else -difference
-
-
-def conjugating_pairs(real: Array, precision: Any) -> Array:
-    """As `in_pairs`, but the product is conjugated."""
-    pairs = in_pairs(real, precision)
-    pairs[:, 1::2] *= -1.0
-    return pairs
 
 
 def unfolded(field: Array, parity: int) -> Array:

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import Convolution, free_space, in_pairs, multiply, quadrant_symbol
-from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, conjugating_pairs, pair_symbols
+from thermoroll_cli.kernels.convolution import Convolution, blocks, free_space, in_pairs, multiply, quadrant_symbol
+from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
 
 Array = NDArray[Any]
 Symbols = tuple[Array, Array, Array]
@@ -36,8 +36,9 @@ class FreeShear:
         # depend on whether they are.
         self._convolutions = [Convolution(*shape, margin, margin, precision) for _ in range(2)]
         self._xx, self._yy, self._xy = (in_pairs(s, precision) for s in symbols)
-        self._traction_hat = [np.empty_like(c.plane) for c in self._convolutions]
-        self._cross_hat = [np.empty_like(hat) for hat in self._traction_hat]
+        self._traction_hat = [c.empty_spectrum() for c in self._convolutions]
+        self._blocks = blocks(*self._traction_hat[0].shape)
+        self._cross_hat = [np.empty_like(hat[self._blocks[0]]) for hat in self._traction_hat]
         self._coupled = coupled
         self._pool = ThreadPoolExecutor(2) if threads > 1 else None
 
@@ -62,9 +63,11 @@ class FreeShear:
         self._both(there)
 
         def back(i: int) -> None:
-            total = multiply(hat[i], self._xx if i == 0 else self._yy, out=convolutions[i].plane)
-            if self._coupled:
-                total += multiply(hat[1 - i], self._xy, out=self._cross_hat[i])
+            total, own = convolutions[i].plane, self._yy if i else self._xx
+            for rows in self._blocks:
+                part = multiply(hat[i][rows], own[rows], out=total[rows])
+                if self._coupled:
+                    part += multiply(hat[1 - i][rows], self._xy[rows], out=self._cross_hat[i][: len(part)])
             convolutions[i].inverse(total, out=u[i])
 
         self._both(back)
@@ -83,19 +86,13 @@ class MirroredShear:
         self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin, precision)
         own, other = pair_symbols(*symbols, even)
         self._own = in_pairs(own, precision)
-        self._other = conjugating_pairs(other, precision) if coupled else None
+        self._other = in_pairs(other, precision) if coupled else None
 
     @property
     def transforms(self) -> int:
         return self._plane.transforms
 
     def __call__(self, traction: Array) -> Array:
-        plane = self._plane.forward(traction)
-        if self._other is None:
-            multiply(plane, self._own, out=plane)
-            return self._plane.inverse()
-        mirrored = self._plane.mirrored()
-        multiply(mirrored, self._other, out=mirrored)
-        multiply(plane, self._own, out=plane)
-        plane += mirrored
+        self._plane.forward(traction)
+        self._plane.apply(self._own, self._other)
         return self._plane.inverse()

@@ -159,6 +159,7 @@ def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) 
 
 _UNITS = ("W_mm2", "rad_mm", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N")
 _SHORT = {
+    "partition_mean": "heat share of the lower body",
     "thermal_displacement_max_um": "maximum thermal displacement",
     "power_balance_error": "power balance error",
     "temperature_rise_max_lower_K": "max. temperature rise, lower body",

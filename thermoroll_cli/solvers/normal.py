@@ -73,7 +73,7 @@ class NormalSolver:
         reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
         table = normal_table(*reach, grid.dx, grid.dy, contact_modulus)
         self._kernel = self._convolution.quadrant_spectrum(table)
-        self._hat = np.empty((self._convolution.half, self._convolution.px), dtype=np.complex128)
+        self._hat = self._convolution.empty_spectrum()
         symbol = periodic_symbol(table, (px, py))
         # Rounding could leave a wavenumber without stiffness; the kernel itself is positive.
         self._inverse_symbol = 1.0 / np.maximum(symbol, 1e-12 * symbol.max())

@@ -126,10 +126,6 @@ class _MirroredPeriodic:
         self._own, self._other = (np.ascontiguousarray(s.T, dtype=kind) for s in (own, other))
 
     def __call__(self, pair: Array) -> Array:
-        plane = self._plane.forward(pair)
-        mirrored = self._plane.mirrored()
-        np.conjugate(mirrored, out=mirrored)
-        mirrored *= self._other
-        plane *= self._own
-        plane += mirrored
+        self._plane.forward(pair)
+        self._plane.apply(self._own, self._other)
         return self._plane.inverse()
