@@ -76,7 +76,7 @@ class MirroredPlane:
         return self._plane
 
     def apply(self, own: Array, other: Array | None) -> None:
-        """Multiply the spectrum in the buffer with a 2 × 2 symbol (see `pair_symbols`), both parts of it complex, (py//2+1, px),
+        """Multiply the spectrum in the buffer with a 2 × 2 symbol (see `pair_symbols`), both parts complex, (py//2+1, px),
         or both real with every value twice, (py//2+1, 2·px)."""
         plane, mirrored = self._plane, self._mirrored
         kind = own.dtype

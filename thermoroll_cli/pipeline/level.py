@@ -65,9 +65,9 @@ class Level:
     def hertz(self) -> Pressure:
         """The isothermal pressure: smooth bodies without thermal bulge are in Hertz contact exactly, so nothing is solved."""
         hertz, grid = self.scene.hertz, self.grid
-        x_edges = np.append(grid.x - 0.5 * grid.dx, grid.x[-1] + 0.5 * grid.dx)
-        y_edges = np.append(grid.y - 0.5 * grid.dy, grid.y[-1] + 0.5 * grid.dy)
-        pressure, covered = element_averages(hertz, x_edges, y_edges)
+        # One quadrant tells the others.
+        edges = ((np.arange(n // 2, n + 1) - 0.5 * n) * d for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)))
+        pressure, covered = (_four_quadrants(q, grid.shape) for q in element_averages(hertz, *edges))
         displacement = self.normal_solver.displacement(pressure)
         gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
         return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
@@ -232,6 +232,13 @@ def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
     if missing <= 0.0 or total <= 0.0:
         return resolved
     return np.asarray(resolved + taken * (missing / total))
+
+
+def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
+    """A field even in x and y on the whole grid; the quadrant holds the middle elements where their number is odd."""
+    nx, ny = shape
+    half = np.concatenate([quadrant[nx % 2 :][::-1], quadrant])
+    return np.concatenate([half[:, ny % 2 :][:, ::-1], half], axis=1)
 
 
 def peak_value(field: Array) -> float:
