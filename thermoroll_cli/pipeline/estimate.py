@@ -97,7 +97,8 @@ def _estimate(name: str, values: list[float], scene: Scene, elements: int) -> fl
     error = safety * max(last / (2.0**order - 1.0), share * before) / scale
     if name == "gamma_st" and 0.0 < values[-1] < 1.0:
         error = max(error, STICK_BORDER / elements)
-    if name in ("gamma_c", "contact_area_mm2") and last + before > UNCHANGED * scale:
+    # Hertz's area is exact, but for the quadrature of covered fractions.
+    if name in ("gamma_c", "contact_area_mm2") and last + before > FLOOR * scale:
         error = max(error, CONTACT_BORDER / elements)
     if name in EXTRAPOLATED and last + before > UNCHANGED * scale:
         error = max(error, FIRST_ORDER / elements)

@@ -53,8 +53,9 @@ def border_elements(
 ) -> tuple[Mask, Array, Array]:
     """Border of the contact from the `pressure` (Pa) inside it and the `gap` (m) around it, all (nx, ny).
 
-    Returns the mask of elements at the border (partly covered, or next to such), and on these the element averages of the
-    pressure and the covered fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
+    `pressure` and `gap` are those of whole elements, `contact` is where they touch; `contact_modulus` is E* in Pa. Returns the
+    mask of elements at the border (partly covered, or next to such), and on these the element averages of the pressure and
+    the covered fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
     """
     scale = max(float(pressure.max()), 1e-300)
     # Whole elements next to the border carry up to 3 % too much pressure, the first ones outside are as much too far apart:
