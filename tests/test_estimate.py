@@ -96,6 +96,13 @@ def test_no_scalar_hides_behind_the_others(name: str) -> None:
     assert np.mean([p.honest for p in some]) >= 0.85, table(some)
 
 
+def test_the_area_of_hertz_is_known_to_be_exact() -> None:
+    """Only a border that was located between elements scatters."""
+    given = next(case["input"] for case in cases() if case["input"]["peclet"] is None)
+    result = solve(problem_of(given, 64))
+    assert result.error["gamma_c"] <= 2e-5 and result.error["contact_area_mm2"] <= 2e-5
+
+
 def test_one_grid_alone_gives_no_estimate() -> None:
     # Two elements more than the coarsest grid: there is nothing to compare with.
     result = solve(problem_of(cases()[0]["input"], 10))

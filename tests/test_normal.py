@@ -210,3 +210,43 @@ def test_a_refined_border_brings_area_and_pressure_closer_to_hertz(aspect, n):
     assert refined.pressure.min() >= 0.0 and refined.gap.min() >= 0.0
     assert refined.covered.min() >= 0.0 and refined.covered.max() <= 1.0
     np.testing.assert_array_equal(refined.pressure > 0.0, refined.covered > 0.0)
+
+
+def quartic_area(n: int) -> float:
+    """Refined area of Shtaerman's contact h = A r⁴ over the exact one, minus 1: p² is far from a paraboloid."""
+    modulus, a, amplitude = 1e11, 1e-4, 1e7
+    grid = Grid.over((n, n), 2.2 * a, 2.2 * a)
+    gap = amplitude * (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) ** 2
+    force = 64 / 15 * modulus * amplitude * a**5
+    solver = NormalSolver(grid, modulus)
+    refined = solver.refine(solver.solve(gap, force, np.ones(grid.shape)), gap, force)
+    return float(refined.covered.sum()) * grid.element_area / (math.pi * a**2) - 1.0
+
+
+@pytest.mark.parametrize(("n", "limit"), [(32, 4e-3), (64, 1e-3), (128, 3e-4)])
+def test_a_refined_border_is_found_where_the_pressure_is_not_that_of_hertz(n, limit):
+    """Whole elements are off by 2e-2, 7e-3 and 3e-3, paraboloids continued from the inside by 6e-2, 2e-2 and 3e-3."""
+    assert abs(quartic_area(n)) < limit
+
+
+def test_the_refined_area_follows_the_load_without_jumps():
+    """While the border moves through two rows of elements, the area over Hertz's stays within 2e-3 and changes smoothly."""
+    contact = Contact(1.0, 48)
+    ratios = []
+    for scale in np.linspace(0.9, 0.98, 33):
+        force = contact.force * scale**3
+        solution = contact.solver.solve(contact.gap, force, contact.exact)
+        covered = contact.solver.refine(solution, contact.gap, force).covered
+        ratios.append(covered.sum() * contact.grid.element_area / (contact.hertz.area * scale**2) - 1.0)
+    assert np.abs(ratios).max() < 2e-3
+    assert np.abs(np.diff(ratios)).max() < 1e-3
+
+
+def test_a_contact_too_small_to_have_an_inside_is_left_as_it_is():
+    contact = Contact(1.0, 32)
+    force = contact.force * 1e-4
+    solution = contact.solver.solve(contact.gap, force, contact.exact)
+    assert np.count_nonzero(solution.contact) <= 9
+    refined = contact.solver.refine(solution, contact.gap, force)
+    np.testing.assert_array_equal(refined.covered > 0.0, solution.contact)
+    assert refined.pressure.sum() * contact.grid.element_area == pytest.approx(force, rel=1e-10)

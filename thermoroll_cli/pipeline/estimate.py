@@ -28,7 +28,8 @@ WEIGHTS = {
     "force_x_N": (0.85, 1.0 / 8.0),
     "force_y_N": (0.85, 1.0 / 8.0),
     "spin_moment_Nmm": (0.85, 1.0 / 8.0),
-    "gamma_c": (1.5, 1.0 / 16.0),
+    "gamma_c": (1.0, 1.0 / 16.0),
+    "contact_area_mm2": (1.0, 1.0 / 16.0),
     "gamma_p": (1.0, 1.0 / 16.0),
     "temperature_rise_max_lower_K": (1.0, 1.0 / 8.0),
     "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
@@ -40,6 +41,9 @@ OTHERWISE = (1.5, 1.0 / 8.0)
 
 STICK_BORDER = 0.03
 """The stick area is counted in whole elements along its border: its fraction scatters by about this over N."""
+CONTACT_BORDER = 0.025
+"""The contact border is located to a few hundredths of an element: where the contact is not Hertz's, its area scatters by about
+this over N."""
 FIRST_ORDER = 0.007
 """What is left of first order in integrals, over N: two changes can be smaller by accident (seven cases against N = 1024)."""
 
@@ -93,6 +97,9 @@ def _estimate(name: str, values: list[float], scene: Scene, elements: int) -> fl
     error = safety * max(last / (2.0**order - 1.0), share * before) / scale
     if name == "gamma_st" and 0.0 < values[-1] < 1.0:
         error = max(error, STICK_BORDER / elements)
+    # Hertz's area is exact, but for the quadrature of covered fractions.
+    if name in ("gamma_c", "contact_area_mm2") and last + before > FLOOR * scale:
+        error = max(error, CONTACT_BORDER / elements)
     if name in EXTRAPOLATED and last + before > UNCHANGED * scale:
         error = max(error, FIRST_ORDER / elements)
     return max(error, FLOOR)

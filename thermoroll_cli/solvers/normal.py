@@ -67,6 +67,7 @@ class NormalSolver:
 
         nx, ny = grid.shape
         self.grid = grid
+        self.contact_modulus = contact_modulus
         self.applications = 0
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
@@ -206,10 +207,12 @@ class NormalSolver:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
         gives them, the others are solved for once more.
 
-        Element averages of a Hertz pressure come out 4–5 times closer than by collocation on whole elements, the contact area
-        about 8 times. More than one pass would alternate about the solution.
+        Element averages of a Hertz pressure come out 4–5 times closer than by collocation on whole elements; the contact area,
+        also of contacts far from Hertz's, to about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would be worse: the errors
+        that whole elements make on both sides of the border cancel, those beside elements of known load do not.
         """
-        border, load, covered = border_elements(solution.pressure, solution.contact)
+        border, load, covered = border_elements(solution.pressure, solution.contact, solution.gap, self.grid,
+                                                self.contact_modulus)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
         wanted = normal_force / self.grid.element_area - float(fixed.sum())
