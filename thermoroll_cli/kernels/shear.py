@@ -73,6 +73,17 @@ class FreeShear:
         self._both(back)
         return u
 
+    def of_shape(self, shape: Array) -> Array:
+        """u_x under tractions (f, 0), u_y under (0, f), and u_y under (f, 0), which is u_x under (0, f), on the rows of u:
+        (n, m) -> (3, n + 2·margin, m), for the transforms of one application."""
+        convolution, hat = self._convolutions[0], self._traction_hat[0]
+        convolution.forward(shape, out=hat)
+        u = np.zeros((3, *self._shape[1:]), dtype=self._precision)
+        for i, symbol in enumerate((self._xx, self._yy, self._xy)):
+            if i < 2 or self._coupled:
+                convolution.inverse(multiply(hat, symbol, out=convolution.plane), out=u[i])
+        return u
+
 
 class MirroredShear:
     """As `FreeShear` for tractions of opposite parity across y = 0, given on the m elements y > 0: half the work. `symbols`
@@ -82,7 +93,7 @@ class MirroredShear:
         self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities, precision: Any
     ) -> None:
         n, m = shape
-        even = mirror.index(1)
+        self._even = even = mirror.index(1)
         self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin, precision)
         own, other = pair_symbols(*symbols, even)
         self._own = in_pairs(own, precision)
@@ -96,3 +107,16 @@ class MirroredShear:
         self._plane.forward(traction)
         self._plane.apply(self._own, self._other)
         return self._plane.inverse()
+
+    def of_shape(self, shape: Array) -> Array:
+        """As `FreeShear.of_shape` for a shape even across y = 0, given on its half."""
+        # Tractions along the even component are what `__call__` is made for; those along the other one see the symbol with
+        # the parts of both components exchanged.
+        pair = np.zeros((2, *shape.shape), dtype=shape.dtype)
+        pair[self._even] = shape
+        along = self(pair)
+        self._plane.forward(pair)
+        self._plane.apply(self._own, None if self._other is None else -self._other)
+        across = self._plane.inverse()
+        xx, yy = (along, across) if self._even == 0 else (across, along)
+        return np.stack([xx[self._even], yy[self._even], along[1 - self._even]])

@@ -66,8 +66,9 @@ class Level:
         """The isothermal pressure: smooth bodies without thermal bulge are in Hertz contact exactly, so nothing is solved."""
         hertz, grid = self.scene.hertz, self.grid
         # One quadrant tells the others.
-        x_edges, y_edges = ((np.arange(n // 2, n + 1) - 0.5 * n) * d for n, d in ((grid.nx, grid.dx), (grid.ny, grid.dy)))
-        pressure, covered = (_four_quadrants(q, grid.shape) for q in element_averages(hertz, x_edges, y_edges))
+        x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
+        quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
+        pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
         displacement = self.normal_solver.displacement(pressure)
         gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
         return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
