@@ -10,17 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.heat import Heat, divide
 from thermoroll_cli.pipeline.scene import Scene
 from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
 from thermoroll_cli.solvers.heat import HeatResponse, ThermalResponse
+from thermoroll_cli.solvers.leading_border import continued_gradient, known_gradient
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
 from thermoroll_cli.solvers.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, TangentialSolution
-from thermoroll_cli.solvers.tangential_operator import RollingGradient
+from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_WEIGHTS, RollingGradient, difference
 
 Array = NDArray[np.float64]
 Box = tuple[slice, slice]
@@ -79,7 +81,7 @@ class Level:
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         normal = Pressure(refined.pressure, refined.covered, refined.displacement, refined.gap, refined.approach,
-                          peak_value(refined.pressure))
+                          peak_value(refined.pressure), offset)
         return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
 
     @property
@@ -130,6 +132,7 @@ class Level:
             rigid_slip=rigid[inner],
             element_area=self.grid.element_area,
             force=(motion.force_x, motion.force_y),
+            leading=self._leading(normal, box),
         )
         solution = self._rolling.solve(
             cell,
@@ -148,6 +151,34 @@ class Level:
         stick[box] = solution.stick
         return Traction(traction, slip, stick, (creepage[0], creepage[1]), heat, work, solution.residual,
                         solution.newton_steps, solution.applications, solution.converged)
+
+    def _leading(self, normal: Pressure, box: Box) -> Array:
+        """What the difference formula misses at the leading border (`leading_border`), (3, n, m) on the box."""
+        assert self._rolling is not None
+        grid, scene, gradient = self.grid, self.scene, self._rolling.gradient
+        pressure, covered = normal.pressure[box], normal.covered[box]
+        found = gradient.of_shape(pressure)
+        if normal is self.hertz:
+            compliance = scene.shear_compliance
+            along, across, mixed = shear_gradients(scene.hertz, compliance.isotropic, compliance.directional)
+            x, y = np.broadcast_arrays(grid.x[box[0]][:, None], grid.y[box[1]])
+            exact = np.stack([along * x, across * x, mixed * y])
+        else:
+            closed = self._closing(normal)[:, box[1]]
+            rows = slice(box[0].start, box[0].stop + 4)
+            isotropic = np.pi * scene.problem.contact_modulus * difference(closed[rows], DIFFERENCE_WEIGHTS, grid.dx)
+            exact = continued_gradient(pressure, found, isotropic, covered, grid.dx, grid.dy, scene.shear_compliance)
+        return known_gradient(pressure, found, exact, covered)
+
+    def _closing(self, normal: Pressure) -> Array:
+        """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, on rows −2…nx+1: (nx+4, ny)."""
+        grid = self.grid
+        x = (np.arange(-2, grid.nx + 2) - 0.5 * (grid.nx - 1)) * grid.dx
+        closing = -self.scene.hertz.undeformed_gap(x[:, None], grid.y[None, :])
+        if normal.offset is not None:
+            # Two rows beyond the domain matter on the coarsest grids alone.
+            closing += np.pad(normal.offset, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
+        return closing
 
     def _box_around(self, contact: NDArray[np.bool_]) -> Box:
         """Bounding box of the contact; the solver of the last box is kept while the contact lies inside it."""

@@ -11,6 +11,8 @@ For n along x these are the constants of numerics.md; without the turn of n late
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,23 +24,44 @@ Mask = NDArray[np.bool_]
 SMALLEST_COVER = 1e-3
 """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
 
+MOST_NEGATIVE = -0.8
+"""Least compliance in units of an element's own: −0.4 occurs in round contacts, −0.8 where a0/b0 = 10."""
+
 
 class BorderCompliance:
-    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K."""
+    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
-    def __init__(self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance) -> None:
+    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely."""
+
+    def __init__(
+        self,
+        covered: Array,
+        contact: Mask,
+        dx: float,
+        dy: float,
+        compliance: ShearCompliance,
+        leading: Array | None = None,
+        own: tuple[float, float] = (math.inf, math.inf),
+    ) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
-        i, j = self._index = np.nonzero(self.partial)
+        i, j = np.nonzero(self.partial)
         nx, ny = _border_normal(np.where(contact, covered, 0.0), i, j, dx, dy)
         scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
         along, across = compliance.along, compliance.across
-        self.xx = scale * (along * nx * nx + across * ny * ny)
-        self.yy = scale * (along * ny * ny + across * nx * nx)
-        self.xy = scale * (along - across) * nx * ny
-        self._trailing = nx < 0.0
-        self.diagonal = np.zeros((2, *covered.shape))
-        self.diagonal[0, i, j], self.diagonal[1, i, j] = self.xx, self.yy
+        k = np.zeros((3, *covered.shape))
+        k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
+                                       (along - across) * nx * ny])
+        trailing = np.zeros(covered.shape, dtype=bool)
+        trailing[i, j] = nx < 0.0
+        if leading is not None:
+            known = leading.any(axis=0) & contact
+            k[:, known] = _limited(leading[:, known], *own)
+            trailing &= ~known
+        i, j = self._index = np.nonzero(k.any(axis=0))
+        self.xx, self.yy, self.xy = k[:, i, j]
+        self._trailing = trailing[i, j]
+        self.diagonal = k[:2]
 
     def add(self, out: Array, traction: Array) -> Array:
         """`out` + K `traction`, in place, both (2, n, m)."""
@@ -62,6 +85,14 @@ class BorderCompliance:
     def apply(self, traction: Array) -> Array:
         """K `traction`, (2, n, m)."""
         return self.add(np.zeros_like(traction), traction)
+
+
+def _limited(k: Array, along: float, across: float) -> Array:
+    """Components xx, yy, xy (3, …) scaled down to where they leave every element a compliance of its own, which is `along` and
+    `across` without them, and slivers do not lose digits."""
+    x, y = k[0] / along, k[1] / across
+    lowest, highest = np.minimum(x, y), np.maximum(x, y)
+    return np.asarray(k / np.maximum(1.0, np.maximum(lowest / MOST_NEGATIVE, highest * SMALLEST_COVER)))
 
 
 def _border_normal(

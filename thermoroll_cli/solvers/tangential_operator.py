@@ -34,7 +34,7 @@ DISSIPATIVE_WEIGHTS = (
 )
 
 
-def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
+def difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
     """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
     n = u.shape[-2] - 4
     out: Array = u[..., :n, :] * (weights[0] / dx)
@@ -120,7 +120,21 @@ class RollingGradient:
     def __call__(self, traction: Array) -> Array:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
-        return _difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+        return difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+
+    def of_shape(self, shape: Array) -> Array:
+        """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f).
+
+        `shape` is f in Pa, (n, m); the result is (3, n, m), for the transforms of one application."""
+        self.applications += 1
+        n, m = self.shape
+        convolution, hat = self._convolutions[0], self._traction_hat[0]
+        convolution.forward(shape, out=hat)
+        u = np.zeros((3, n + 4, m))
+        for i, spectrum in enumerate((self._xx, self._yy, self._xy)):
+            if i < 2 or self._coupled:
+                convolution.inverse(multiply(hat, spectrum, out=convolution.plane), out=u[i])
+        return difference(u, DIFFERENCE_WEIGHTS, self.dx)
 
     def split(self, traction: Array) -> tuple[Array, Array]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
@@ -128,4 +142,4 @@ class RollingGradient:
         Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""
         self.applications += 1
         u = self.displacement(traction)
-        return _difference(u, DIFFERENCE_WEIGHTS, self.dx), _difference(u, DISSIPATIVE_WEIGHTS, self.dx)
+        return difference(u, DIFFERENCE_WEIGHTS, self.dx), difference(u, DISSIPATIVE_WEIGHTS, self.dx)
