@@ -23,15 +23,17 @@ Mask = NDArray[np.bool_]
 
 SMALLEST_COVER = 1e-3
 """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
-
-MOST_NEGATIVE = -0.8
-"""Least compliance in units of an element's own: −0.4 occurs in round contacts, −0.8 where a0/b0 = 10."""
+DEEPEST = 0.117
+"""Most that the known gradient at the leading border falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G along y:
+on elements that the border just touches."""
 
 
 class BorderCompliance:
     """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
-    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely."""
+    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
+    `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
+    elements that are long along x that is little, and more must not be taken from it, or rows slip against each other."""
 
     def __init__(
         self,
@@ -41,7 +43,7 @@ class BorderCompliance:
         dy: float,
         compliance: ShearCompliance,
         leading: Array | None = None,
-        own: tuple[float, float] = (math.inf, math.inf),
+        softest: tuple[float, float] = (math.inf, math.inf),
     ) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
@@ -56,7 +58,8 @@ class BorderCompliance:
         trailing[i, j] = nx < 0.0
         if leading is not None:
             known = leading.any(axis=0) & contact
-            k[:, known] = _limited(leading[:, known], *own)
+            trust = min(1.0, softest[0] / (DEEPEST * along), softest[1] / (DEEPEST * across))
+            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across)
             trailing &= ~known
         i, j = self._index = np.nonzero(k.any(axis=0))
         self.xx, self.yy, self.xy = k[:, i, j]
@@ -88,11 +91,10 @@ class BorderCompliance:
 
 
 def _limited(k: Array, along: float, across: float) -> Array:
-    """Components xx, yy, xy (3, …) scaled down to where they leave every element a compliance of its own, which is `along` and
-    `across` without them, and slivers do not lose digits."""
+    """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
     x, y = k[0] / along, k[1] / across
-    lowest, highest = np.minimum(x, y), np.maximum(x, y)
-    return np.asarray(k / np.maximum(1.0, np.maximum(lowest / MOST_NEGATIVE, highest * SMALLEST_COVER)))
+    excess = np.maximum(np.maximum(x, y) * SMALLEST_COVER, -np.minimum(x, y) / DEEPEST)
+    return np.asarray(k / np.maximum(1.0, excess))
 
 
 def _border_normal(

@@ -50,7 +50,7 @@ class Newton:
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
         self.border = BorderCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
-                                       problem.leading, gradient.self_gradient)
+                                       problem.leading, gradient.alternating_gradient)
         own = np.array(gradient.self_gradient)[:, None, None]
         self.own = own + self.border.diagonal
         self.rho = RELAXATION / self.own.mean(axis=0)

@@ -76,13 +76,17 @@ class RollingGradient:
         self._cross_hat = [np.empty_like(hat) for hat in self._traction_hat]
         self._coupled = bool(compliance.directional)  # ν = 0: no cross term
         self._pool = ThreadPoolExecutor(2) if threads > 1 else None
-        self.self_gradient = self._self_gradient(tables)
+        signs = np.where(np.arange(m) % 2, -2.0, 2.0)
+        signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if m > 1 else 1.0
+        self.self_gradient = self._response([t[:, 0] for t in tables])
+        self.alternating_gradient = self._response([t @ signs for t in tables])
 
-    def _self_gradient(self, tables: tuple[Array, Array, Array]) -> tuple[float, float]:
-        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y: response of an element to its own traction, 1/Pa."""
+    def _response(self, rows: list[Array]) -> tuple[float, float]:
+        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa where u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
+        its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
-            sum(w * float(t[abs(k), 0]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
-            for t in tables[:2]
+            sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
+            for t in rows[:2]
         )
         return along, across
 
