@@ -38,6 +38,7 @@ class Level:
         self.threads = threads
         self._box: Box | None = None
         self._rolling: RollingSolver | None = None
+        self._hertz_leading: tuple[Box, Array] | None = None
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -125,6 +126,7 @@ class Level:
                             normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
         box = self._box_around(normal.contact)
         assert self._rolling is not None
+        before = self._rolling.gradient.applications
         inner = (slice(None), *box)
         cell = TangentialProblem(
             bound=(problem.friction if friction is None else friction[box]) * normal.pressure[box],
@@ -151,24 +153,30 @@ class Level:
         stick = np.zeros(self.grid.shape, dtype=bool)
         stick[box] = solution.stick
         return Traction(traction, slip, stick, (creepage[0], creepage[1]), heat, work, solution.residual,
-                        solution.newton_steps, solution.applications, solution.converged)
+                        solution.newton_steps, self._rolling.gradient.applications - before, solution.converged)
 
     def _leading(self, normal: Pressure, box: Box) -> Array:
         """What the difference formula misses at the leading border (`leading_border`), (3, n, m) on the box."""
+        if normal is not self.hertz:
+            return self._missed(normal, box)
+        if self._hertz_leading is None or self._hertz_leading[0] != box:
+            self._hertz_leading = box, self._missed(normal, box)
+        return self._hertz_leading[1]
+
+    def _missed(self, normal: Pressure, box: Box) -> Array:
+        """`_leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
         assert self._rolling is not None
-        grid, scene, gradient = self.grid, self.scene, self._rolling.gradient
+        grid, scene, compliance = self.grid, self.scene, self.scene.shear_compliance
         pressure, covered = normal.pressure[box], normal.covered[box]
-        found = gradient.of_shape(pressure)
+        found = self._rolling.gradient.of_shape(pressure)
         if normal is self.hertz:
-            compliance = scene.shear_compliance
             along, across, mixed = shear_gradients(scene.hertz, compliance.isotropic, compliance.directional)
             x, y = np.broadcast_arrays(grid.x[box[0]][:, None], grid.y[box[1]])
             exact = np.stack([along * x, across * x, mixed * y])
         else:
-            closed = self._closing(normal)[:, box[1]]
-            rows = slice(box[0].start, box[0].stop + 4)
-            isotropic = np.pi * scene.problem.contact_modulus * difference(closed[rows], DIFFERENCE_WEIGHTS, grid.dx)
-            exact = continued_gradient(pressure, found, isotropic, covered, grid.dx, grid.dy, scene.shear_compliance)
+            closed = self._closing(normal)[box[0].start : box[0].stop + 4, box[1]]
+            isotropic = np.pi * scene.problem.contact_modulus * difference(closed, DIFFERENCE_WEIGHTS, grid.dx)
+            exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
         return known_gradient(pressure, found, exact, covered)
 
     def _closing(self, normal: Pressure) -> Array:

@@ -51,7 +51,7 @@ def known_gradient(pressure: Array, found: Array, exact: Array, covered: Array) 
 
 
 def continued_gradient(
-    pressure: Array, found: Array, isotropic: Array, covered: Array, dx: float, dy: float, compliance: ShearCompliance
+    pressure: Array, found: Array, isotropic: Array, dx: float, dy: float, compliance: ShearCompliance
 ) -> Array:
     """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
     from the normal problem, as u_z inside the contact is what closes the gap.
