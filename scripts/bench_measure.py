@@ -38,7 +38,7 @@ WORST = "article_4_1_mechanical"
 """The case of the cost measurements."""
 
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
-"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for the solver's tests (`scenes.spin_ellipse`)."""
+"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`scenes.spin_ellipse`)."""
 
 FORCES = ("force_x_N", "force_y_N")
 COUPLED_SCALARS = ("Q_F_W", "force_x_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K")

@@ -1,7 +1,8 @@
 """What the difference formula misses at the leading border, where tractions begin at zero like a square root.
 
-There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions shaped
-like the pressure the true gradient is known, so what D A makes of their element averages tells its error element by element:
+There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
+shaped like the pressure the true gradient is known, so what D A makes of their element averages tells its error element by
+element:
 
     E τ = [(∂u/∂x of p) − D A p] τ/p       on the elements cut by the leading border and on the two next to it.
 
