@@ -21,6 +21,10 @@ from thermoroll_cli.pipeline.result import Result
 from thermoroll_cli.pipeline.solve import solve
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+
+from scenes import spin_ellipse  # noqa: E402
+
 FOLDER = ROOT / "benchmarks"
 REFERENCE = ROOT / "tests" / "reference"
 
@@ -33,12 +37,17 @@ HOT = "article_4_1"
 WORST = "article_4_1_mechanical"
 """The case of the cost measurements."""
 
+SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
+"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`scenes.spin_ellipse`)."""
+
 FORCES = ("force_x_N", "force_y_N")
 COUPLED_SCALARS = ("Q_F_W", "force_x_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K")
 
 
 def problem_of(case: str, grid: int) -> Problem:
     """A case of the benchmark on a square grid."""
+    if case in SPINNING:
+        return spin_ellipse(SPINNING[case], grid)
     if case == HOT:
         problem = Case.read(ROOT / "cases" / "article_4_1.toml").problem
     else:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 
-from bench_measure import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, log, problem_of
+from bench_measure import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
 
 from thermoroll_cli.pipeline.estimate import EXTRAPOLATED
 from thermoroll_cli.pipeline.solve import solve
@@ -35,7 +35,7 @@ def main() -> None:
     parser.add_argument("--grid", type=int, default=1024)
     grid = parser.parse_args().grid
     cases = {}
-    for case in (*MECHANICAL, HOT):
+    for case in (*MECHANICAL, *SPINNING, HOT):
         cases[case] = reference(case, grid)
         log(f"{case}: {cases[case]}")
     lines = ",\n".join(f"  {json.dumps(case)}: {json.dumps(values)}" for case, values in cases.items())

@@ -82,6 +82,13 @@ def saturation(problem: Problem) -> Saturation:
     return Saturation(creepage, creepage / scene.hertz.mean_radius)
 
 
+def spin_ellipse(aspect_ratio: float, grid: int | tuple[int, int]) -> Problem:
+    """An ellipse in which spin makes most of the slip, with a little creepage along both axes so that nothing cancels."""
+    base = rolling(grid=grid, geometry=ellipse(aspect_ratio), body=elastic(0.28), load=100.0, friction=0.6)
+    scale = saturation(base)
+    return replace(base, motion=Motion(1.0, 0.1 * scale.creepage, 0.05 * scale.creepage, 0.9 * scale.spin))
+
+
 # --- cases solved by others --------------------------------------------------------------------------------------
 
 

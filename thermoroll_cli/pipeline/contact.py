@@ -13,7 +13,8 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Pressure:
-    """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m)."""
+    """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m),
+    and what had closed the gap beforehand, `offset` (m, up to a constant)."""
 
     pressure: Array
     covered: Array
@@ -21,6 +22,7 @@ class Pressure:
     gap: Array
     approach: float
     peak: float
+    offset: Array | None = None
 
     @property
     def contact(self) -> Mask:

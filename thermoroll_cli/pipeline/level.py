@@ -10,19 +10,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.mirror import Parities
+from thermoroll_cli.kernels.mirror import Parities, unfolded
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.heat import Heat, divide
 from thermoroll_cli.pipeline.scene import Scene
 from thermoroll_cli.pipeline.window import Window, window_around
 from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
 from thermoroll_cli.solvers.heat import HeatResponse, ThermalResponse
+from thermoroll_cli.solvers.leading_border import continued_gradient, known_gradient
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
 from thermoroll_cli.solvers.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, TangentialSolution
-from thermoroll_cli.solvers.tangential_operator import RollingGradient
+from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_WEIGHTS, RollingGradient, difference
 
 Array = NDArray[np.float64]
 
@@ -37,6 +39,7 @@ class Level:
         self.threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._rolling: dict[Parities | None, RollingSolver] = {}
+        self._hertz_leading: tuple[Window, Array] | None = None
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -84,7 +87,7 @@ class Level:
         if self._halves:
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
-        normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure))
+        normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset)
         return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
 
     @property
@@ -128,12 +131,15 @@ class Level:
                             normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
         mirror = self._mirror(normal, friction)
         window = self._window_around(normal.contact, mirror)
+        before = self._rolling[mirror].gradient.applications
         cell = TangentialProblem(
             bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
             covered=window.cut(normal.covered),
             rigid_slip=window.cut(rigid),
             element_area=self.grid.element_area * window.weight,
             force=(motion.force_x, motion.force_y),
+            # Dissimilar bodies: there tractions begin like sqrt(s) ln s and have no given shape.
+            leading=None if self.scene.dissimilar else self._leading(normal, window),
         )
         solution = self._rolling[mirror].solve(
             cell,
@@ -147,7 +153,44 @@ class Level:
         return Traction(window.vector(solution.traction), window.vector(solution.slip * (cell.covered > 0.0)),
                         window.scalar(solution.stick), (creepage[0], creepage[1]),
                         window.scalar(_dissipated(solution, rigid_inner)), work, solution.residual,
-                        solution.newton_steps, solution.applications, solution.converged)
+                        solution.newton_steps, self._rolling[mirror].gradient.applications - before, solution.converged)
+
+    def _leading(self, normal: Pressure, window: Window) -> Array:
+        """What the difference formula misses at the leading border (`leading_border`), (3, n, m) in the window."""
+        if normal is not self.hertz:
+            return self._missed(normal, window)
+        if self._hertz_leading is None or self._hertz_leading[0] != window:
+            self._hertz_leading = window, self._missed(normal, window)
+        return self._hertz_leading[1]
+
+    def _missed(self, normal: Pressure, window: Window) -> Array:
+        """`_leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
+        grid, scene, compliance = self.grid, self.scene, self.scene.shear_compliance
+        found = self._rolling[window.mirror].gradient.of_shape(window.cut(normal.pressure))
+        both = window.both_sides
+        if window.mirror is not None:
+            found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
+        pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
+        if normal is self.hertz:
+            along, across, mixed = shear_gradients(scene.hertz, compliance.isotropic, compliance.directional)
+            x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
+            exact = np.stack([along * x, across * x, mixed * y])
+        else:
+            closed = self._closing(normal)[both.rows.start : both.rows.stop + 4, both.columns]
+            isotropic = np.pi * scene.problem.contact_modulus * difference(closed, DIFFERENCE_WEIGHTS, grid.dx)
+            exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
+        missed = known_gradient(pressure, found, exact, covered)
+        return missed[:, :, -window.shape[1] :]
+
+    def _closing(self, normal: Pressure) -> Array:
+        """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, on rows −2…nx+1: (nx+4, ny)."""
+        grid = self.grid
+        x = (np.arange(-2, grid.nx + 2) - 0.5 * (grid.nx - 1)) * grid.dx
+        closing = -self.scene.hertz.undeformed_gap(x[:, None], grid.y[None, :])
+        if normal.offset is not None:
+            # Two rows beyond the domain matter on the coarsest grids alone.
+            closing += np.pad(normal.offset, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
+        return closing
 
     def _mirror(self, normal: Pressure, friction: Array | None) -> Parities | None:
         """Parities of the tractions if half the contact tells the rest (see `Scene.mirror`)."""
@@ -228,9 +271,12 @@ def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
     to their local share."""
     resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
     missing = float((solution.traction * rigid).sum() - resolved.sum())
+    if missing < 0.0:
+        # What stands in for the border's compliance is no resistance everywhere: full sliding may dissipate 1e-5 too much.
+        return np.asarray(resolved * (1.0 + missing / float(resolved.sum())))
     taken = np.maximum(solution.lost, 0.0)
     total = float(taken.sum())
-    if missing <= 0.0 or total <= 0.0:
+    if missing == 0.0 or total <= 0.0:
         return resolved
     return np.asarray(resolved + taken * (missing / total))
 

@@ -39,21 +39,24 @@ class Window:
     def scalar(self, field: NDArray[Any]) -> NDArray[Any]:
         """A scalar (n, m) in here, even across y = 0, on the whole grid; zero outside."""
         full = np.zeros(self.grid, dtype=field.dtype)
-        full[self.rows, self._both] = field if self.mirror is None else np.concatenate([field[:, ::-1], field], axis=1)
+        both = self.both_sides.columns
+        full[self.rows, both] = field if self.mirror is None else np.concatenate([field[:, ::-1], field], axis=1)
         return full
 
     def vector(self, field: NDArray[Any]) -> NDArray[Any]:
         """A vector (2, n, m) in here on the whole grid; zero outside."""
         full = np.zeros((2, *self.grid), dtype=field.dtype)
+        both = self.both_sides.columns
         for i in (0, 1):
-            full[i, self.rows, self._both] = field[i] if self.mirror is None else unfolded(field[i], self.mirror[i])
+            full[i, self.rows, both] = field[i] if self.mirror is None else unfolded(field[i], self.mirror[i])
         return full
 
     @property
-    def _both(self) -> slice:
+    def both_sides(self) -> Window:
+        """The same without the mirror."""
         if self.mirror is None:
-            return self.columns
-        return slice(self.grid[1] - self.columns.stop, self.columns.stop)
+            return self
+        return Window(self.grid, self.rows, slice(self.grid[1] - self.columns.stop, self.columns.stop), None)
 
     def holds(self, other: Window) -> bool:
         """Whether `other` lies in here, with the same symmetry."""

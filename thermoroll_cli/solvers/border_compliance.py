@@ -11,6 +11,7 @@ For n along x these are the constants of numerics.md; without the turn of n late
 
 from __future__ import annotations
 
+import math
 from copy import copy
 from typing import Any
 
@@ -24,31 +25,53 @@ Mask = NDArray[np.bool_]
 
 SMALLEST_COVER = 1e-3
 """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
+DEEPEST = 0.117
+"""Most that the known gradient at the leading border falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G along y:
+on elements that the border just touches."""
 
 
 class BorderCompliance:
     """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
+    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
+    `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
+    elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
     `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image."""
 
     def __init__(
-        self, covered: Array, contact: Mask, dx: float, dy: float, compliance: ShearCompliance, mirrored: bool = False
+        self,
+        covered: Array,
+        contact: Mask,
+        dx: float,
+        dy: float,
+        compliance: ShearCompliance,
+        leading: Array | None = None,
+        softest: tuple[float, float] = (math.inf, math.inf),
+        mirrored: bool = False,
     ) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
-        i, j = self._index = np.nonzero(self.partial)
+        i, j = np.nonzero(self.partial)
         around = np.pad(np.where(contact, covered, 0.0), 1)
         if mirrored:
             around[:, 0] = around[:, 1]
         nx, ny = _border_normal(around, i, j, dx, dy)
         scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
         along, across = compliance.along, compliance.across
-        self.xx = scale * (along * nx * nx + across * ny * ny)
-        self.yy = scale * (along * ny * ny + across * nx * nx)
-        self.xy = scale * (along - across) * nx * ny
-        self._trailing = nx < 0.0
-        self.diagonal = np.zeros((2, *covered.shape))
-        self.diagonal[0, i, j], self.diagonal[1, i, j] = self.xx, self.yy
+        k = np.zeros((3, *covered.shape))
+        k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
+                                       (along - across) * nx * ny])
+        trailing = np.zeros(covered.shape, dtype=bool)
+        trailing[i, j] = nx < 0.0
+        if leading is not None:
+            known = leading.any(axis=0) & contact
+            trust = min(1.0, softest[0] / (DEEPEST * along), softest[1] / (DEEPEST * across))
+            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across)
+            trailing &= ~known
+        i, j = self._index = np.nonzero(k.any(axis=0))
+        self.xx, self.yy, self.xy = k[:, i, j]
+        self._trailing = trailing[i, j]
+        self.diagonal = k[:2]
 
     def in_precision(self, precision: Any) -> BorderCompliance:
         """The same with coefficients of another type."""
@@ -78,6 +101,13 @@ class BorderCompliance:
     def apply(self, traction: Array) -> Array:
         """K `traction`, (2, n, m)."""
         return self.add(np.zeros_like(traction), traction)
+
+
+def _limited(k: Array, along: float, across: float) -> Array:
+    """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
+    x, y = k[0] / along, k[1] / across
+    excess = np.maximum(np.maximum(x, y) * SMALLEST_COVER, -np.minimum(x, y) / DEEPEST)
+    return np.asarray(k / np.maximum(1.0, excess))
 
 
 def _border_normal(

@@ -53,7 +53,7 @@ class Newton:
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
         self.border = BorderCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
-                                       gradient.mirror is not None)
+                                       problem.leading, gradient.alternating_gradient, gradient.mirror is not None)
         own = np.array(gradient.self_gradient)[:, None, None]
         self.own = own + self.border.diagonal
         self.rho = RELAXATION / self.own.mean(axis=0)

@@ -38,7 +38,7 @@ DISSIPATIVE_WEIGHTS = (
 )
 
 
-def _difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
+def difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
     """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
     n = u.shape[-2] - 4
     out: Array = u[..., :n, :] * float(weights[0] / dx)
@@ -76,13 +76,17 @@ class RollingGradient:
         width = m if mirror is None else 2 * m
         tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
         self._symbols = shear_symbols(tables, free_space(n + MARGIN, width))
-        self.self_gradient = self._self_gradient(tables)
+        signs = np.where(np.arange(width) % 2, -2.0, 2.0)
+        signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if width > 1 else 1.0
+        self.self_gradient = self._response([t[:, 0] for t in tables])
+        self.alternating_gradient = self._response([t @ signs for t in tables])
 
-    def _self_gradient(self, tables: tuple[Array, Array, Array]) -> tuple[float, float]:
-        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y: response of an element to its own traction, 1/Pa."""
+    def _response(self, rows: list[Array]) -> tuple[float, float]:
+        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa where u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
+        its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
-            sum(w * float(t[abs(k), 0]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
-            for t in tables[:2]
+            sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
+            for t in rows[:2]
         )
         return along, across
 
@@ -111,7 +115,15 @@ class RollingGradient:
     def __call__(self, traction: Array) -> Array:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
-        return _difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+        return difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+
+    def of_shape(self, shape: Array) -> Array:
+        """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f).
+
+        `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
+        of one application."""
+        self.applications += 1
+        return difference(self._double.of_shape(shape), DIFFERENCE_WEIGHTS, self.dx)
 
     def split(self, traction: Array) -> tuple[Array, Array]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
@@ -119,4 +131,4 @@ class RollingGradient:
         Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""
         self.applications += 1
         u = self.displacement(traction)
-        return _difference(u, DIFFERENCE_WEIGHTS, self.dx), _difference(u, DISSIPATIVE_WEIGHTS, self.dx)
+        return difference(u, DIFFERENCE_WEIGHTS, self.dx), difference(u, DISSIPATIVE_WEIGHTS, self.dx)

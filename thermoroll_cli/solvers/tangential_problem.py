@@ -17,6 +17,7 @@ class TangentialProblem:
     `bound`: Coulomb bound μp, element averages in Pa, 0 outside. `covered`: fraction of each element's length along x
     that lies in contact. `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed,
     without the creepage of that direction. `force`: prescribed resultants along x and y in N, None where the creepage is given.
+    `leading`: (3, n, m) what the difference formula misses at the leading border (`leading_border`), None where unknown.
     """
 
     bound: Array
@@ -24,6 +25,7 @@ class TangentialProblem:
     rigid_slip: Array
     element_area: float
     force: tuple[float | None, float | None] = (None, None)
+    leading: Array | None = None
 
     @property
     def free(self) -> tuple[int, ...]:
