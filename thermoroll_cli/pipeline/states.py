@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.pipeline.contact import Contact, Traction
 from thermoroll_cli.pipeline.level import Level, peak_value
 from thermoroll_cli.pipeline.result import State
+from thermoroll_cli.solvers.stick_border import stick_surplus
 
 Array = NDArray[np.float64]
 
@@ -23,8 +24,11 @@ def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
     problem, hertz = scene.problem, scene.hertz
     normal, tangential = contact.normal, contact.tangential
     area = float(normal.covered.sum()) * grid.element_area
-    # Whole elements for the border of stick and slip: continuing the slip or the reserve μp − |τ| across it scatters more.
-    stick_area = float(normal.covered[tangential.stick].sum()) * grid.element_area
+    sticking = float(normal.covered[tangential.stick].sum())
+    if scene.has_traction:
+        sticking += stick_surplus(tangential.traction, tangential.slip, contact.bound(problem.friction), tangential.stick,
+                                  normal.covered, grid.dx, grid.dy, scene.shear_compliance)
+    stick_area = sticking * grid.element_area
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
