@@ -30,6 +30,7 @@ WEIGHTS = {
     "spin_moment_Nmm": (0.52, 1.0 / 8.0),
     "gamma_c": (1.0, 1.0 / 16.0),
     "contact_area_mm2": (1.0, 1.0 / 16.0),
+    "gamma_st": (1.0, 1.0 / 8.0),
     "gamma_p": (1.0, 1.0 / 16.0),
     "temperature_rise_max_lower_K": (1.0, 1.0 / 8.0),
     "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
@@ -39,8 +40,11 @@ WEIGHTS = {
 honesty uses others. Anything not named here scatters more and takes `OTHERWISE`."""
 OTHERWISE = (1.5, 1.0 / 8.0)
 
-STICK_BORDER = 0.03
-"""The stick area is counted in whole elements along its border: its fraction scatters by about this over N."""
+STICK_BORDER = 0.015
+"""The border of stick and slip is located to a few hundredths of an element, but not where stick begins behind slip or the
+border runs along the rolling direction: the stick fraction scatters by about this over N."""
+UNSEEN = 1.5
+"""A single element's share of the contact, times N²: a slip zone, or the stick around the pole of the spin, may be smaller."""
 CONTACT_BORDER = 0.025
 """The contact border is located to a few hundredths of an element: where the contact is not Hertz's, its area scatters by about
 this over N."""
@@ -98,8 +102,11 @@ def _estimate(name: str, values: list[float], scene: Scene, elements: int) -> fl
     order = min(max(math.log2(before / last), 1.0), 2.0) if before > 0.0 and last > 0.0 else 2.0
     safety, share = WEIGHTS.get(name, OTHERWISE)
     error = safety * max(last / (2.0**order - 1.0), share * before) / scale
-    if name == "gamma_st" and 0.0 < values[-1] < 1.0:
-        error = max(error, STICK_BORDER / elements)
+    if name == "gamma_st":
+        if 0.0 < values[-1] < 1.0:
+            error = max(error, STICK_BORDER / elements)
+        elif values[-1] >= 1.0 or scene.problem.motion.spin != 0.0:
+            error = max(error, UNSEEN / elements**2)
     # Hertz's area is exact, but for the quadrature of covered fractions.
     if name in ("gamma_c", "contact_area_mm2") and last + before > FLOOR * scale:
         error = max(error, CONTACT_BORDER / elements)

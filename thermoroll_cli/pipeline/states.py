@@ -28,7 +28,7 @@ def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
     if scene.has_traction:
         sticking += stick_surplus(tangential.traction, tangential.slip, contact.bound(problem.friction), tangential.stick,
                                   normal.covered, grid.dx, grid.dy, scene.shear_compliance)
-    stick_area = sticking * grid.element_area
+    stick_area = min(sticking * grid.element_area, area)
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
