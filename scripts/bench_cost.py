@@ -80,6 +80,9 @@ class _Counted:
         self.count += 1
         self.plan.execute()
 
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.plan, name)
+
 
 class PlanRecorder:
     """Inside it every plan that is made counts its executions."""

@@ -9,11 +9,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.pipeline import level, outcome, plan
+from thermoroll_cli.pipeline import outcome, plan
 from thermoroll_cli.pipeline.contact import Pressure
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.problem import Problem
@@ -60,11 +61,14 @@ def first_order() -> Iterator[None]:
         pressure *= self.scene.problem.normal_force / (float(pressure.sum()) * grid.element_area)
         return replace(exact, pressure=pressure, covered=(pressure > 0.0).astype(float))
 
+    whole = cached_property(whole_elements)
+    whole.__set_name__(Level, "hertz")
     with without_extrapolation(), _replaced(
         (tangential_operator, "DIFFERENCE_WEIGHTS", UPSTREAM),
         (tangential_operator, "DISSIPATIVE_WEIGHTS", UPSTREAM_DISSIPATIVE),
         (tangential_preconditioner, "DIFFERENCE_WEIGHTS", UPSTREAM),
-        (level.Level, "hertz", property(whole_elements)),
+        (Level, "hertz", whole),
+        (Level, "_leading", lambda self, normal, window: None),
     ):
         yield
 

@@ -16,6 +16,8 @@ from thermoroll_cli.solvers.stick_border import stick_surplus
 Array = NDArray[np.float64]
 
 OUT, STICK, SLIP = 0, 1, 2
+VANISHING = 1e-13
+"""Over μW: no force."""
 
 
 def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
@@ -32,6 +34,10 @@ def scalars_of(level: Level, contact: Contact) -> dict[str, float]:
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
+    # What vanishes by symmetry is zero, and not the rounding of its sum.
+    force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
+    if abs(moment) < VANISHING * problem.traction_limit * hertz.mean_radius:
+        moment = 0.0
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
     return {
         "Q_F_W": tangential.work * problem.motion.speed,
