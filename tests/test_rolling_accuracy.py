@@ -84,8 +84,8 @@ def test_shear_gradients_of_a_circle_are_cattaneos():
 
 def box_of(aspect: float, n: int) -> tuple[Level, Window, RollingGradient]:
     level = Level(Scene(rolling(grid=n, geometry=ellipse(aspect), body=elastic(NU))), (n, n), 2.2)
-    box = level._window_around(level.hertz.contact, None)
-    return level, box, level._rolling[None].gradient
+    box = level.rolling.window_around(level.hertz.contact, None, level.scene)
+    return level, box, level.rolling.solver_of(box).gradient
 
 
 @pytest.mark.parametrize("aspect", [0.1, 0.5, 3.0, 10.0])
@@ -118,7 +118,7 @@ def test_operator_with_leading_border_knows_pressure_shaped_tractions(aspect):
     level, box, gradient = box_of(aspect, 48)
     normal, grid, c = level.hertz, level.grid, level.scene.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
-    leading = level._leading(normal, box)
+    leading = level.rolling.leading(level.scene, normal, box, undisturbed=True)
     border = BorderCompliance(covered, covered > 0.0, grid.dx, grid.dy, c, leading, gradient.alternating_gradient)
     direction = np.array([0.6, -0.8])
     traction = direction[:, None, None] * pressure
@@ -133,7 +133,7 @@ def test_operator_with_leading_border_knows_pressure_shaped_tractions(aspect):
 
 def test_leading_border_is_the_leading_half_and_mirror_symmetric():
     level, box, _ = box_of(1.0, 64)
-    xx, yy, xy = level._leading(level.hertz, box)
+    xx, yy, xy = level.rolling.leading(level.scene, level.hertz, box, undisturbed=True)
     half = xx.shape[0] // 2
     assert xx[:half].any() and not np.stack([xx, yy, xy])[:, half:].any()
     scale = 1e-9 * np.abs(xx).max()
@@ -148,7 +148,7 @@ def test_leading_border_from_the_gap_is_that_of_the_closed_form():
     level, box, gradient = box_of(1.0, 64)
     normal, c = level.hertz, level.scene.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
-    exact = level._leading(normal, box)
+    exact = level.rolling.leading(level.scene, normal, box, undisturbed=True)
     x = np.broadcast_to(level.grid.x[box.rows][:, None], pressure.shape)
     isotropic = -math.pi * level.scene.problem.contact_modulus * level.scene.hertz.curvature_x * x
     found = gradient.of_shape(pressure)

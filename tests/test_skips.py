@@ -190,7 +190,7 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
     sizes = []
     for n, e in ((32, 2.2), (64, 4.4)):
         level = Level(Scene(rolling(grid=n, extent=e)), (n, n), e)
-        sizes.append(level._window_around(level.hertz.contact, None).shape)
+        sizes.append(level.rolling.window_around(level.hertz.contact, None, level.scene).shape)
     assert sizes[0] == sizes[1]
     record_property("elements_of_box_and_domain", (sizes[1], (64, 64)))
 
@@ -198,12 +198,11 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
 def test_contact_s_box_serves_smaller_contacts() -> None:
     level = Level(Scene(rolling(grid=32)), (32, 32), 2.2)
     contact = level.hertz.contact
-    level._window_around(contact, None)
-    solver = level._rolling[None]
+    solver = level.rolling.solver_of(level.rolling.window_around(contact, None, level.scene))
     contact = contact.copy()
     contact[:8] = False
-    level._window_around(contact, None)
-    assert level._rolling[None] is solver, "kernels and plans are kept"
+    window = level.rolling.window_around(contact, None, level.scene)
+    assert level.rolling.solver_of(window) is solver, "kernels and plans are kept"
 
 
 # --- nothing plotted -------------------------------------------------------------------------------------------------

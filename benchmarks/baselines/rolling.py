@@ -18,6 +18,7 @@ from thermoroll_cli.pipeline import outcome, plan
 from thermoroll_cli.pipeline.contact import Pressure
 from thermoroll_cli.pipeline.level import Level
 from thermoroll_cli.pipeline.problem import Problem
+from thermoroll_cli.pipeline.rolling import Rolling
 from thermoroll_cli.solvers import newton, tangential_operator, tangential_preconditioner
 
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
@@ -68,7 +69,7 @@ def first_order() -> Iterator[None]:
         (tangential_operator, "DISSIPATIVE_WEIGHTS", UPSTREAM_DISSIPATIVE),
         (tangential_preconditioner, "DIFFERENCE_WEIGHTS", UPSTREAM),
         (Level, "hertz", whole),
-        (Level, "_leading", lambda self, normal, window: None),
+        (Rolling, "leading", lambda self, scene, normal, window, undisturbed: None),
     ):
         yield
 

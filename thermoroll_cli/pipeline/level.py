@@ -10,21 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.mirror import Parities, unfolded
 from thermoroll_cli.pipeline.contact import Contact, Pressure, Traction
 from thermoroll_cli.pipeline.heat import Heat, divide
+from thermoroll_cli.pipeline.rolling import Rolling
 from thermoroll_cli.pipeline.scene import Scene
-from thermoroll_cli.pipeline.window import Window, window_around
 from thermoroll_cli.solvers.dissimilar import NormalShearCoupling
 from thermoroll_cli.solvers.heat import HeatResponse, ThermalResponse
-from thermoroll_cli.solvers.leading_border import continued_gradient, known_gradient
 from thermoroll_cli.solvers.normal import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.prolongation import Prolongation
 from thermoroll_cli.solvers.sliding_heat import SlidingHeatResponse, SlidingKernels
-from thermoroll_cli.solvers.tangential import RollingSolver, TangentialProblem, TangentialSolution
-from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_WEIGHTS, RollingGradient, difference
 
 Array = NDArray[np.float64]
 
@@ -36,10 +31,7 @@ class Level:
         self.scene = scene
         self.grid: Grid = scene.grid(shape, extent)
         self.extent = extent
-        self.threads = threads
-        self._windows: dict[Parities | None, Window] = {}
-        self._rolling: dict[Parities | None, RollingSolver] = {}
-        self._hertz_leading: tuple[Window, Array] | None = None
+        self.rolling = Rolling(self.grid, threads)
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -84,7 +76,7 @@ class Level:
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
-        if self._halves:
+        if self.scene.halves(self.grid):
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset)
@@ -119,99 +111,16 @@ class Level:
         """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick).
 
         `friction` is the local coefficient (nx, ny), if it is not the same everywhere."""
-        problem = self.scene.problem
         rigid = self.driving_slip(normal)
-        motion = problem.motion
-        given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
         zero = np.zeros((2, *self.grid.shape))
         if not self.scene.has_traction:
             # Nothing to solve: without friction the surfaces slide freely, without creepage they stick.
             sliding = self.scene.moves
+            motion = self.scene.problem.motion
+            given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
             return Traction(zero, rigid * normal.contact if sliding else zero,
                             normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
-        mirror = self._mirror(normal, friction)
-        window = self._window_around(normal.contact, mirror)
-        before = self._rolling[mirror].gradient.applications
-        cell = TangentialProblem(
-            bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
-            covered=window.cut(normal.covered),
-            rigid_slip=window.cut(rigid),
-            element_area=self.grid.element_area * window.weight,
-            force=(motion.force_x, motion.force_y),
-            # Dissimilar bodies: there tractions begin like sqrt(s) ln s and have no given shape.
-            leading=None if self.scene.dissimilar else self._leading(normal, window),
-        )
-        solution = self._rolling[mirror].solve(
-            cell,
-            [(window.cut(start.traction), start.creepage) for start in starts],
-            tolerance * (0.4 if cell.free else 1.0),
-        )
-        creepage = tuple(s if f is not None else g for s, g, f in zip(
-            solution.creepage, given, (motion.force_x, motion.force_y), strict=True))
-        rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
-        work = float((solution.traction * rigid_inner).sum()) * cell.element_area
-        return Traction(window.vector(solution.traction), window.vector(solution.slip * (cell.covered > 0.0)),
-                        window.scalar(solution.stick), (creepage[0], creepage[1]),
-                        window.scalar(_dissipated(solution, rigid_inner)), work, solution.residual,
-                        solution.newton_steps, self._rolling[mirror].gradient.applications - before, solution.converged)
-
-    def _leading(self, normal: Pressure, window: Window) -> Array:
-        """What the difference formula misses at the leading border (`leading_border`), (3, n, m) in the window."""
-        if normal is not self.hertz:
-            return self._missed(normal, window)
-        if self._hertz_leading is None or self._hertz_leading[0] != window:
-            self._hertz_leading = window, self._missed(normal, window)
-        return self._hertz_leading[1]
-
-    def _missed(self, normal: Pressure, window: Window) -> Array:
-        """`_leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
-        grid, scene, compliance = self.grid, self.scene, self.scene.shear_compliance
-        found = self._rolling[window.mirror].gradient.of_shape(window.cut(normal.pressure))
-        both = window.both_sides
-        if window.mirror is not None:
-            found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
-        pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
-        if normal is self.hertz:
-            along, across, mixed = shear_gradients(scene.hertz, compliance.isotropic, compliance.directional)
-            x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
-            exact = np.stack([along * x, across * x, mixed * y])
-        else:
-            closed = self._closing(normal)[both.rows.start : both.rows.stop + 4, both.columns]
-            isotropic = np.pi * scene.problem.contact_modulus * difference(closed, DIFFERENCE_WEIGHTS, grid.dx)
-            exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
-        missed = known_gradient(pressure, found, exact, covered)
-        return missed[:, :, -window.shape[1] :]
-
-    def _closing(self, normal: Pressure) -> Array:
-        """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, on rows −2…nx+1: (nx+4, ny)."""
-        grid = self.grid
-        x = (np.arange(-2, grid.nx + 2) - 0.5 * (grid.nx - 1)) * grid.dx
-        closing = -self.scene.hertz.undeformed_gap(x[:, None], grid.y[None, :])
-        if normal.offset is not None:
-            # Two rows beyond the domain matter on the coarsest grids alone.
-            closing += np.pad(normal.offset, ((2, 2), (0, 0)), mode="reflect", reflect_type="odd")
-        return closing
-
-    def _mirror(self, normal: Pressure, friction: Array | None) -> Parities | None:
-        """Parities of the tractions if half the contact tells the rest (see `Scene.mirror`)."""
-        cold = normal is self.hertz and friction is None
-        return self.scene.mirror if self._halves or (cold and self.grid.ny % 2 == 0) else None
-
-    @property
-    def _halves(self) -> bool:
-        """Whether everything, heat and all, is its own mirror image across y = 0."""
-        return self.scene.mirror is not None and self.scene.heat_mirrors and self.grid.ny % 2 == 0
-
-    def _window_around(self, contact: NDArray[np.bool_], mirror: Parities | None) -> Window:
-        """Where the contact lies; the solver of the last window is kept while that still holds the contact."""
-        need, last = window_around(contact, mirror), self._windows.get(mirror)
-        if last is not None and last.holds(need):
-            return last
-        window = need if last is None else last.grown(need)
-        self._windows[mirror] = window
-        self._rolling[mirror] = RollingSolver(RollingGradient(
-            window.shape, self.grid.dx, self.grid.dy, self.scene.shear_compliance, self.threads, mirror))
-        return window
+        return self.rolling.solve(self.scene, normal, rigid, starts, tolerance, friction, undisturbed=normal is self.hertz)
 
     # --- heat ----------------------------------------------------------------------------------------------------
 
@@ -258,27 +167,10 @@ class Level:
     def transforms(self) -> int:
         """Padded transforms done on this level by all stages."""
         total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
-        total += sum(solver.gradient.transforms for solver in self._rolling.values())
+        total += self.rolling.transforms
         total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
         total += self._sliding.transforms if "_sliding" in self.__dict__ else 0
         return total + (self._heat.transforms if self._heat is not None else 0)
-
-
-def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
-    """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
-
-    The upstream difference and the border compliance take up that power where it is lost; it is given back in proportion
-    to their local share."""
-    resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
-    missing = float((solution.traction * rigid).sum() - resolved.sum())
-    if missing < 0.0:
-        # What stands in for the border's compliance is no resistance everywhere: full sliding may dissipate 1e-5 too much.
-        return np.asarray(resolved * (1.0 + missing / float(resolved.sum())))
-    taken = np.maximum(solution.lost, 0.0)
-    total = float(taken.sum())
-    if missing == 0.0 or total <= 0.0:
-        return resolved
-    return np.asarray(resolved + taken * (missing / total))
 
 
 def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
