@@ -11,6 +11,7 @@ import pathlib
 import sys
 import time
 
+import figures_borders
 import figures_numerics
 import figures_overview
 import figures_section_3
@@ -25,7 +26,7 @@ from figures_drawing import ROOT
 from thermoroll_cli.plots.sheet import style
 
 MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-           figures_verification, figures_tutorial)
+           figures_borders, figures_verification, figures_tutorial)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 
