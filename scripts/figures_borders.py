@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 from figures_drawing import COUPLED, DASHED, ISOTHERMAL, THIRD, Numbers, diagrams, letter, rounded, write
-from figures_numerics import REFERENCE_SIDE, Folder, problem_of, replaced
+from figures_numerics import REFERENCE_SIDE, SIDES, Folder, against_sides, problem_of, replaced
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
@@ -17,7 +17,6 @@ from thermoroll_cli.pipeline.scene import Scene
 from thermoroll_cli.pipeline.solve import Solver
 from thermoroll_cli.pipeline.states import STICK
 
-SIDES = (16, 32, 64, 128, 256)
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 4, 5))
 VARIANTS = (("whole elements", "0.45", DASHED), ("covered fractions", THIRD, "-"),
             ("tractions at the leading border known", ISOTHERMAL, "-"))
@@ -71,11 +70,7 @@ def borders(folder: Folder, grid: int) -> Numbers:
         _curve(axes[2], errors, *look)
     labels = ("error of the creep force / μW", "error of $γ_c$, hot contact", "error of $γ_{st}$")
     for ax, mark, label in zip(axes, "abc", labels, strict=True):
-        ax.set_xlabel("elements per side $N$", labelpad=2.0)
-        ax.set_ylabel(label, labelpad=3.0)
-        ax.set_xlim(13.0, 320.0)
-        ax.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
-        ax.minorticks_off()
+        against_sides(ax, label)
         letter(ax, f"({mark})", right=True)
     handles = [Line2D([], [], color=c, linestyle=s, marker="o", markersize=2.5, label=label) for label, c, s in VARIANTS]
     handles.append(Line2D([], [], color=COUPLED, marker="o", markersize=2.5, label="border located inside its elements"))

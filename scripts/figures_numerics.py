@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 from figures_drawing import COUPLED, DASHED, ISOTHERMAL, ROOT, Numbers, diagrams, letter, solve_case, table, write
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from thermoroll_cli import Case
@@ -116,6 +117,15 @@ def rolled(problem: Problem) -> Rolled:
                   result.work["levels"][-1]["applications"], seconds)
 
 
+def against_sides(ax: Axes, label: str) -> None:
+    """Dress axes on which `label` is drawn against N."""
+    ax.set_xlabel("elements per side $N$", labelpad=2.0)
+    ax.set_ylabel(label, labelpad=3.0)
+    ax.set_xlim(13.0, 320.0)
+    ax.set_xticks(list(SIDES), [str(n) for n in SIDES])
+    ax.minorticks_off()
+
+
 def forces(folder: Folder, grid: int) -> Numbers:
     """Creep forces and heat against N, with CONTACT's, and the figure of convergence."""
     contact = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
@@ -157,11 +167,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
     axes[0].text(48, 1.5e-3, "$N^{-2}$", color="0.4")
     for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
                                             "applications on the finest grid"), strict=True):
-        ax.set_xlabel("elements per side $N$", labelpad=2.0)
-        ax.set_ylabel(label, labelpad=3.0)
-        ax.set_xlim(13.0, 320.0)
-        ax.set_xticks([16, 32, 64, 128, 256], ["16", "32", "64", "128", "256"])
-        ax.minorticks_off()
+        against_sides(ax, label)
         letter(ax, f"({mark})", right=True)
     axes[2].set_ylim(0.0, 60.0)
     handles = [
