@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 
 from bench_measure import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
+from fine_values import extrapolated
 
-from thermoroll_cli.pipeline.estimate import EXTRAPOLATED
 from thermoroll_cli.pipeline.solve import solve
 
 
@@ -20,14 +21,8 @@ def reference(case: str, grid: int) -> dict[str, float]:
     coarse, fine = (solve(problem_of(case, n)) for n in (grid // 2, grid))
     if not (coarse.converged and fine.converged):
         raise RuntimeError(f"{case}: {coarse.reason} {fine.reason}")
-    values = {}
-    for name in (*COUPLED_SCALARS, "force_y_N"):
-        before, last = coarse.coupled.scalars[name], fine.coupled.scalars[name]
-        if last == last:
-            # Integrals are reported extrapolated already.
-            done = name in EXTRAPOLATED
-            values[name] = float(f"{last if done else last + (last - before) / 3.0:.9g}")
-    return values
+    values = extrapolated(coarse, fine, (*COUPLED_SCALARS, "force_y_N"))
+    return {name: value for name, value in values.items() if not math.isnan(value)}
 
 
 def main() -> None:

@@ -21,8 +21,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT / "tests"))
 
 from estimate_cases import SCALARS, problem_of  # noqa: E402
+from fine_values import extrapolated  # noqa: E402
 
-from thermoroll_cli.pipeline.estimate import EXTRAPOLATED  # noqa: E402
 from thermoroll_cli.pipeline.plan import bulge_bound  # noqa: E402
 from thermoroll_cli.pipeline.scene import Scene  # noqa: E402
 from thermoroll_cli.pipeline.solve import solve  # noqa: E402
@@ -89,16 +89,7 @@ def reference(given: dict[str, Any], grid: int) -> dict[str, float | None] | Non
     if not (coarse.converged and fine.converged):
         print(f"  left out: {coarse.reason} | {fine.reason}", file=sys.stderr)
         return None
-    values: dict[str, float | None] = {}
-    for name in SCALARS:
-        before, last = coarse.coupled.scalars[name], fine.coupled.scalars[name]
-        if math.isnan(last):
-            values[name] = None
-            continue
-        # Integrals are reported extrapolated already.
-        done = name in EXTRAPOLATED
-        values[name] = float(f"{last if done else last + (last - before) / 3.0:.9g}")
-    return values
+    return {name: None if math.isnan(value) else value for name, value in extrapolated(coarse, fine, SCALARS).items()}
 
 
 def main() -> None:

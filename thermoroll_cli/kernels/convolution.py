@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.fftw import complex_type, fftw
+from thermoroll_cli.kernels.fftw import fftw
+from thermoroll_cli.kernels.padded import PaddedPlane, Spectrum
 
 Array = NDArray[np.float64]
-Spectrum = NDArray[Any]
 
 
 class Convolution:
@@ -26,32 +26,15 @@ class Convolution:
     """
 
     def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0, precision: Any = np.float64) -> None:
-        pyfftw = fftw()
-
         self.nx, self.ny, self.before, self.after = nx, ny, before, after
-        self.rows = nx + before + after
         self.px, self.py = free_space(nx + max(before, after), ny)
-        self.half = self.py // 2 + 1
-        self.transforms = 0
-        n = max(self.nx, self.rows)
-        kind = complex_type(precision)
-        # What is read and what is written are kept apart: the zeros around a field are then written once.
-        self._field = pyfftw.zeros_aligned((nx, self.py), dtype=precision)
-        self._line = pyfftw.empty_aligned((self.rows, self.py), dtype=precision)
-        self._line_hat = pyfftw.zeros_aligned((n, self.half), dtype=kind)
-        self._columns = pyfftw.zeros_aligned((self.half, self.px), dtype=kind)
-        self._plane = pyfftw.empty_aligned((self.half, self.px), dtype=kind)
-        self._back = pyfftw.empty_aligned((self.half, self.px), dtype=kind)
-        flags = ("FFTW_ESTIMATE",)
-
-        def plan(a: Any, b: Any, direction: str) -> Any:
-            return pyfftw.FFTW(a, b, axes=(1,), direction=direction, flags=flags)
-
-        self._forward_y = plan(self._field, self._line_hat[:nx], "FFTW_FORWARD")
-        self._forward_x = plan(self._columns, self._plane, "FFTW_FORWARD")
-        self._inverse_x = plan(self._plane, self._back, "FFTW_BACKWARD")
-        self._inverse_y = plan(self._line_hat[: self.rows], self._line, "FFTW_BACKWARD")
+        self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py), precision)
+        self.half = self._padded.half
         self._scale = 1.0 / (self.px * self.py)
+
+    @property
+    def transforms(self) -> int:
+        return self._padded.transforms
 
     def forward(self, field: Array, out: Spectrum | None = None) -> Spectrum:
         """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here.
@@ -59,43 +42,23 @@ class Convolution:
         Transforms straight into `out` where that comes from `empty_spectrum`."""
         if out is None:
             out = self.empty_spectrum()
-        self._field[:, : self.ny] = field
-        self._forward_y.execute()
-        self._columns[:, : self.nx] = self._line_hat[: self.nx].T
-        plan = self._forward_x
-        direct = fftw().is_byte_aligned(out, plan.output_alignment)
-        plan.update_arrays(self._columns, out if direct else self._plane)
-        plan.execute()
-        self.transforms += 1
-        if not direct:
-            out[...] = self._plane
+        self._padded.field[:, : self.ny] = field
+        self._padded.forward(out)
         return out
 
     def empty_spectrum(self) -> Spectrum:
         """An array for a spectrum that transforms can read and write directly."""
-        return fftw().empty_aligned((self.half, self.px), dtype=self._plane.dtype)
+        return self._padded.empty_spectrum()
 
     @property
     def plane(self) -> Spectrum:
         """A buffer in which to build the spectrum for `inverse`; the next transform may overwrite it."""
-        return self._plane
+        return self._padded.spectrum
 
     def inverse(self, spectrum: Spectrum, out: Array | None = None) -> Array:
         """Rows −before … nx−1+after of the convolution whose spectrum is given, shape (rows, ny), into `out` if given."""
-        plan = self._inverse_x
-        if not fftw().is_byte_aligned(spectrum, plan.input_alignment):
-            self._plane[...] = spectrum
-            spectrum = self._plane
-        plan.update_arrays(spectrum, self._back)
-        plan.execute()
-        # Negative offsets sit at the end of the periodic row.
-        b = self.before
-        self._line_hat[b : self.rows] = self._back[:, : self.rows - b].T
-        if b:
-            self._line_hat[:b] = self._back[:, -b:].T
-        self._inverse_y.execute()
-        self.transforms += 1
-        return np.multiply(self._line[:, : self.ny], self._scale, out=out)
+        self._padded.inverse(spectrum)
+        return np.multiply(self._padded.line[:, : self.ny], self._scale, out=out)
 
     def spectrum(self, table: Array) -> Spectrum:
         """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
@@ -119,7 +82,7 @@ class Convolution:
         itself, so that it multiplies a complex spectrum viewed as floats: NumPy would otherwise convert it every time.
         """
         reach = self.nx + max(self.before, self.after)
-        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity), self._line.dtype)
+        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity), self._padded.line.dtype)
 
 
 def even_length(n: int) -> int:

@@ -76,7 +76,7 @@ class Level:
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
-        if self.scene.halves(self.grid):
+        if self.scene.mirror_on(self.grid.ny, heated=True) is not None:
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset)

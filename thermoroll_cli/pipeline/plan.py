@@ -70,7 +70,7 @@ def make_plan(problem: Problem) -> Plan:
         skipped["tangential"] = "no friction: the surfaces slide freely"
     else:
         run.append("tangential")
-        if scene.mirror is not None and grids[-1][1] % 2 == 0:
+        if scene.mirror_on(grids[-1][1], heated=False) is not None:
             skipped["tangential, y < 0"] = "the mirror image of y > 0" + (
                 "" if scene.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt")
     if not heating.heat:
@@ -206,6 +206,6 @@ def _cost(shape: tuple[int, int], run: list[str], scene: Scene) -> tuple[int, fl
     fields = 12 + (90 if "tangential" in run else 0) // 2 + (12 if "heat" in run else 0)
     fields += 8 if "elastic coupling" in run else 0
     solves = (4 if "deformation" in run else 1) + ("elastic coupling" in run)
-    rolling = 140 if scene.mirror is not None and shape[1] % 2 == 0 else 280
+    rolling = 140 if scene.mirror_on(shape[1], heated=False) is not None else 280
     transforms = 10 + (rolling if "tangential" in run else 0) * solves
     return 8 * padded * fields, 0.1 + transforms * padded * math.log2(padded) * 4e-10

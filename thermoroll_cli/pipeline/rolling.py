@@ -41,7 +41,7 @@ class Rolling:
         """Tractions and slip under the pressure `normal` (`undisturbed`: it is Hertz's), driven by the slip `rigid`
         (2, nx, ny); `friction` as in `Level.roll`."""
         problem, motion = scene.problem, scene.problem.motion
-        mirror = self._mirror(scene, undisturbed and friction is None)
+        mirror = scene.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
         window = self.window_around(normal.contact, mirror, scene)
         solver = self._solvers[mirror]
         before = solver.gradient.applications
@@ -69,10 +69,6 @@ class Rolling:
                         solution.newton_steps, solver.gradient.applications - before, solution.converged)
 
     # --- the window ----------------------------------------------------------------------------------------------
-
-    def _mirror(self, scene: Scene, undisturbed: bool) -> Parities | None:
-        """Parities of the tractions if half the contact tells the rest (see `Scene.mirror`): with all heat, or without."""
-        return scene.mirror if scene.halves(self.grid) or (undisturbed and self.grid.ny % 2 == 0) else None
 
     def window_around(self, contact: NDArray[np.bool_], mirror: Parities | None, scene: Scene) -> Window:
         """Where the contact lies; the solver of the last window is kept while that still holds the contact."""

@@ -95,9 +95,10 @@ class Scene:
         """Whether heat spreads as in the mirror: no body moves sideways."""
         return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
 
-    def halves(self, grid: Grid) -> bool:
-        """Whether half of `grid` tells everything, heat and all: an element of an odd number would lie on the mirror line."""
-        return self.mirror is not None and self.heat_mirrors and grid.ny % 2 == 0
+    def mirror_on(self, columns: int, *, heated: bool) -> Parities | None:
+        """`mirror` where half a grid of so many `columns` along y tells the rest, with the heat of the contact (`heated`) or
+        without: an element of an odd number would lie on the mirror line."""
+        return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
 
     def rigid_slip(self, grid: Grid) -> Array:
         """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""

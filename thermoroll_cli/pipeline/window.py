@@ -39,8 +39,7 @@ class Window:
     def scalar(self, field: NDArray[Any]) -> NDArray[Any]:
         """A scalar (n, m) in here, even across y = 0, on the whole grid; zero outside."""
         full = np.zeros(self.grid, dtype=field.dtype)
-        both = self.both_sides.columns
-        full[self.rows, both] = field if self.mirror is None else np.concatenate([field[:, ::-1], field], axis=1)
+        full[self.rows, self.both_sides.columns] = field if self.mirror is None else unfolded(field, 1)
         return full
 
     def vector(self, field: NDArray[Any]) -> NDArray[Any]:

@@ -11,12 +11,11 @@ have to be extrapolated over two elements, and a thermal bulge bends it too much
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.solvers.neighbours import highest
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -41,13 +40,6 @@ FEWEST = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""
 
 
-def _highest(field: NDArray[Any]) -> NDArray[Any]:
-    """Highest of the 3 × 3 elements around each one; `field` ≥ 0, or a mask."""
-    padded = np.pad(field, 1)
-    rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
-    return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
-
-
 def border_elements(
     pressure: Array, contact: Mask, gap: Array, grid: Grid, contact_modulus: float
 ) -> tuple[Mask, Array, Array]:
@@ -61,15 +53,15 @@ def border_elements(
     # Whole elements next to the border carry up to 3 % too much pressure, the first ones outside are as much too far apart:
     # both put it off by 0.02 elements, one inwards and one outwards, and those right at the border by up to 0.05.
     square = np.where(contact, pressure / scale, 0.0) ** 2
-    loaded = np.minimum(square / np.maximum(JOINING * _highest(square), 1e-300), 1.0)
-    weight = 1.0 - _highest(1.0 - loaded)
-    beside = _highest(loaded)
+    loaded = np.minimum(square / np.maximum(JOINING * highest(square), 1e-300), 1.0)
+    weight = 1.0 - highest(1.0 - loaded)
+    beside = highest(loaded)
     i, j = np.nonzero((beside > 0.0) & ~contact & (gap > 0.0))
     coefficients, trust = _paraboloids(square, weight, i, j)
     square[i, j], bend = _continued(coefficients, gap[i, j] * contact_modulus / scale, grid)
     away = -square[i, j] / np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
     weight[i, j] = trust * beside[i, j] * np.minimum(away / LEAVING, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
-    i, j = np.nonzero(_highest(contact) & _highest(~contact))
+    i, j = np.nonzero(highest(contact) & highest(~contact))
     coefficients, trust = _paraboloids(square, weight, i, j)
     fitted = trust > 0.0
     i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]

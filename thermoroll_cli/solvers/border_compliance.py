@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.solvers.neighbours import sobel
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
@@ -115,9 +116,7 @@ def _border_normal(
 ) -> tuple[Array, Array]:
     """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j); `c` holds the
     fractions with one more row and column on all sides."""
-    i, j = i + 1, j + 1
-    along_x = sum(w * (c[i + 1, j + k] - c[i - 1, j + k]) for k, w in ((-1, 1.0), (0, 2.0), (1, 1.0))) / dx
-    along_y = sum(w * (c[i + k, j + 1] - c[i + k, j - 1]) for k, w in ((-1, 1.0), (0, 2.0), (1, 1.0))) / dy
+    along_x, along_y = (d[i, j] for d in sobel(c, dx, dy))
     size = np.hypot(along_x, along_y)
     known = size > 0.0
     safe = np.where(known, size, 1.0)

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.solvers.neighbours import highest, sobel
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -31,12 +32,10 @@ CROSSWISE = 1e-6
 
 def leading_ring(pressure: Array, covered: Array) -> Mask:
     """Elements (n, m) near the border where the pressure rises along the rolling direction."""
-    n, m = covered.shape
-    outside = np.pad(covered < 1.0, RING, constant_values=True)
-    near = np.zeros((n, m), dtype=bool)
-    for i in range(2 * RING + 1):
-        for j in range(2 * RING + 1):
-            near |= outside[i : i + n, j : j + m]
+    near = np.pad(covered < 1.0, 1, constant_values=True)
+    for _ in range(RING):
+        near = highest(near)
+    near = near[1:-1, 1:-1]
     along, _ = _slopes(pressure, 1.0, 1.0)
     return near & (covered > 0.0) & (pressure > SMALLEST_PRESSURE * pressure.max()) & (
         along > CROSSWISE * float(np.abs(along).max()))
@@ -71,7 +70,4 @@ def continued_gradient(
 
 def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
     """Sobel differences of p², which is smooth across the border, along x and y."""
-    q = np.pad(pressure**2, 1)
-    across_rows = q[:, :-2] + 2.0 * q[:, 1:-1] + q[:, 2:]
-    across_columns = q[:-2] + 2.0 * q[1:-1] + q[2:]
-    return (across_rows[2:] - across_rows[:-2]) / dx, (across_columns[:, 2:] - across_columns[:, :-2]) / dy
+    return sobel(np.pad(pressure**2, 1), dx, dy)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.solvers.neighbours import sobel
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -38,7 +39,7 @@ def stick_surplus(
     size = np.hypot(traction[0], traction[1])
     reserve = np.maximum(bound - size, 0.0) * stick
     speed = np.hypot(slip[0], slip[1]) * (inside & ~stick)
-    normal = _normals(reserve - speed / compliance.along, dx, dy)
+    normal = sobel(np.pad(reserve - speed / compliance.along, 1, mode="edge"), dx, dy)
     i, j = np.nonzero(ends)
     nx, ny = normal[0][i, j] + normal[0][i + 1, j], normal[1][i, j] + normal[1][i + 1, j]
     length = np.hypot(nx, ny)
@@ -52,11 +53,3 @@ def stick_surplus(
     place = np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
     # Between the centres, but no further than the contact goes.
     return float(np.clip(place - 0.5, -covered[i, j], covered[i + 1, j]).sum())
-
-
-def _normals(field: Array, dx: float, dy: float) -> tuple[Array, Array]:
-    """Sobel differences of a field (n, m) along x and y."""
-    f = np.pad(field, 1, mode="edge")
-    rows = f[:, :-2] + 2.0 * f[:, 1:-1] + f[:, 2:]
-    columns = f[:-2] + 2.0 * f[1:-1] + f[2:]
-    return (rows[2:] - rows[:-2]) / dx, (columns[:, 2:] - columns[:, :-2]) / dy

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import even_length, periodic_symbol
+from thermoroll_cli.kernels.convolution import even_length
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.fftw import complex_type, fftw
 from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
+from thermoroll_cli.kernels.shear import Symbols, shear_symbols
 from thermoroll_cli.solvers.tangential_operator import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS
 
 Array = NDArray[Any]
@@ -41,14 +42,14 @@ class StickInverse:
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
         px, py = (even_length(k + 4) for k in (n, m if mirror is None else 2 * m))
         tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
-        xx, yy, xy = (periodic_symbol(t, (px, py), parity) for t, parity in zip(tables, (1, 1, -1), strict=True))
+        xx, yy, xy = shear_symbols(tables, (px, py))
         theta = 2.0 * np.pi * np.fft.fftfreq(px)
         step = -np.expm1(-1j * theta)
         difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True))
         ratio = np.ones(px, dtype=np.complex128)
         ratio[1:] = difference[1:] / step[1:]
         # The step of the running sum belongs to the symbol.
-        determinant = (xx * yy - xy**2) * ratio[:, None] / dx
+        determinant = (xx * yy - xy**2) * ratio / dx
         inverse = (yy / determinant, xx / determinant, -xy / determinant)
         self._solve: _FreePeriodic | _MirroredPeriodic
         if mirror is None:
@@ -76,9 +77,9 @@ class StickInverse:
 
 
 class _FreePeriodic:
-    """2 × 2 symbol applied to pairs of fields on a periodic plane."""
+    """2 × 2 symbol, (py//2+1, px) each, applied to pairs of fields on a periodic plane."""
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: tuple[Array, Array, Array],
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols,
                  precision: Any) -> None:
         pyfftw = fftw()
 
@@ -86,7 +87,7 @@ class _FreePeriodic:
         px, py = padded
         kind = complex_type(precision)
         # The scale of the transforms belongs to the symbol.
-        self._symbol = tuple((s / (px * py)).astype(kind) for s in symbol)
+        self._symbol = tuple(np.ascontiguousarray((s / (px * py)).T, dtype=kind) for s in symbol)
         self._fields = pyfftw.zeros_aligned((2, px, py), dtype=precision)
         self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=kind)
         self._products = np.empty_like(self._hats)
@@ -116,14 +117,11 @@ class _FreePeriodic:
 class _MirroredPeriodic:
     """As `_FreePeriodic` for pairs of opposite parity, given on one half."""
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: tuple[Array, Array, Array],
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols,
                  mirror: Parities, precision: Any) -> None:
         even = mirror.index(1)
         self._plane = MirroredPlane(*shape, padded, even, precision=precision)
-        own, other = pair_symbols(*symbol, even)
-        # Spectra of mirrored planes lie transposed.
-        kind = complex_type(precision)
-        self._own, self._other = (np.ascontiguousarray(s.T, dtype=kind) for s in (own, other))
+        self._own, self._other = (s.astype(complex_type(precision)) for s in pair_symbols(*symbol, even))
 
     def __call__(self, pair: Array) -> Array:
         self._plane.forward(pair)
