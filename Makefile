@@ -3,7 +3,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && { echo $$p; break; }; done)
 VENV := .venv
 BIN := $(VENV)/bin
-PACKAGES := thermoroll_cli tests $(wildcard scripts)
+PACKAGES := thermoroll_cli tests scripts
 
 .DEFAULT_GOAL := help
 .PHONY: help install run test format check figures stress bench
@@ -37,10 +37,10 @@ check: $(VENV)/.installed-test
 	$(BIN)/mypy thermoroll_cli
 
 stress: install
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/stress.py --write
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
 
 figures: install
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/figures.py
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures
 
 # Peers for the frictionless part, in an environment of their own; without them their rows are left out.
 PEERS := build/peers
@@ -49,7 +49,7 @@ bench: install
 	@test -x $(PEERS)/bin/python || { $(PYTHON) -m venv $(PEERS) && \
 		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check tamaas ContactMechanics; } || \
 		echo "tamaas and ContactMechanics cannot be installed here: measured without them" >&2
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python scripts/bench.py --peers $(PEERS)/bin/python
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.benchmark.bench --peers $(PEERS)/bin/python
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \

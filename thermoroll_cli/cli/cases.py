@@ -28,7 +28,7 @@ def validate(
     verbose: options.Verbose = False,
 ) -> None:
     """Check cases, tell all their errors."""
-    from thermoroll_cli.files.case import Case, CaseError
+    from thermoroll_cli.files.case.case import Case, CaseError
 
     overrides = options.parse_overrides(settings)
     errors: list[CaseError] = []
@@ -58,7 +58,7 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    from thermoroll_cli.files.templates import template_text
+    from thermoroll_cli.files.case.templates import template_text
 
     text = template_text(template.value)
     if str(file) == "-":
@@ -77,6 +77,6 @@ def schema() -> None:
     """Print the JSON schema of case files."""
     import json
 
-    from thermoroll_cli.files.case_schema import case_schema
+    from thermoroll_cli.files.case.case_schema import case_schema
 
     streams.write(json.dumps(case_schema(), indent=2, ensure_ascii=True, allow_nan=False))

@@ -12,7 +12,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.compare import Comparison, Row
+    from thermoroll_cli.files.result.compare import Comparison, Row
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
@@ -36,7 +36,7 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results again."""
-    from thermoroll_cli.files.hdf5 import read_result
+    from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.plots.run_figures import write_figures
 
     stored = [read_result(path) for path in results]
@@ -59,8 +59,8 @@ def compare(
 
     Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R.
     """
-    from thermoroll_cli.files.compare import compare_results
-    from thermoroll_cli.files.hdf5 import read_result
+    from thermoroll_cli.files.result.compare import compare_results
+    from thermoroll_cli.files.result.hdf5 import read_result
 
     if not 0.0 <= rtol < float("inf"):
         raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
@@ -84,7 +84,7 @@ def export(
 
     XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets.
     """
-    from thermoroll_cli.files.export import export_csv, export_xdmf
+    from thermoroll_cli.files.result.export import export_csv, export_xdmf
 
     stem = _target(result, output)
     target = stem.with_name(f"{stem.name}.{export_format.value}")

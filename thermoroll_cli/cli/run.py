@@ -17,8 +17,8 @@ from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case, Override
-    from thermoroll_cli.pipeline.result import Result
+    from thermoroll_cli.files.case.case import Case, Override
+    from thermoroll_cli.model.result import Result
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def run(
 
 
 def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override]) -> list[Case]:
-    from thermoroll_cli.files.case import Case, CaseError
+    from thermoroll_cli.files.case.case import Case, CaseError
 
     valid, errors = [], []
     for path in paths:
@@ -77,7 +77,7 @@ def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Se
         except CaseError as cause:
             errors.append(cause)
     for path in result_paths:
-        from thermoroll_cli.files.hdf5 import read_result
+        from thermoroll_cli.files.result.hdf5 import read_result
 
         stored = read_result(path, with_fields=False)
         try:
@@ -110,7 +110,7 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
-    from thermoroll_cli.pipeline.solve import solve
+    from thermoroll_cli.refinement.solve import solve
 
     progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose)
     try:
@@ -132,7 +132,7 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
 
 
 def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
-    from thermoroll_cli.files.hdf5 import write_result
+    from thermoroll_cli.files.result.hdf5 import write_result
 
     target = wishes.folder / f"{case.name}.h5"
     command_line = shlex.join(["thermoroll", *sys.argv[1:]])
@@ -163,7 +163,7 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
 
 def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
     from thermoroll_cli.cli.table import SHORT, scalar_table
-    from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
+    from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 
     motion = result.problem.motion
     # A creepage is a result only where a force is prescribed in its place.

@@ -11,8 +11,8 @@ import typer
 from thermoroll_cli.cli import options, streams
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case
-    from thermoroll_cli.pipeline.plan import Plan
+    from thermoroll_cli.files.case.case import Case
+    from thermoroll_cli.refinement.plan import Plan
 
 UNITS = {
     "youngs_modulus": "Pa",
@@ -46,8 +46,8 @@ def show(
     Inputs in SI units, Hertz and Péclet numbers, saturation creepage, and the plan: stages that run, stages that are
     skipped and why, expected memory and time.
     """
-    from thermoroll_cli.files.case import Case, CaseError
-    from thermoroll_cli.pipeline.plan import make_plan
+    from thermoroll_cli.files.case.case import Case, CaseError
+    from thermoroll_cli.refinement.plan import make_plan
 
     try:
         read = Case.read(case, options.parse_overrides(settings))

@@ -15,7 +15,7 @@ from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.sweep_progress import SweepProgress
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Override
+    from thermoroll_cli.files.case.case import Override
     from thermoroll_cli.sweep.axis import Axis
     from thermoroll_cli.sweep.points import Point
     from thermoroll_cli.sweep.table import Row
@@ -115,8 +115,8 @@ def _asked(
 
 def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> tuple[Point, ...]:
     """All points. Ends the program (invalid case) if any of them is none that can be solved."""
-    from thermoroll_cli.files.case import CaseError, case_name
-    from thermoroll_cli.files.case_source import read_source
+    from thermoroll_cli.files.case.case import CaseError, case_name
+    from thermoroll_cli.files.case.case_source import read_source
     from thermoroll_cli.sweep.points import make_points
 
     try:

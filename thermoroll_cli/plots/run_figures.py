@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pathlib
 
-from thermoroll_cli.pipeline.result import Result
+from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.centreline import centreline_figure
 from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure, temperature_figure, traction_figure
 from thermoroll_cli.plots.maps import frame_of

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.plots.centreline import curves_of, draw_diagram
 from thermoroll_cli.plots.field_figures import temperatures
 from thermoroll_cli.plots.headline import add_headline

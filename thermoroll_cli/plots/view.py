@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.pipeline.result import Result
+from thermoroll_cli.model.result import Result
 
 
 class Stored(Protocol):

@@ -8,8 +8,8 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from thermoroll_cli.files.case import Case, CaseError, Finding, Override
-from thermoroll_cli.pipeline.problem import Problem
+from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
+from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.sweep.axis import Axis, Number
 
 LONGEST_STRETCH = 5

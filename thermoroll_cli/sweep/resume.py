@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from thermoroll_cli.files.stored import ResultFileError, read_result
+from thermoroll_cli.files.result.stored import ResultFileError, read_result
 from thermoroll_cli.sweep.points import Point, identity
 
 

@@ -8,9 +8,9 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from thermoroll_cli.files.hdf5 import write_result
-from thermoroll_cli.pipeline.result import Result
-from thermoroll_cli.pipeline.solve import Solver
+from thermoroll_cli.files.result.hdf5 import write_result
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweep.points import Point, Stretch
 
 WRITING = threading.Lock()

@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.stored import read_result
-from thermoroll_cli.pipeline.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.sweep.axis import Axis
 from thermoroll_cli.sweep.points import Point
 

@@ -1,0 +1,1 @@
+"""The figures and measured tables of docs/: `make figures`."""

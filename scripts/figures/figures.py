@@ -1,0 +1,57 @@
+"""Draw the figures of docs/ into figures/, and write the numbers that belong to them to figures/numbers.json and docs/*.md.
+
+    python scripts/figures.py [--only NAME]... [--grid N] [--output DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import pathlib
+import sys
+import time
+
+from scripts.figures import (
+    figures_borders,
+    figures_numerics,
+    figures_overview,
+    figures_section_3,
+    figures_section_4_1,
+    figures_section_4_2,
+    figures_section_4_3,
+    figures_tables,
+    figures_tutorial,
+    figures_verification,
+)
+from scripts.figures.figures_drawing import ROOT
+from thermoroll_cli.plots.sheet import style
+
+MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
+           figures_borders, figures_verification, figures_tutorial)
+FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", action="append", choices=FIGURES, help="draw this one (repeatable); default: all")
+    parser.add_argument("--grid", type=int, default=128, help="elements per side (default 128)")
+    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "figures")
+    options = parser.parse_args()
+    options.output.mkdir(parents=True, exist_ok=True)
+    record = options.output / "numbers.json"
+    numbers = json.loads(record.read_text()) if record.exists() else {}
+    with style():
+        for name in options.only or FIGURES:
+            start = time.perf_counter()
+            numbers[name] = FIGURES[name](options.output, options.grid)
+            print(f"{name}: {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
+    text = json.dumps({name: numbers[name] for name in FIGURES if name in numbers}, indent=1, ensure_ascii=False)
+    record.write_text(text + "\n", encoding="utf-8")
+    if options.output == ROOT / "figures":
+        figures_tables.fill(ROOT / "docs", numbers)
+        if not options.only:
+            figures_tutorial.run_commands(ROOT / "docs" / "tutorial.md")
+
+
+if __name__ == "__main__":
+    main()

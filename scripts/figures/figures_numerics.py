@@ -1,0 +1,393 @@
+"""What docs/numerics.md states: errors and work of each algorithm, measured, and the figure of convergence."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import math
+import pathlib
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from scripts.figures.figures_drawing import (
+    COUPLED,
+    DASHED,
+    ISOTHERMAL,
+    ROOT,
+    Numbers,
+    diagrams,
+    letter,
+    solve_case,
+    table,
+    write,
+)
+from thermoroll_cli import Case
+from thermoroll_cli.exact.carter import carter, saturation_creepage
+from thermoroll_cli.exact.hertz import hertz_contact, line_contact
+from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.kernels.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Numerics, Problem
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.solvers.normal.active_set import NormalSolver
+from thermoroll_cli.solvers.tangential import leading_edge as leading_edge
+from thermoroll_cli.solvers.tangential.newton import RELAXATION
+from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
+from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.steady_state.coupling import Tolerances
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+Folder = pathlib.Path
+Rows = list[list[str]]
+
+REFERENCE = ROOT / "tests" / "reference"
+
+
+def problem_of(name: str, grid: int, **changes: Any) -> Problem:
+    case = Case.read(ROOT / "cases" / f"{name}.toml")
+    problem = (case.with_values(changes) if changes else case).problem
+    return dataclasses.replace(problem, numerics=Numerics(grid=(grid, grid), extent=problem.numerics.extent))
+
+
+def order(sizes: Any, errors: Any) -> float:
+    """Slope p of errors ~ N^−p."""
+    return float(-np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
+
+
+# --- normal contact --------------------------------------------------------------------------------------------------
+
+
+def normal(folder: Folder, grid: int) -> Numbers:
+    """Errors against Hertz of the border on whole elements and inside elements, and the iterations they take."""
+    rows: Rows = []
+    curvature, modulus, force = 1.0 / 0.015, 210e9 / (2.0 * (1.0 - 0.28**2)), 65.0
+    for ratio in (1.0, 10.0):
+        hertz = hertz_contact(curvature, curvature / ratio, modulus, force)
+        for n in (32, 64, 128, 256):
+            mesh = Grid.over((n, n), 2.2 * hertz.semi_axis_x, 2.2 * hertz.semi_axis_y)
+            gap = hertz.undeformed_gap(mesh.x[:, None], mesh.y[None, :])
+            edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((mesh.x, mesh.dx), (mesh.y, mesh.dy))]
+            exact, _ = element_averages(hertz, *edges)
+            solver = NormalSolver(mesh, modulus)
+            warm, cold = (solver.solve(gap, force, start) for start in (exact, np.zeros(mesh.shape)))
+            refined = solver.refine(warm, gap, force)
+            area = (np.count_nonzero(warm.contact) * mesh.element_area, float(refined.covered.sum()) * mesh.element_area)
+            mean = [float(np.abs(p - exact).mean() / exact.mean()) for p in (warm.pressure, refined.pressure)]
+            rows.append([f"{hertz.semi_axis_y / hertz.semi_axis_x:.1f}", str(n), f"{warm.pressure.max() / exact.max() - 1:.1e}",
+                         f"{mean[0]:.1e}", f"{mean[1]:.1e}", *(f"{abs(a / hertz.area - 1):.1e}" for a in area),
+                         f"{warm.iterations}", f"{cold.iterations}"])
+    return {"table": table(["b0/a0", "N", "p_max", "mean p, whole elements", "mean p, border resolved", "area, whole elements",
+                            "area, border resolved", "CG iterations from Hertz", "from nothing"], rows)}
+
+
+# --- tangential contact ----------------------------------------------------------------------------------------------
+
+
+FORCE_CASES = (("creepage alone (Sec. 4.1)", "article_4_1_mechanical", "table1", {"thermal.heat": False}),
+               ("creepages and spin (Sec. 3.1, case 5)", "article_3_1_case_5", "article_3_1_case_5", {}))
+SIDES = (16, 32, 64, 128, 256)
+REFERENCE_SIDE = 512
+
+
+@dataclasses.dataclass(frozen=True)
+class Rolled:
+    """Forces over μW as summed on the grid and as reported, heat over μWV, and the work on the finest grid."""
+
+    summed: tuple[float, float]
+    reported: tuple[float, float]
+    heat: float
+    power_error: float
+    stick: float
+    estimate: float
+    applications: int
+    seconds: float
+
+
+def rolled(problem: Problem) -> Rolled:
+    Solver().solve(problem)  # plans of the transforms are made once per size
+    start = time.process_time()
+    result = Solver().solve(problem)
+    seconds = time.process_time() - start
+    limit, s = problem.traction_limit, result.coupled.scalars
+    area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
+    summed = [float(result.coupled.fields[f"shear_{axis}"].sum()) * area / limit for axis in "xy"]
+    return Rolled((summed[0], summed[1]), (s["force_x_N"] / limit, s["force_y_N"] / limit),
+                  s["Q_F_W"] / limit / problem.motion.speed, s["power_balance_error"], s["gamma_st"],
+                  result.error["force_x_N"] * max(abs(s["force_x_N"]) / limit, 1.0),
+                  result.work["levels"][-1]["applications"], seconds)
+
+
+def against_sides(ax: Axes, label: str) -> None:
+    """Dress axes on which `label` is drawn against N."""
+    ax.set_xlabel("elements per side $N$", labelpad=2.0)
+    ax.set_ylabel(label, labelpad=3.0)
+    ax.set_xlim(13.0, 320.0)
+    ax.set_xticks(list(SIDES), [str(n) for n in SIDES])
+    ax.minorticks_off()
+
+
+def forces(folder: Folder, grid: int) -> Numbers:
+    """Creep forces and heat against N, with CONTACT's, and the figure of convergence."""
+    contact = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
+    figure, axes = diagrams(1, 3, (2.15, 2.1), gap=(0.74, 0.0), bottom=0.95)
+    rows: Rows = []
+    for (words, name, case, changes), colour in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True):
+        runs = {n: rolled(problem_of(case, n, **changes)) for n in (*SIDES, REFERENCE_SIDE)}
+        best = runs[REFERENCE_SIDE]
+        problem = problem_of(case, 16, **changes)
+        limit = problem.traction_limit
+
+        def error(values: tuple[float, float], best: Rolled = best) -> float:
+            return math.hypot(values[0] - best.reported[0], values[1] - best.reported[1])
+
+        theirs = {int(n): v for n, v in contact[name]["grids"].items()}
+        their_errors = {n: error((v["force_x_N"] / limit, v["force_y_N"] / limit)) for n, v in theirs.items()}
+        their_heat = {n: v["dissipation_from_forces_W"] / limit for n, v in theirs.items()}
+        for n in SIDES:
+            r, other = runs[n], n in their_errors
+            rows.append([words, str(n), *(f"{round(f, 5) + 0.0:.5f}" for f in r.reported), f"{error(r.summed):.1e}",
+                         f"{error(r.reported):.1e}", f"{r.estimate:.1e}", f"{r.heat / best.heat - 1:+.1e}",
+                         f"{r.power_error:.1e}", f"{r.stick:.4f}", str(r.applications), f"{r.seconds:.2f}",
+                         f"{their_errors[n]:.1e}" if other else "", f"{theirs[n]['cpu_s']:.1f}" if other else ""])
+        rows.append([words, str(REFERENCE_SIDE), *(f"{round(f, 5) + 0.0:.5f}" for f in best.reported), "", "reference", "", "",
+                     f"{best.power_error:.1e}", f"{best.stick:.4f}", str(best.applications), f"{best.seconds:.2f}", "", ""])
+        sides = list(SIDES)
+        axes[0].loglog(sides, [error(runs[n].summed) for n in sides], color=colour, marker="o", markersize=2.5)
+        axes[0].loglog(sides, [error(runs[n].reported) for n in sides], color=colour, marker="o", markersize=2.5,
+                       linestyle=DASHED)
+        axes[0].loglog(list(their_errors), list(their_errors.values()), color=colour, marker="s", markersize=2.5, linewidth=0.7)
+        axes[1].loglog(sides, [abs(runs[n].heat / best.heat - 1.0) for n in sides], color=colour, marker="o", markersize=2.5,
+                       linestyle=DASHED)
+        axes[1].loglog(sides, [runs[n].power_error for n in sides], color=colour, marker="o", markersize=2.5)
+        axes[1].loglog(list(their_heat), [abs(q / best.heat - 1.0) for q in their_heat.values()], color=colour, marker="s",
+                       markersize=2.5, linewidth=0.7)
+        axes[2].semilogx(sides, [runs[n].applications for n in sides], color=colour, marker="o", markersize=2.5)
+    guide = np.array([20.0, 90.0])
+    axes[0].loglog(guide, 6e-3 * (guide / 20.0) ** -2, color="0.6", linewidth=0.8)
+    axes[0].text(48, 1.5e-3, "$N^{-2}$", color="0.4")
+    for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
+                                            "applications on the finest grid"), strict=True):
+        against_sides(ax, label)
+        letter(ax, f"({mark})", right=True)
+    axes[2].set_ylim(0.0, 60.0)
+    handles = [
+        *(Line2D([], [], color=c, label=w[0]) for w, c in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True)),
+        Line2D([], [], color="0.3", linestyle=DASHED, marker="o", markersize=2.5, label="reported (extrapolated)"),
+        Line2D([], [], color="0.3", marker="o", markersize=2.5, label="(a) sum over the grid; (b) power balance"),
+        Line2D([], [], color="0.3", marker="s", markersize=2.5, linewidth=0.7, label="CONTACT (measured elsewhere)"),
+    ]
+    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.4, columnspacing=1.3, borderpad=0.2)
+    write(figure, folder, "convergence")
+    header = ["case", "N", "F_x/μW", "F_y/μW", "error of the sum", "error as reported", "its estimate", "Q_F", "power balance",
+              "γ_st", "applications", "CPU s", "CONTACT: error", "CPU s"]
+    return {"table": table(header, rows)}
+
+
+def border(folder: Folder, grid: int) -> Numbers:
+    """Carter's strip with its border anywhere inside an element: whole elements against covered fractions."""
+    cylinders = line_contact(20.0, 210e9 / (2.0 * (1.0 - 0.28**2)), 3e5)
+    friction, shear = 0.3, 210e9 / 2.56
+    exact = carter(cylinders, friction, 0.5 * saturation_creepage(cylinders, friction))
+    compliance = ShearCompliance.of((shear, 0.28), (shear, 0.28))
+    limit = friction * cylinders.load_per_length
+    rows: Rows = []
+    for n in (32, 64, 128):
+        dx, length = 2.2 * cylinders.half_width / n, 1e4 * cylinders.half_width
+        errors: dict[bool, list[float]] = {True: [], False: []}
+        for offset in np.arange(8) / 8.0:
+            edges = (np.arange(n + 1) - 0.5 * n + offset) * dx / cylinders.half_width
+            t = np.clip(edges, -1.0, 1.0)
+            pressure = np.diff(t * np.sqrt(1.0 - t * t) + np.arcsin(t)) / np.diff(edges) * 0.5 * cylinders.peak_pressure
+            covered = np.diff(t) / np.diff(edges)
+            rigid = np.zeros((2, n, 1))
+            rigid[0] = exact.creepage
+            for resolved in (True, False):
+                share = np.minimum(covered, 1.0) if resolved else (covered > 0.0).astype(float)
+                cell = TangentialProblem(friction * pressure[:, None], share[:, None], rigid, dx * length)
+                solution = RollingSolver(RollingGradient((n, 1), dx, length, compliance)).solve(cell, [], 1e-8)
+                errors[resolved].append(float(solution.traction[0].sum()) * dx / limit - exact.force / limit)
+        rows.append([str(n), *(f"{np.mean(errors[r]):+.1e} ± {np.std(errors[r]):.1e}" for r in (False, True))])
+    return {"table": table(["N", "whole elements", "covered fractions"], rows)}
+
+
+FORMULAS = (("(u_i − u_{i−1})/h", (0.0, -1.0, 1.0, 0.0)),
+            ("(3u_i − 4u_{i−1} + u_{i−2})/2h", (0.5, -2.0, 1.5, 0.0)),
+            ("(2u_{i+1} + 3u_i − 6u_{i−1} + u_{i−2})/6h", (1.0 / 6.0, -1.0, 0.5, 1.0 / 3.0)),
+            ("0.7 of the third + 0.3 of the second", None))
+
+
+@contextlib.contextmanager
+def replaced(name: str, value: Any) -> Iterator[None]:
+    """A constant of the package replaced wherever a module has imported it."""
+    ours = [module for key, module in sys.modules.items() if key.startswith("thermoroll_cli")]
+    found = [module for module in ours if hasattr(module, name)]
+    before = [getattr(m, name) for m in found]
+    for module in found:
+        setattr(module, name, value)
+    try:
+        yield
+    finally:
+        for module, old in zip(found, before, strict=True):
+            setattr(module, name, old)
+
+
+def _dissipative(weights: tuple[float, ...]) -> tuple[float, ...]:
+    """Half the sum of a formula on offsets −2…1 and its mirror image, on offsets −2…2."""
+    full = np.array([*weights, 0.0])
+    return tuple(0.5 * (full + full[::-1]))
+
+
+def differences(folder: Folder, grid: int) -> Numbers:
+    """Force and heat with other formulas for ∂u/∂x."""
+    base = {"creepage.longitudinal": 0.0016, "thermal.heat": False}
+    best = rolled(problem_of("table1", REFERENCE_SIDE, **base))
+    rows: Rows = []
+    for words, weights in FORMULAS:
+        row = [words]
+        for n in (64, 128):
+            problem = problem_of("table1", n, **base)
+            with contextlib.ExitStack() as stack:
+                if weights is not None:
+                    stack.enter_context(replaced("DIFFERENCE_WEIGHTS", weights))
+                    stack.enter_context(replaced("DISSIPATIVE_WEIGHTS", _dissipative(weights)))
+                r = rolled(problem)
+            row += [f"{r.summed[0] - best.reported[0]:+.1e}", f"{-r.power_error:+.1e}"]
+        rows.append(row)
+    return {"table": table(["∂u/∂x at x_i", "F_x/μW, N = 64", "power balance", "F_x/μW, N = 128", "power balance"], rows)}
+
+
+def leading(folder: Folder, grid: int) -> Numbers:
+    """Lateral force of pure spin: K alone at the leading edge, the known gradient there, and only on elements cut by it."""
+    best = rolled(problem_of("article_3_1_case_3", REFERENCE_SIDE)).reported[1]
+    rows: Rows = []
+    for n in (32, 64, 128, 256):
+        problem = problem_of("article_3_1_case_3", n)
+        found = []
+        # Nothing of the known gradient is taken where the deepest deficit counts as infinite.
+        for name, value in (("DEEPEST", math.inf), ("RING", leading_edge.RING), ("RING", 0)):
+            with replaced(name, value):
+                found.append(rolled(problem).summed[1] - best)
+        rows.append([str(n), *(f"{value:+.1e}" for value in found)])
+    return {"table": table(["N", "K alone", "gradient known", "known on partly covered elements only"], rows)}
+
+
+def newton(folder: Folder, grid: int) -> Numbers:
+    """The factor in ρ, and starting from the coarser grid, for the case of Sec. 3.1 that is hardest from cold."""
+    rows: Rows = []
+    for factor in (0.1, RELAXATION, 1.0, 3.0):
+        row = [f"{factor:g}"]
+        for case in ("article_3_1_case_1", "article_3_1_case_5"):
+            with replaced("RELAXATION", factor):
+                alone = _one_grid(problem_of(case, 128))
+            row += [str(alone.newton_steps), str(alone.applications), f"{alone.residual:.0e}"]
+        rows.append(row)
+    starts: Rows = []
+    for n in (64, 128, 256):
+        alone = _one_grid(problem_of("article_3_1_case_5", n))
+        climbed = solve_case("article_3_1_case_5", grid=n).work["levels"]
+        finest = climbed[-1]
+        equivalent = sum(level["applications"] * (level["grid"][0] / n) ** 2 for level in climbed)
+        starts.append([str(n), str(alone.newton_steps), str(alone.applications), str(finest["newton_steps"]),
+                       str(finest["applications"]), f"{equivalent:.0f}"])
+    return {"rho": table(["ρ × own compliance", "case 1: steps", "applications", "residual", "case 5: steps", "applications",
+                          "residual"], rows),
+            "starts": table(["N", "alone: steps", "applications", "from the coarser grid: steps", "applications",
+                             "all grids, in applications of the finest"], starts)}
+
+
+def _one_grid(problem: Problem) -> Any:
+    discretisation = Discretisation(DerivedQuantities(problem), problem.numerics.grid or (0, 0), problem.numerics.extent)
+    return discretisation.roll(discretisation.hertz, [], Tolerances().tangential)
+
+
+# --- heat ------------------------------------------------------------------------------------------------------------
+
+
+def kernels(folder: Folder, grid: int) -> Numbers:
+    """Thermal tables: error against the reference, cost; terms of the expansion in the Péclet number."""
+    rows: Rows = []
+    for peclet in (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0):
+        row = [f"{peclet:g}"]
+        for make in (temperature_table, displacement_table):
+            make(16, 16, 1.0, peclet)
+            start = time.process_time()
+            make(128, 128, 1.0, peclet)
+            row.append(f"{1e3 * (time.process_time() - start):.0f}")
+        rows.append(row)
+    terms: Rows = []
+    for peclet_a in (1.0, 20.0, 200.0):
+        row = [f"{peclet_a:g}"]
+        for kind in ("temperature", "displacement"):
+            kernel = variable_peclet_kernel(128, 128, 1.0, peclet_a * 2.2 / 128, kind, 1e-5)  # type: ignore[arg-type]
+            row += [str(kernel.terms), f"{kernel.error:.0e}"]
+        terms.append(row)
+    return {"cost": table(["P = V dx/κ", "temperature (ms)", "expansion (ms)"], rows),
+            "terms": table(["largest V a0/κ", "temperature: terms", "error", "expansion: terms", "error"], terms)}
+
+
+def coupling(folder: Folder, grid: int) -> Numbers:
+    """Outer iterations of the fixed point against heat, and coupled scalars against N."""
+    rows: Rows = []
+    for speed in (25.0, 50.0, 100.0, 200.0, 400.0, 800.0):
+        problem = problem_of("article_4_1", 64, **{"rolling.speed_m_s": speed})
+        result = Solver().solve(problem)
+        s, level = result.coupled.scalars, result.work["levels"][-1]
+        bulge = s["thermal_displacement_max_um"] / result.isothermal.scalars["approach_um"]
+        rows.append([f"{speed:g}", f"{bulge:.2f}", f"{s['gamma_p']:.3f}", f"{s['gamma_c']:.3f}",
+                     str(level["coupling_iterations"]), str(level["coupled_normal_iterations"]),
+                     str(level["coupled_applications"]), "yes" if result.converged else "no"])
+    sides: Rows = []
+    for n in (32, 64, 128, 256):
+        result = Solver().solve(problem_of("article_4_1", n))
+        sides.append([str(n), *(_with_error(result, k) for k in ("Q_F_W", "gamma_c", "gamma_st", "gamma_p",
+                                                                  "temperature_rise_max_lower_K"))])
+    return {"heat": table(["V (m/s)", "bulge / approach", "γ_p", "γ_c", "outer iterations", "CG iterations", "applications",
+                           "converged"], rows),
+            "grids": table(["N", "Q_F (W)", "γ_c", "γ_st", "γ_p", "ΔT_max (K)"], sides)}
+
+
+def _with_error(result: Result, name: str) -> str:
+    return f"{result.coupled.scalars[name]:.5g} ({result.error[name]:.0e})"
+
+
+def cost(folder: Folder, grid: int) -> Numbers:
+    """CPU time of whole solves on one thread."""
+    rows: Rows = []
+    for n in (32, 64, 128, 256):
+        row = [str(n)]
+        for name, changes in (("table1", {"thermal.heat": False}), ("article_4_1", {})):
+            problem = problem_of(name, n, **changes)
+            times = []
+            for _ in range(3):
+                start = time.process_time()
+                result = Solver().solve(problem)
+                times.append(time.process_time() - start)
+            transforms = sum(level["transforms"] * (level["grid"][0] / n) ** 2 for level in result.work["levels"])
+            row += [f"{sorted(times)[1]:.2f}", f"{transforms:.0f}"]
+        rows.append(row)
+    return {"table": table(["N", "isothermal: CPU s", "transforms", "coupled: CPU s", "transforms"], rows)}
+
+
+FIGURES = {
+    "normal": normal,
+    "forces": forces,
+    "border": border,
+    "differences": differences,
+    "leading": leading,
+    "newton": newton,
+    "kernels": kernels,
+    "coupling": coupling,
+    "cost": cost,
+}
+

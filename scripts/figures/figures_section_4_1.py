@@ -1,0 +1,179 @@
+"""Figs. 6–10 of Yu & Suh: one contact without and with thermal deformation, at two heat scales."""
+
+from __future__ import annotations
+
+import dataclasses
+import pathlib
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from scripts.figures.figures_drawing import (
+    COUPLED,
+    DASHED,
+    ISOTHERMAL,
+    MAIN,
+    ROOT,
+    THEIRS,
+    Numbers,
+    Panel,
+    Row,
+    diagrams,
+    edges_on_centreline,
+    field_of,
+    letter,
+    map_figure,
+    rounded,
+    solve_case,
+    solve_problem,
+    some,
+    table,
+    views,
+    write,
+)
+from thermoroll_cli import Case
+from thermoroll_cli.model.problem import Numerics, PecletMode
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.plots.centreline import on_centreline
+from thermoroll_cli.plots.sheet import few_ticks
+from thermoroll_cli.plots.view import RunView
+
+Folder = pathlib.Path
+
+
+STATES = ("(a) without thermal deformation", "(b) with thermal deformation")
+
+
+def thermal_deformation(folder: Folder, grid: int) -> Numbers:
+    """Figs. 6–10: heat flux, temperature, pressure and shear traction of Sec. 4.1 without and with thermal deformation."""
+    result = solve_case("article_4_1", grid=grid)
+    view, frame = views(result)
+    fields = (
+        ("fig_06_heat_flux", "heat_flux", view.heat_scale, r"$q\,\alpha l/k$", "inferno"),
+        ("fig_07_temperature", "temperature_rise_lower", 1.0, r"$\Delta T$ (K)", "inferno"),
+        ("fig_08_pressure", "pressure", view.peak_pressure, r"$p/p_0$", "viridis"),
+        ("fig_09_shear", "shear", view.peak_pressure, r"$|\tau|/p_0$", "viridis"),
+    )
+    for name, field, scale, label, colours in fields:
+        values = [field_of(view, state, field) / scale for state in (0, 1)]
+        top = max(float(v.max()) for v in values)
+        arrows = field == "shear"
+        panels = [Panel(view, frame, state, values[state], f"{STATES[state]}, max {values[state].max():.3g}", arrows)
+                  for state in (0, 1)]
+        clipped = field != "temperature_rise_lower"
+        write(map_figure([Row(panels, top, label, colours, clipped)], 2.6, legend="two"), folder, name)
+    _centrelines(view, folder, fields)
+    scales = {f"{speed:g} m/s": _heat_scale(solve_case("article_4_1", {"rolling.speed_m_s": speed}, grid=grid))
+              for speed in (120.5, 200.0)}
+    others = _other_velocities(grid)
+    return {"by speed": scales, "other velocities of the heat source": others, "table": _section_4_1(scales),
+            "velocities": _velocity_table(others)}
+
+
+def _centrelines(view: RunView, folder: Folder, fields: Any) -> None:
+    figure, all_axes = diagrams(2, 2, (2.75, 1.75), gap=(0.75, 0.16), bottom=0.72)
+    x = view.x / view.semi_axes[0]
+    for axes, mark, (_, field, scale, label, _) in zip(all_axes, "abcd", fields, strict=True):
+        for state, (colour, dashes) in enumerate(((ISOTHERMAL, "solid"), (COUPLED, DASHED))):
+            axes.plot(x, on_centreline(view, field_of(view, state, field) / scale), color=colour, linestyle=dashes)
+        axes.set_xlim(-1.1, 1.1)
+        axes.set_ylim(0.0, axes.get_ylim()[1])
+        axes.set_ylabel(label)
+        few_ticks(axes, 4, 5)
+        axes.tick_params(labelbottom=mark in "cd")
+        if mark in "cd":
+            axes.set_xlabel(r"$x/a_0$", labelpad=2.0)
+        letter(axes, f"({mark})")
+    pressure = all_axes[2]
+    pressure.axvline(-0.88, **THEIRS)
+    pressure.axhline(1.26, **THEIRS)
+    handles = [Line2D([], [], color=ISOTHERMAL, label="without thermal deformation"),
+               Line2D([], [], color=COUPLED, linestyle=DASHED, label="with thermal deformation"),
+               Line2D([], [], label="leading edge and peak in the article", **THEIRS)]
+    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6, borderpad=0.2)
+    write(figure, folder, "fig_10_centreline")
+
+
+def _heat_scale(result: Result) -> Numbers:
+    """The numbers of Sec. 4.1: without → with thermal deformation."""
+    view, frame = views(result)
+    out: Numbers = {}
+    for state, words, scalars in ((0, "without", result.isothermal.scalars), (1, "with", result.coupled.scalars)):
+        lead, slip, trail = edges_on_centreline(frame, state)
+        flux = float(field_of(view, state, "heat_flux").max()) / view.heat_scale
+        out[words] = some(scalars, *MAIN[:5]) | {
+            "leading_edge": rounded(lead), "trailing_edge": rounded(trail), "slip_begins": rounded(slip),
+            "slip_length": rounded(trail - slip), "slip_share_of_length": rounded((trail - slip) / (trail - lead)),
+            "heat_flux_max": rounded(flux),
+        }
+    pressure = on_centreline(view, field_of(view, 1, "pressure"))
+    flux = on_centreline(view, field_of(view, 1, "heat_flux"))
+    above = view.x[pressure > view.peak_pressure] / view.semi_axes[0]
+    out["with"] |= {"pressure_peak_at": rounded(float(view.x[np.argmax(pressure)]) / view.semi_axes[0]),
+                    "heat_flux_peak_at": rounded(float(view.x[np.argmax(flux)]) / view.semi_axes[0]),
+                    "above_p0_from": rounded(float(above[0])), "above_p0_to": rounded(float(above[-1]))}
+    out["heat_flux_ratio"] = rounded(out["with"]["heat_flux_max"] / out["without"]["heat_flux_max"])
+    return out
+
+
+def _section_4_1(scales: Numbers) -> Numbers:
+    """Sec. 4.1 line by line: the article, and both heat scales."""
+    lines = (
+        ("total frictional heat Q_F (W)", "6.8 → 5.6", "Q_F_W", "{:.2f}"),
+        ("largest pressure γ_p", "1 → 1.26", "gamma_p", "{:.3f}"),
+        ("leading edge x/a₀ on y = 0", "−1.0 → −0.88", "leading_edge", "{:.3f}"),
+        ("contact area γ_c", "not stated", "gamma_c", "{:.3f}"),
+        ("stick area γ_st", "not stated", "gamma_st", "{:.3f}"),
+        ("largest heat flux q α l/k", "0.102 → 0.132", "heat_flux_max", "{:.4f}"),
+        ("slip length on y = 0, over a₀", "0.78 → 0.5", "slip_length", "{:.3f}"),
+        ("slip length over contact length", "", "slip_share_of_length", "{:.3f}"),
+        ("slip begins at x/a₀", "", "slip_begins", "{:.3f}"),
+        ("largest temperature rise (K)", "\"did not differ significantly\"", "temperature_rise_max_lower_K", "{:.0f}"),
+    )
+    rows = []
+    for words, article, key, form in lines:
+        cells = (f"{form.format(s['without'][key])} → {form.format(s['with'][key])}" for s in scales.values())
+        rows.append([words, article, *(cell.replace("-", "−") for cell in cells)])
+    rows.insert(6, ["its ratio", "1.3", *(f"{s['heat_flux_ratio']:.2f}" for s in scales.values())])
+    hot = [s["with"] for s in scales.values()]
+    rows.append(["p > p₀ for x/a₀ in", "−0.1 … 1.0", *(
+        f"{s['above_p0_from']:.2f} … {s['above_p0_to']:.2f}".replace("-", "−") for s in hot)])
+    rows.append(["pressure largest at x/a₀", "near the largest heat flux", *(f"{s['pressure_peak_at']:.2f}" for s in hot)])
+    rows.append(["heat flux largest at x/a₀", "", *(f"{s['heat_flux_peak_at']:.2f}" for s in hot)])
+    return table(["quantity, without → with thermal deformation", "article", *(f"V = {speed}" for speed in scales)], rows)
+
+
+def _velocity_table(others: Numbers) -> Numbers:
+    rows = []
+    for name, n in others.items():
+        mode, case = name.split(", ")
+        rows.append([f'`"{mode}"`', "1" if case == "table1" else "200", f"{n['Q_F_W']:.4g}",
+                     f"{n['temperature_rise_max_lower_K']:.3g}",
+                     f"{n['bulge_over_approach']:.1e}", f"{n['gamma_p']:.3f}", f"{n['gamma_c']:.3f}",
+                     "skipped" if n["skipped"] else "solved"])
+    return table(["`thermal.peclet`", "V (m/s)", "Q_F (W)", "ΔT_max (K)", "bulge / approach", "γ_p", "γ_c",
+                  "feedback on the gap"], rows)
+
+
+def _other_velocities(grid: int) -> Numbers:
+    """What the other two meanings of the Péclet number make of the same case."""
+    out: Numbers = {}
+    modes: tuple[PecletMode, ...] = ("rolling", "sliding", "stationary")
+    for mode in modes:
+        for name in ("table1", "article_4_1"):
+            base = Case.read(ROOT / "cases" / f"{name}.toml").problem
+            heating = dataclasses.replace(base.heating, peclet=mode)
+            numerics = Numerics(grid=(grid, grid), extent=base.numerics.extent)
+            result = solve_problem(dataclasses.replace(base, heating=heating, numerics=numerics))
+            iso, coupled = result.isothermal, result.coupled.scalars
+            inside = iso.fields["state"] > 0
+            bulge = float(np.ptp(iso.fields["displacement_thermal"][inside])) * 1e6
+            out[f"{mode}, {name}"] = some(coupled, *MAIN[:5]) | {
+                "bulge_over_approach": rounded(bulge / iso.scalars["approach_um"]),
+                "skipped": result.work["skipped"].get("deformation", ""),
+            }
+    return out
+
+
+FIGURES = {"6-10": thermal_deformation}

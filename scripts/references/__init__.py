@@ -1,0 +1,1 @@
+"""Fine reference values that tests and benchmarks compare with."""

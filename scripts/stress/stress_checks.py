@@ -1,0 +1,100 @@
+"""What must hold of any result: checked on its fields, by other means than the program's own checks."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.model.result import Result, State
+from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
+
+LOAD = 2e-6
+COULOMB = 2e-4
+COULOMB_ELEMENT = 2e-3
+DIRECTION = 2e-3
+BALANCE = 1e-5
+COLD = 1e-6
+GAP = 1e-6
+FORCE = 2e-5
+
+
+def violations(result: Result) -> list[str]:
+    """Invariants that `result` breaks. Only a converged result must keep those of the physics; none may be without a
+    reason or hold a nan."""
+    found = [] if result.converged or result.reason else ["not converged, without a reason"]
+    for name, state in (("coupled", result.coupled), ("isothermal", result.isothermal)):
+        found += [f"{name}: {what}" for what in _not_finite(state)]
+        if result.converged and not found:
+            found += [f"{name}: {what}" for what in _broken(result, state)]
+    json.dumps(result.summary())
+    return found
+
+
+def _not_finite(state: State) -> list[str]:
+    return [f"{name} is not finite" for name, values in state.fields.items() if not np.isfinite(values).all()]
+
+
+def _broken(result: Result, state: State) -> list[str]:
+    problem, fields, scalars = result.problem, state.fields, state.scalars
+    grid = _grid(result)
+    found = []
+
+    def hold(what: str, excess: float, allowed: float) -> None:
+        if not excess <= allowed:
+            found.append(f"{what}: {excess:.3g} > {allowed:.3g}")
+
+    pressure = fields["pressure"]
+    traction = np.stack([fields["shear_x"], fields["shear_y"]])
+    slip = np.stack([fields["slip_x"], fields["slip_y"]]) / problem.motion.speed
+    flux = fields["heat_flux"] / problem.motion.speed
+    shear, speed = np.hypot(*traction), np.hypot(*slip)
+    friction = fields.get("friction_coefficient", problem.friction)
+    hold("pressure < 0", float(-pressure.min()), 0.0)
+    hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).hertz.approach, GAP)
+    hold("load", abs(float(pressure.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)
+    bound = friction * pressure
+    excess = np.maximum(shear - bound, 0.0)
+    hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))
+    hold("Coulomb in one element", float(excess.max()), COULOMB_ELEMENT * float(bound.max()))
+    rubbed = float((shear * speed).sum())
+    work, dissipated = _work(problem, state, grid, traction, pressure), float(flux.sum()) * grid.element_area
+    scale = max(rubbed * grid.element_area, abs(work), dissipated)
+    hold("slip across the traction", (rubbed - float((traction * slip).sum())) * grid.element_area, DIRECTION * scale)
+    hold("heat flux < 0", float(-flux.min()), 0.0)
+    hold("power balance", abs(dissipated - work), BALANCE * max(abs(work), dissipated))
+    if not problem.heating.conducts:
+        for body in ("lower", "upper"):
+            rise = fields.get(f"temperature_rise_{body}")
+            if rise is not None:
+                hold(f"temperature of the {body} body < 0", float(-rise.min()), COLD * float(rise.max()))
+    force = traction.sum(axis=(1, 2)) * grid.element_area
+    for axis, got, wanted in zip("xy", force, (problem.motion.force_x, problem.motion.force_y), strict=True):
+        if wanted is not None:
+            hold(f"force along {axis}", abs(got - wanted), FORCE * problem.traction_limit)
+        reported = scalars[f"force_{axis}_N"]
+        if not math.isfinite(reported):
+            found.append(f"force_{axis}_N is {reported}")
+    return found
+
+
+def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> float:
+    """Power over V that the motion puts in: ξ·F + ξ_φ M_z, and for dissimilar bodies what the pressure's moment adds."""
+    motion = problem.motion
+    slip = np.zeros_like(traction)
+    slip[0] = state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x
+    slip[1] = state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y
+    slip[0] -= motion.spin * grid.y[None, :]
+    slip[1] += motion.spin * grid.x[:, None]
+    derived = DerivedQuantities(problem)
+    if derived.dissimilar:
+        slip -= NormalShearCoupling(grid, derived.coupling_constant).stretch(pressure)
+    return float((traction * slip).sum()) * grid.element_area
+
+
+def _grid(result: Result) -> Grid:
+    return DerivedQuantities(result.problem).grid((len(result.x), len(result.y)), result.work["extent"])

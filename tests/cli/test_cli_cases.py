@@ -1,0 +1,134 @@
+"""`validate`, `init`, `schema`, `show` through the real entry point: exit codes and streams."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
+
+TEMPLATES = ("article", "wheel-rail", "ball-bearing", "traction-drive")
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "two spheres.toml"
+    path.write_text(THERMAL)
+    return path
+
+
+@pytest.fixture
+def invalid(tmp_path: Path) -> Path:
+    path = tmp_path / "bad.toml"
+    path.write_text(MECHANICAL.replace("normal_N = 65.0", "normal_N = -65.0").replace("0.28", "0.6"))
+    return path
+
+
+def test_validate_says_valid_on_standard_output(case: Path) -> None:
+    done = thermoroll("validate", case)
+    assert (done.returncode, done.stdout, done.stderr) == (0, f"{case}: valid\n", "")
+    assert thermoroll("validate", "-q", case).stdout == ""
+
+
+def test_validate_tells_all_errors_of_all_cases(case: Path, invalid: Path, tmp_path: Path) -> None:
+    done = thermoroll("validate", case, invalid, tmp_path / "none.toml")
+    assert done.returncode == 3
+    assert done.stdout == f"{case}: valid\n"
+    assert f"{invalid}:4:17: error: material.poisson_ratio = 0.6" in done.stderr
+    assert f"{invalid}:11:12: error: load.normal_N = -65.0" in done.stderr
+    assert "none.toml: error: no such file" in done.stderr
+    assert done.stderr.endswith("thermoroll: 3 errors\n")
+
+
+def test_validate_json(case: Path, invalid: Path) -> None:
+    done = call("validate", "--json", case, invalid)
+    assert done.returncode == 3
+    good, bad = (json.loads(line) for line in done.stdout.splitlines())
+    assert good == {"case": str(case), "valid": True, "errors": []}
+    assert [(error["key"], error["line"]) for error in bad["errors"]] == [("material.poisson_ratio", 4), ("load.normal_N", 11)]
+
+
+def test_validate_standard_input_and_overrides() -> None:
+    assert call("validate", "-", stdin=MECHANICAL).returncode == 0
+    done = call("validate", "-", "--set", "load.normal_N=-1", stdin=MECHANICAL)
+    assert done.returncode == 3
+    assert "--set load.normal_N=-1: error:" in done.stderr
+    assert "<stdin>: error" in call("validate", "-", stdin="").stderr
+    assert call("validate", "-", "--set", "load", stdin=MECHANICAL).returncode == 2
+
+
+def test_error_of_an_override_is_told_once(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "other.toml").write_text(MECHANICAL)
+    done = call("validate", case, tmp_path / "other.toml", "--set", "load.normal_N=-1")
+    assert done.stderr.count("error: load.normal_N") == 1
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_init_writes_a_valid_case(template: str, tmp_path: Path) -> None:
+    done = call("init", "my case.toml", "--template", template, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "")
+    assert "my case.toml" in done.stderr
+    assert (tmp_path / "my case.toml").read_text().startswith("#")
+    assert call("validate", tmp_path / "my case.toml").returncode == 0
+
+
+def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
+    assert thermoroll("init", "-q", cwd=tmp_path).stderr == ""
+    written = (tmp_path / "case.toml").read_text()
+    assert tomllib.loads(written)["rolling"]["speed_m_s"] == 200.0
+    (tmp_path / "case.toml").write_text("mine")
+    done = thermoroll("init", cwd=tmp_path)
+    assert done.returncode == 5
+    assert "--force" in done.stderr
+    assert (tmp_path / "case.toml").read_text() == "mine"
+    assert thermoroll("init", "--force", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "case.toml").read_text() == written
+    assert thermoroll("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
+    assert thermoroll("init", "--template", "nothing", cwd=tmp_path).returncode == 2
+
+
+def test_init_to_standard_output_pipes_into_validate(tmp_path: Path) -> None:
+    done = call("init", "-", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert list(tmp_path.iterdir()) == []
+    assert call("validate", "-", stdin=done.stdout).returncode == 0
+
+
+def test_schema_knows_every_key_unit_and_exclusion() -> None:
+    done = thermoroll("schema")
+    assert (done.returncode, done.stderr) == (0, "")
+    schema = json.loads(done.stdout)
+    tables = schema["$defs"]
+    assert tables["Load"]["properties"]["normal_N"]["unit"] == "N"
+    assert tables["Load"]["additionalProperties"] is False
+    assert sorted(schema["required"]) == ["geometry", "load", "material", "rolling"]
+    assert "null" not in done.stdout
+    for table in tables.values():
+        assert all("description" in entry or "$ref" in entry for entry in table["properties"].values())
+
+
+def test_show_has_inputs_numbers_and_plan(case: Path) -> None:
+    done = thermoroll("show", case)
+    assert (done.returncode, done.stderr) == (0, "")
+    for wanted in ("2.1e+11", "hertz_a_mm", "peclet_lower", "saturation_creepage", "skipped: ", "grid 16×16", "MiB"):
+        assert wanted in done.stdout
+
+
+def test_show_json(case: Path) -> None:
+    done = call("show", case, "--json", "--set", "rolling.speed_m_s=2")
+    (line,) = done.stdout.splitlines()
+    shown: dict[str, Any] = json.loads(line)
+    assert shown["inputs"]["motion"]["speed"] == 2.0
+    assert shown["grid"] == [16, 16]
+    assert shown["hertz_a_mm"] == pytest.approx(0.1858, rel=1e-3)
+    assert set(shown["skipped"]) | set(shown["run"]) >= {"tangential", "heat", "deformation"}
+
+
+def test_show_of_an_invalid_case(invalid: Path) -> None:
+    done = thermoroll("show", invalid)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "poisson_ratio" in done.stderr

@@ -1,0 +1,228 @@
+"""The command as a process: start-up, signals, closed and full outputs, odd environments."""
+
+from __future__ import annotations
+
+import os
+import pty
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import COMMAND, MECHANICAL, call, environment, thermoroll
+
+HEAVY = ("numpy", "scipy", "matplotlib", "h5py", "pyfftw", "rich")
+
+
+def test_help_version_and_bare_command() -> None:
+    for flag in ("--help", "-h"):
+        done = thermoroll(flag)
+        assert (done.returncode, done.stderr) == (0, "")
+        for command in ("run", "show", "validate", "init", "schema", "plot", "compare", "export"):
+            assert f"  {command} " in done.stdout
+            assert call(command, flag).returncode == 0
+    assert thermoroll("--version").stdout.startswith("thermoroll 0.")
+    bare = thermoroll()
+    assert (bare.returncode, bare.stdout) == (2, "")
+    assert "Commands:" in bare.stderr
+
+
+def test_misspelt_command_is_suggested() -> None:
+    done = thermoroll("validat")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "'validate'" in done.stderr
+
+
+def test_python_m_is_the_same_command() -> None:
+    done = subprocess.run([sys.executable, "-m", "thermoroll_cli", "--help"], capture_output=True, text=True)
+    assert done.stdout == thermoroll("--help").stdout
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["validate", "-"], ["schema"], ["init", "-"]])
+def test_light_commands_load_nothing_heavy(arguments: list[str]) -> None:
+    program = (
+        "import sys; from thermoroll_cli.cli.main import main; code = main(); "
+        f"print(code, *(name for name in {HEAVY} if name in sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program, *arguments], input=MECHANICAL, capture_output=True, text=True, check=True
+    )
+    assert done.stderr == "0\n"
+
+
+def test_help_takes_little_processor_time() -> None:
+    def measured() -> float:
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        subprocess.run([*COMMAND, "--help"], stdout=subprocess.DEVNULL, check=True)
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return (after.ru_utime + after.ru_stime) - (before.ru_utime + before.ru_stime)
+
+    assert min(measured() for _ in range(3)) < 0.3
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
+def test_signals_stop_without_a_trace(name: str, code: int, tmp_path: Path) -> None:
+    (tmp_path / "long.toml").write_text(MECHANICAL.replace("grid = 16", "grid = 1024"))
+    process = subprocess.Popen([*COMMAND, "run", "long.toml", "-v"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    line = process.stderr.readline()  # it is at work
+    process.send_signal(getattr(signal, name))
+    rest = process.stderr.read()
+    process.stderr.close()
+    assert process.wait(timeout=30) == code
+    assert line.startswith("long: ")
+    assert name in rest and "Traceback" not in rest
+    assert list((tmp_path / "results").iterdir()) == []
+
+
+def test_interrupted_at_any_moment(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    for delay in (0.15, 0.3, 0.45, 0.6):
+        process = subprocess.Popen([*COMMAND, "run", "case.toml", "-q"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        time.sleep(delay)
+        process.send_signal(signal.SIGINT)
+        _, error = process.communicate(timeout=30)
+        assert process.returncode in (130, 0)  # it may have been done
+        assert "Traceback" not in error
+        results = tmp_path / "results"
+        assert not results.exists() or not [path for path in results.iterdir() if path.suffix == ".part"]
+
+
+def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
+    script = f"trap '' INT; kill -INT 0; exec {' '.join(COMMAND)} --version"
+    done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, start_new_session=True)
+    assert done.returncode == 0
+
+
+def test_closed_standard_output(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    reading, writing = os.pipe()
+    os.close(reading)
+    for arguments in (["run", "case.toml", "-q", "--json", "--no-plots"], ["schema"], ["show", "case.toml"]):
+        done = subprocess.run([*COMMAND, *arguments], cwd=tmp_path, stdout=writing, stderr=subprocess.PIPE, text=True)
+        assert (done.returncode, done.stderr) == (141, "")
+    done = subprocess.run([*COMMAND, "--help"], stdout=writing, stderr=subprocess.PIPE, text=True)
+    assert (done.returncode, done.stderr) == (141, "")
+    os.close(writing)
+
+
+def test_head_reads_what_it_wants() -> None:
+    done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} schema | head -n 1"], capture_output=True, text=True)
+    assert (done.stdout, done.stderr) == ("{\n", "")
+
+
+def test_standard_streams_may_be_missing(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    for streams in (">&-", "2>&-", ">&- 2>&- <&-"):
+        done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} run case.toml --no-plots {streams}"], cwd=tmp_path)
+        assert done.returncode == 0
+    done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} validate - <&-"], capture_output=True, text=True)
+    assert done.returncode == 3
+    assert "standard input" in done.stderr or "<stdin>" in done.stderr
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_full_disk_behind_standard_output() -> None:
+    for arguments in (["schema"], ["--help"]):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+        assert done.returncode == 5
+        assert "No space left" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_no_home(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    done = thermoroll("run", "case.toml", "-q", cwd=tmp_path, env={"HOME": None, "XDG_CONFIG_HOME": None})
+    assert done.returncode == 0
+    assert list((tmp_path / "results").glob("*.png"))
+
+
+@pytest.mark.parametrize("locale", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "LANG": "C"}])
+def test_terminals_without_unicode(locale: dict[str, str], tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    assert thermoroll("run", "case.toml", "--no-plots", cwd=tmp_path, env=locale).returncode == 0
+
+
+def on_terminal(arguments: list[str], cwd: Path, **variables: str) -> str:
+    """What the command shows on a terminal."""
+    controller, terminal = pty.openpty()
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=cwd,
+        stdout=terminal,
+        stderr=terminal,
+        env=environment({"TERM": "xterm", "NO_COLOR": None, **variables}),
+    )
+    os.close(terminal)
+    shown = b""
+    while True:
+        try:
+            chunk = os.read(controller, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not chunk:
+            break
+        shown += chunk
+    os.close(controller)
+    process.wait(timeout=30)
+    return shown.decode()
+
+
+def test_colour_on_terminals_only_and_never_with_no_color(tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text("load = 3\n")
+    assert "\x1b[1;31merror:" in on_terminal(["validate", "bad.toml"], tmp_path)
+    assert "\x1b" not in on_terminal(["validate", "bad.toml"], tmp_path, NO_COLOR="1")
+    assert "\x1b" not in on_terminal(["validate", "bad.toml"], tmp_path, TERM="dumb")
+    assert "\x1b" not in thermoroll("validate", "bad.toml", cwd=tmp_path).stderr
+
+
+def test_progress_redraws_on_terminals_only(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    arguments = ["run", "case.toml", "--no-plots"]
+    assert "\r\x1b[K" in on_terminal(arguments, tmp_path)
+    assert "\r\x1b[K" not in on_terminal([*arguments, "-q"], tmp_path)
+    assert "\r\x1b[K" not in on_terminal(arguments, tmp_path, TERM="dumb")
+    assert "\x1b" not in thermoroll(*arguments, cwd=tmp_path).stderr
+
+
+def test_completion_is_offered() -> None:
+    done = thermoroll(env={"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": "thermoroll va", "COMP_CWORD": "1"})
+    assert done.stdout.strip() == "validate"
+
+
+def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    from thermoroll_cli.cli.main import main
+    from thermoroll_cli.refinement import solve
+
+    def broken(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("by nothing")
+
+    monkeypatch.setattr(solve, "solve", broken)
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    arguments = ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]
+    for extra, traced in (([], False), (["-v"], True)):
+        monkeypatch.setattr(sys, "argv", ["thermoroll", *arguments, *extra])
+        assert main() == 1
+        captured = capsys.readouterr()
+        assert "this is a bug in thermoroll, please report it: ZeroDivisionError: by nothing" in captured.err
+        assert ("Traceback" in captured.err) is traced
+        assert captured.out == ""
+
+
+def test_too_little_memory_is_no_bug(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    from thermoroll_cli.cli.main import main
+    from thermoroll_cli.refinement import solve
+
+    def greedy(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(solve, "solve", greedy)
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    assert main(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]) == 5
+    assert "not enough memory" in capsys.readouterr().err

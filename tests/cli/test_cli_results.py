@@ -1,0 +1,92 @@
+"""`plot`, `compare`, `export` through the real entry point."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, call, thermoroll
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with two results that differ."""
+    folder = tmp_path_factory.mktemp("results")
+    for name, creepage in (("a", "0.003"), ("b", "0.002")):
+        (folder / f"{name}.toml").write_text(MECHANICAL.replace("0.003", creepage))
+        assert thermoroll("run", f"{name}.toml", "--no-plots", "-q", "-o", ".", cwd=folder).returncode == 0
+    return folder
+
+
+def test_plot_prints_what_it_wrote(results: Path, tmp_path: Path) -> None:
+    done = thermoroll("plot", results / "a.h5", results / "b.h5", "-o", tmp_path / "pictures", "--format", "svg")
+    assert (done.returncode, done.stderr) == (0, "")
+    written = [Path(line) for line in done.stdout.splitlines()]
+    assert sorted(written) == sorted((tmp_path / "pictures").iterdir())
+    assert {path.suffix for path in written} == {".svg"}
+    assert {path.name[0] for path in written} == {"a", "b"}
+
+
+def test_plot_writes_beside_the_result(results: Path, tmp_path: Path) -> None:
+    (tmp_path / "a.h5").write_bytes((results / "a.h5").read_bytes())
+    done = call("plot", "a.h5", "--normalised", "-q", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (0, "")
+    assert len(list(tmp_path.glob("a_*.png"))) >= 3
+
+
+def test_compare_of_equals(results: Path) -> None:
+    done = call("compare", results / "a.h5", results / "a.h5", "--rtol", "0")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "all within 0" in done.stdout
+
+
+def test_compare_outside_tolerance(results: Path) -> None:
+    done = thermoroll("compare", results / "a.h5", results / "b.h5", "--rtol", "1e-3")
+    assert (done.returncode, done.stderr) == (6, "")
+    assert "Q_F_W" in done.stdout and "outside" in done.stdout
+    assert thermoroll("compare", results / "a.h5", results / "b.h5", "--rtol", "1e9", "-q").returncode == 0
+    assert thermoroll("compare", results / "a.h5", results / "b.h5", "-q").stdout == ""
+    everything = thermoroll("compare", results / "a.h5", results / "b.h5", "--rtol", "1e9", "-v")
+    assert everything.returncode == 0 and "pressure" in everything.stdout
+
+
+def test_compare_json(results: Path) -> None:
+    done = call("compare", results / "a.h5", results / "b.h5", "--json")
+    assert done.returncode == 6
+    (line,) = done.stdout.splitlines()
+    comparison = json.loads(line)
+    assert comparison["within"] is False
+    rows = {row["name"]: row for row in comparison["rows"]}
+    assert rows["Q_F_W"]["within"] is False
+    assert rows["hertz_a_mm"]["within"] is True
+
+
+@pytest.mark.parametrize("rtol", ["-1", "nan", "inf", "small"])
+def test_compare_needs_a_tolerance(results: Path, rtol: str) -> None:
+    assert call("compare", results / "a.h5", results / "a.h5", "--rtol", rtol).returncode == 2
+
+
+def test_export_xdmf_and_csv(results: Path, tmp_path: Path) -> None:
+    for suffix, wanted in (("csv", "pressure_MPa"), ("xdmf", "<Xdmf")):
+        done = thermoroll("export", results / "a.h5", "--format", suffix, "-o", tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout == f"{tmp_path / f'a.{suffix}'}\n"
+        assert wanted in (tmp_path / f"a.{suffix}").read_text()
+    assert thermoroll("export", results / "a.h5").returncode == 2
+    assert thermoroll("export", results / "a.h5", "--format", "doc").returncode == 2
+
+
+@pytest.mark.parametrize("command", [["plot"], ["compare", "{a}"], ["export", "--format", "csv"]])
+def test_files_that_are_no_results(command: list[str], results: Path, tmp_path: Path) -> None:
+    whole = (results / "a.h5").read_bytes()
+    (tmp_path / "truncated.h5").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "text.h5").write_text("no HDF5")
+    (tmp_path / "empty.h5").write_text("")
+    arguments = [part.format(a=results / "a.h5") for part in command]
+    for name in ("truncated.h5", "text.h5", "empty.h5", "missing.h5", "."):
+        done = call(*arguments, tmp_path / name, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (5, "")
+        assert done.stderr.startswith("thermoroll: error: ")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.h5", "text.h5", "truncated.h5"]

@@ -1,0 +1,180 @@
+"""`run` through the real entry point: files, streams, exit codes."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+
+HOPELESS = (THERMAL + '[thermal]\npeclet = "stationary"\n').replace("speed_m_s = 1.0", "speed_m_s = 1e4")
+"""Far beyond the heat for which there is a steady state."""
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "two spheres.toml"
+    path.write_text(MECHANICAL)
+    return path
+
+
+def strict(line: str) -> dict[str, Any]:
+    """One JSON object; NaN and Infinity, which Python would accept, are not JSON."""
+    return dict(json.loads(line, parse_constant=lambda name: pytest.fail(f"{name} is not JSON")))
+
+
+def test_run_writes_files_and_a_table(case: Path, tmp_path: Path) -> None:
+    done = thermoroll("run", case, "--set", "numerics.grid=32", cwd=tmp_path)  # two grids, so there are estimates
+    assert done.returncode == 0
+    assert "converged" in done.stdout and "Q_F_W" in done.stdout and "±" in done.stdout
+    assert "grid 32×32" in done.stderr
+    names = {path.name for path in (tmp_path / "results").iterdir()}
+    assert "two spheres.h5" in names
+    assert any(name.endswith(".png") for name in names)
+    assert all(name.startswith("two spheres") for name in names)
+    stored = read_result(tmp_path / "results" / "two spheres.h5")
+    assert stored.case_text == MECHANICAL
+    assert stored.attributes["command_line"] == f"thermoroll run '{case}' --set numerics.grid=32"
+
+
+def test_json_is_one_line_and_nothing_else(case: Path, tmp_path: Path) -> None:
+    done = thermoroll("run", case, "--json", "--no-plots", "-o", "o", cwd=tmp_path)
+    (line,) = done.stdout.splitlines()
+    result = strict(line)
+    # A mechanical case: what needs heat is left out or null.
+    assert set(result) | {"temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "thermal_displacement_max_um"} >= {
+        *SCALARS,
+        *HERTZ_SCALARS,
+    }
+    assert result["peclet_lower"] is None
+    assert result["status"] == "converged"
+    assert {"reason", "isothermal", "error", "work", "warnings"} <= set(result)
+    assert result["name"] == "two spheres"
+    assert result["files"] == ["o/two spheres.h5"]
+    assert [path.name for path in (tmp_path / "o").iterdir()] == ["two spheres.h5"]
+
+
+def test_quiet_and_verbose(case: Path, tmp_path: Path) -> None:
+    quiet = call("run", case, "-q", "--no-plots", cwd=tmp_path)
+    assert (quiet.returncode, quiet.stdout, quiet.stderr) == (0, "", "")
+    quiet_json = call("run", case, "-q", "--json", "--no-plots", cwd=tmp_path)
+    assert quiet_json.stderr == "" and len(quiet_json.stdout.splitlines()) == 1
+    normal = call("run", case, "--no-plots", cwd=tmp_path)
+    verbose = call("run", case, "-v", "--no-plots", cwd=tmp_path)
+    assert "power_balance_error" in verbose.stdout and "power_balance_error" not in normal.stdout
+    assert len(verbose.stderr.splitlines()) >= len(normal.stderr.splitlines())
+
+
+def test_several_cases_and_standard_input(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "zwei.toml").write_text(MECHANICAL)
+    done = call("run", case, "zwei.toml", "-", "--json", "--no-plots", cwd=tmp_path, stdin=MECHANICAL)
+    assert [strict(line)["name"] for line in done.stdout.splitlines()] == ["two spheres", "zwei", "stdin"]
+    assert {path.name for path in (tmp_path / "results").iterdir()} == {"two spheres.h5", "zwei.h5", "stdin.h5"}
+
+
+def test_set_changes_the_case(case: Path, tmp_path: Path) -> None:
+    done = call("run", case, "--set", "creepage.longitudinal=0", "--json", "--no-plots", cwd=tmp_path)
+    result = strict(done.stdout)
+    assert result["force_x_N"] == 0.0
+    stored = read_result(tmp_path / "results" / "two spheres.h5")
+    assert json.loads(stored.case_json)["creepage"]["longitudinal"] == 0.0
+
+
+def test_a_result_carries_its_case(case: Path, tmp_path: Path) -> None:
+    first = strict(call("run", case, "--set", "load.normal_N=50", "--json", "--no-plots", cwd=tmp_path).stdout)
+    done = call("run", "--from", "results/two spheres.h5", "-o", "again", "--json", "--no-plots", cwd=tmp_path)
+    again = strict(done.stdout)
+    assert done.returncode == 0
+    assert {name: again[name] for name in SCALARS if name in again} == {name: first[name] for name in SCALARS if name in first}
+    assert call("run", "--from", case, cwd=tmp_path).returncode == 5
+
+
+def test_threads_do_not_change_the_result(case: Path, tmp_path: Path) -> None:
+    for threads in ("1", "2"):
+        call("run", case, "--threads", threads, "--no-plots", "-q", "-o", threads, cwd=tmp_path)
+    done = call("compare", "1/two spheres.h5", "2/two spheres.h5", "--rtol", "0", cwd=tmp_path)
+    assert done.returncode == 0
+    assert call("run", case, "--threads", "0", cwd=tmp_path).returncode == 2
+
+
+def test_picture_options(case: Path, tmp_path: Path) -> None:
+    done = call("run", case, "--format", "svg", "--normalised", "-q", cwd=tmp_path)
+    assert done.returncode == 0
+    assert {path.suffix for path in (tmp_path / "results").iterdir()} == {".h5", ".svg"}
+    call("run", case, "--set", "output.plots=false", "-q", "-o", "none", cwd=tmp_path)
+    assert {path.suffix for path in (tmp_path / "none").iterdir()} == {".h5"}
+    assert call("run", case, "--format", "gif", cwd=tmp_path).returncode == 2
+
+
+def test_invalid_case_stops_everything_before_it_starts(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "bad.toml").write_text(MECHANICAL.replace("normal_N = 65.0", "normal_kN = 65.0"))
+    done = thermoroll("run", case, "bad.toml", "missing.toml", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert 'did you mean "normal_N"' in done.stderr and "missing.toml: error: no such file" in done.stderr
+    assert done.stderr.endswith("2 errors; nothing was computed\n")
+    assert not (tmp_path / "results").exists()
+
+
+def test_usage_errors(case: Path, tmp_path: Path) -> None:
+    for arguments in ([], [case, "--set", "load.normal_N"], [case, "--no-such-option"], [case, "--threads", "many"]):
+        done = call("run", *arguments, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_two_cases_of_one_name(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / case.name).write_text(MECHANICAL)
+    done = call("run", case, tmp_path / "other" / case.name, cwd=tmp_path)
+    assert done.returncode == 2
+    assert "two spheres.h5" in done.stderr
+    assert not (tmp_path / "results").exists()
+
+
+def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "hot.toml").write_text(HOPELESS)
+    done = thermoroll("run", "hot.toml", case, "--json", "--no-plots", cwd=tmp_path)
+    assert done.returncode == 4
+    hot, fine = (strict(line) for line in done.stdout.splitlines())
+    assert (hot["status"], fine["status"]) == ("not_converged", "converged")
+    assert hot["reason"] and hot["reason"] in done.stderr
+    assert read_result(tmp_path / "results" / "hot.h5").converged is False
+    table = thermoroll("run", "hot.toml", "--no-plots", cwd=tmp_path)
+    assert table.returncode == 4
+    assert "NOT CONVERGED" in table.stdout
+
+
+def test_places_that_cannot_be_written(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for place in ("file", "file/below", "/proc/nowhere", "/dev/null"):
+        done = call("run", case, "-o", place, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (5, "")
+        assert place in done.stderr
+    (tmp_path / "results" / "two spheres.h5").mkdir(parents=True)
+    done = call("run", case, "--json", "--no-plots", cwd=tmp_path)
+    assert done.returncode == 5
+    assert strict(done.stdout)["files"] == []  # the numbers are not lost
+    assert not any(path.suffix == ".part" for path in (tmp_path / "results").iterdir())
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
+def test_read_only_folder(case: Path, tmp_path: Path) -> None:
+    (tmp_path / "locked").mkdir(mode=0o500)
+    assert call("run", case, "-o", "locked", cwd=tmp_path).returncode == 5
+
+
+def test_paths_with_spaces_and_unicode(tmp_path: Path) -> None:
+    path = tmp_path / "Fälle 漢字" / "ä b.toml"
+    path.parent.mkdir()
+    path.write_text(MECHANICAL.replace("Two spheres", "Zwei Kugeln µ"), encoding="utf-8")
+    done = call("run", path, "-o", tmp_path / "aus gabe", "--json", "--no-plots")
+    assert done.returncode == 0
+    assert strict(done.stdout)["title"] == "Zwei Kugeln µ"
+    assert (tmp_path / "aus gabe" / "ä b.h5").exists()

@@ -1,0 +1,319 @@
+"""Faults that the tests of single commands leave out: see the table in docs/stress.md."""
+
+from __future__ import annotations
+
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import COMMAND, MECHANICAL, call, environment, thermoroll
+from thermoroll_cli.files.result.hdf5 import read_result
+
+QUICK = ("run", "case.toml", "--no-plots", "-q")
+NOBODY = 65534
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a case in it."""
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    return tmp_path
+
+
+def names(path: Path) -> set[str]:
+    """What a listing of `path` shows; hidden files are nobody's result."""
+    return {item.name for item in path.iterdir() if not item.name.startswith(".")} if path.exists() else set()
+
+
+def leftovers(path: Path) -> list[str]:
+    return [item.name for item in path.iterdir() if item.name.startswith(".")] if path.exists() else []
+
+
+# --- signals --------------------------------------------------------------------------------------------------------
+
+HELD = """
+import os, sys, time
+from thermoroll_cli.cli.main import main
+from thermoroll_cli.files import atomic
+
+held = getattr(atomic.os, {step!r})
+
+def hold(*arguments):
+    print("writing", flush=True)
+    time.sleep(60)
+    return held(*arguments)
+
+setattr(atomic.os, {step!r}, hold)
+sys.exit(main())
+"""
+
+
+@contextmanager
+def writing(folder: Path, step: str, *arguments: str) -> Iterator[subprocess.Popen[str]]:
+    """A process that runs the case and has got as far as `step` of writing its file."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", HELD.format(step=step), *arguments],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment({}),
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline() == "writing\n"
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize("step", ["fsync", "replace"])
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129), ("SIGKILL", -9)])
+def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder: Path) -> None:
+    """The old file stays whole, nothing new has its name, and the next run is not disturbed."""
+    results = folder / "results"
+    results.mkdir()
+    (results / "case.h5").write_bytes(b"old")
+    with writing(folder, step, *QUICK) as process:
+        process.send_signal(getattr(signal, name))
+        out, err = process.communicate(timeout=20)
+        assert process.returncode == code
+    assert "Traceback" not in err and out == ""
+    assert names(results) == {"case.h5"}
+    assert (results / "case.h5").read_bytes() == b"old"
+    if name != "SIGKILL":  # which leaves a process no time to clean up
+        assert name in err
+        assert leftovers(results) == []
+    elif step == "fsync":
+        assert call(*QUICK, cwd=folder).returncode == 0
+        assert read_result(results / "case.h5").converged
+
+
+def test_killed_at_any_moment(folder: Path) -> None:
+    """Whatever has a final name is whole."""
+    arguments = [*COMMAND, "run", "case.toml", "-q", "--set", "numerics.grid=32"]
+    for delay in (0.1, 0.3, 0.5, 0.7, 0.9, 1.2):
+        results = folder / "results"
+        process = subprocess.Popen(arguments, cwd=folder, stderr=subprocess.PIPE, text=True)
+        time.sleep(delay)
+        process.kill()
+        assert "Traceback" not in process.communicate(timeout=20)[1]
+        for name in names(results):
+            if name.endswith(".h5"):
+                assert read_result(results / name).converged
+            else:
+                assert (results / name).read_bytes().endswith(b"IEND\xaeB`\x82"), "a whole picture"
+        shutil.rmtree(results, ignore_errors=True)
+
+
+def test_a_second_interrupt_while_cleaning_up(folder: Path) -> None:
+    with writing(folder, "fsync", *QUICK) as process:
+        for _ in range(3):
+            process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=20)
+    assert process.returncode in (130, -signal.SIGINT)
+    assert "Traceback" not in err and out == ""
+    assert names(folder / "results") == set()
+
+
+# --- disks ----------------------------------------------------------------------------------------------------------
+
+
+def limited(folder: Path, size: int, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """The command where no file may grow beyond `size` bytes: to it, that is a disk that fills up."""
+    done = subprocess.run(
+        [*COMMAND, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=60, env=environment({}),
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)),
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr and "bug" not in done.stderr
+    return done
+
+
+def test_no_room_for_a_result(folder: Path) -> None:
+    done = limited(folder, 4096, "run", "case.toml", "--no-plots", "--json")
+    assert done.returncode == 5
+    assert "cannot write results/case.h5" in done.stderr
+    assert '"files": []' in done.stdout and '"status": "converged"' in done.stdout  # what was computed is not lost
+    assert names(folder / "results") == set() and leftovers(folder / "results") == []
+
+
+def test_no_room_for_other_files(folder: Path) -> None:
+    assert call(*QUICK, cwd=folder).returncode == 0
+    before = (folder / "results" / "case.h5").read_bytes()
+    for arguments in (
+        ["plot", "results/case.h5"],
+        ["export", "results/case.h5", "--format", "csv"],
+        ["init", "new.toml"],
+    ):
+        done = limited(folder, 512, *arguments)
+        assert (done.returncode, done.stdout) == (5, ""), arguments
+        assert "cannot write" in done.stderr
+    assert names(folder / "results") == {"case.h5"} and names(folder) == {"case.toml", "results"}
+    assert leftovers(folder) == leftovers(folder / "results") == []
+    assert (folder / "results" / "case.h5").read_bytes() == before
+
+
+def test_no_room_for_a_picture_keeps_the_result(folder: Path) -> None:
+    assert call(*QUICK, cwd=folder).returncode == 0
+    size = (folder / "results" / "case.h5").stat().st_size
+    largest = max(size + 64, 8192)
+    done = limited(folder, largest, "run", "case.toml", "-o", "tight")
+    assert read_result(folder / "tight" / "case.h5").converged
+    if done.returncode != 0:
+        assert done.returncode == 5 and "cannot write tight" in done.stderr
+    assert leftovers(folder / "tight") == []
+    for name in names(folder / "tight") - {"case.h5"}:
+        assert (folder / "tight" / name).read_bytes().endswith(b"IEND\xaeB`\x82")
+
+
+@pytest.fixture
+def shared() -> Iterator[Path]:
+    """A folder that every user of this machine can reach."""
+    path = Path(tempfile.mkdtemp())
+    path.chmod(0o755)
+    yield path
+    shutil.rmtree(path)
+
+
+@contextmanager
+def anybody() -> Iterator[None]:
+    """Not root for a while, who may write anywhere."""
+    if os.geteuid() != 0:
+        yield
+        return
+    group = os.getegid()
+    os.setegid(NOBODY)
+    os.seteuid(NOBODY)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+        os.setegid(group)
+
+
+@pytest.mark.parametrize("command", [["run"], ["sweep", "--over", "creepage.longitudinal=1e-3,2e-3"]])
+def test_read_only_folder(command: list[str], shared: Path) -> None:
+    arguments = (command[0], "case.toml", *command[1:], "--no-plots", "-o")
+    (shared / "case.toml").write_text(MECHANICAL)
+    (shared / "locked").mkdir(mode=0o555)
+    # Once as ourselves: nobody else may be able to read the program.
+    assert call(*arguments, "open", cwd=shared).returncode == 0
+    with anybody():
+        done = call(*arguments, "locked", cwd=shared)
+    assert (done.returncode, done.stdout) == (5, "")
+    assert "locked" in done.stderr and "bug" not in done.stderr
+    assert list((shared / "locked").iterdir()) == []
+
+
+# --- inputs ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [["run"], ["show"], ["validate"], ["sweep", "--over", "load.normal_N=1,2"]])
+def test_case_files_that_are_no_text(command: list[str], tmp_path: Path) -> None:
+    (tmp_path / "latin.toml").write_bytes(MECHANICAL.replace("Two", "Zwölf").encode("latin-1"))
+    done = call(command[0], "latin.toml", *command[1:], cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "latin.toml:1:" in done.stderr and "not UTF-8 text" in done.stderr
+    assert names(tmp_path) == {"latin.toml"}
+
+
+def test_a_case_of_100_megabytes(tmp_path: Path) -> None:
+    """Refused at once, from a file or a pipe, whatever it holds."""
+    huge = MECHANICAL + "# a comment of a hundred megabytes\n" * 3_000_000
+    (tmp_path / "huge.toml").write_text(huge)
+    for arguments, stdin in ((["run", "huge.toml"], ""), (["validate", "-"], huge)):
+        start = time.perf_counter()
+        done = call(*arguments, cwd=tmp_path, stdin=stdin)
+        assert time.perf_counter() - start < 5.0
+        assert (done.returncode, done.stdout) == (3, "")
+        assert "too large" in done.stderr
+    assert names(tmp_path) == {"huge.toml"}
+
+
+def test_a_result_cut_anywhere(folder: Path) -> None:
+    assert call(*QUICK, cwd=folder).returncode == 0
+    whole = (folder / "results" / "case.h5").read_bytes()
+    (folder / "foreign.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(2000))
+    for share in (0.0, 0.001, 0.1, 0.5, 0.9, 0.999):
+        (folder / "cut.h5").write_bytes(whole[: int(share * len(whole))])
+        for arguments in (
+            ["plot", "cut.h5"],
+            ["plot", "foreign.h5"],
+            ["compare", "results/case.h5", "cut.h5"],
+            ["compare", "foreign.h5", "results/case.h5"],
+            ["export", "cut.h5", "--format", "xdmf"],
+            ["run", "--from", "cut.h5"],
+        ):
+            done = call(*arguments, cwd=folder)
+            assert (done.returncode, done.stdout) == (5, ""), (share, arguments)
+            assert ".h5" in done.stderr and "Traceback" not in done.stderr and "bug" not in done.stderr
+    assert names(folder) == {"case.toml", "cut.h5", "foreign.h5", "results"}
+
+
+def test_odd_names_everywhere(tmp_path: Path) -> None:
+    place = tmp_path / "Ordner mit Leerzeichen – 漢字 🚂"
+    place.mkdir()
+    (place / "fälle #1 (µ=0.3).toml").write_text(MECHANICAL, encoding="utf-8")
+    case, out = place / "fälle #1 (µ=0.3).toml", place / "aus gabe"
+    sweep = ("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", place / "swe ep")
+    for arguments in (("run", case, "--no-plots", "-o", out), sweep, (*sweep, "--resume")):
+        assert thermoroll(*arguments).returncode == 0
+    result = out / "fälle #1 (µ=0.3).h5"
+    assert call("plot", result).returncode == 0
+    assert call("compare", result, result).returncode == 0
+    assert call("export", result, "--format", "xdmf").returncode == 0
+    assert len(list(out.glob("*.png"))) > 1 and len(list(out.glob("*.xdmf"))) > 0
+
+
+def test_names_that_are_not_unicode(tmp_path: Path) -> None:
+    """Linux allows any bytes in a name."""
+    path = tmp_path / os.fsdecode(b"k\xf6rper.toml")
+    try:
+        path.write_text(MECHANICAL)
+    except OSError:
+        pytest.skip("this file system wants Unicode")
+    arguments = [*COMMAND, "run", path, "--no-plots", "-o", tmp_path / "out"]
+    done = subprocess.run(arguments, capture_output=True, env=environment({}))
+    assert (done.returncode, done.stderr.count(b"Traceback")) == (0, 0)
+    assert read_result(tmp_path / "out" / os.fsdecode(b"k\xf6rper.h5")).converged
+
+
+# --- surroundings ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("home", [None, "case.toml"])
+def test_a_home_that_is_missing_or_useless(home: str | None, folder: Path) -> None:
+    gone = dict.fromkeys(("XDG_CONFIG_HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "TMPDIR", "USER", "LOGNAME"))
+    done = thermoroll("run", "case.toml", "-q", cwd=folder, env={**gone, "HOME": home and str(folder / home)})
+    assert (done.returncode, done.stdout) == (0, "")
+    assert list((folder / "results").glob("*.png"))
+    assert home or done.stderr == ""  # where it keeps its fonts without a home, matplotlib tells by itself
+
+
+def test_no_terminal_at_all(folder: Path) -> None:
+    """As started by cron: a session without a terminal, nothing on standard input, hardly any environment."""
+    done = subprocess.run(
+        [*COMMAND, "run", "case.toml", "--no-plots"], cwd=folder, stdin=subprocess.DEVNULL, capture_output=True, text=True,
+        start_new_session=True, env={"PATH": os.defpath},
+    )  # fmt: skip
+    assert done.returncode == 0 and "converged" in done.stdout
+    assert all(character not in done.stdout + done.stderr for character in "\x1b\r")
+
+
+def test_a_reader_that_stops_reading_loses_no_result(folder: Path) -> None:
+    """`thermoroll run … | head -n 1`: results are written before they are printed."""
+    for name in "ab":
+        (folder / f"{name}.toml").write_text(MECHANICAL)
+    command = f"{' '.join(COMMAND)} run a.toml b.toml --no-plots | head -n 1"
+    done = subprocess.run(["sh", "-c", command], cwd=folder, capture_output=True, text=True, env=environment({}))
+    assert len(done.stdout.splitlines()) == 1
+    assert "Traceback" not in done.stderr and "bug" not in done.stderr
+    assert read_result(folder / "results" / "a.h5").converged
+    assert leftovers(folder / "results") == []

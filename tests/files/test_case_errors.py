@@ -1,0 +1,290 @@
+"""Everything that can be wrong with a case is told, with its place, what is allowed, and what was meant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL
+from thermoroll_cli.files.case.case import Case, CaseError, Override
+from thermoroll_cli.files.case.case_errors import Finding
+from thermoroll_cli.files.case.case_source import SIZE_LIMIT
+from thermoroll_cli.files.case.toml_positions import Span
+
+
+def findings(text: str, *overrides: str) -> tuple[Finding, ...]:
+    with pytest.raises(CaseError) as caught:
+        Case.parse(text, name="bad.toml", overrides=[Override.parse(override) for override in overrides])
+    return caught.value.findings
+
+
+def changed(key: str, line: str) -> str:
+    """The case with the line of `key` replaced."""
+    lines = MECHANICAL.splitlines()
+    return "\n".join(line if old.startswith(f"{key} ") else old for old in lines) + "\n"
+
+
+def line_of(text: str, start: str) -> str:
+    return f"line {[line.startswith(start) for line in text.splitlines()].index(True) + 1}"
+
+
+@pytest.mark.parametrize(
+    ("key", "line", "message", "allowed"),
+    [
+        ("normal_N", "normal_N = -65.0", "must be greater than 0", "1e-15 to 1e15, in N"),
+        ("normal_N", "normal_N = 0", "must be greater than 0", "1e-15"),
+        ("normal_N", "normal_N = nan", "nan is not a number", "1e-15"),
+        ("normal_N", "normal_N = inf", "must be finite", "1e-15"),
+        ("normal_N", "normal_N = true", "must be a number", "1e-15"),
+        ("normal_N", 'normal_N = "65"', "must be a number", "1e-15"),
+        ("normal_N", "normal_N = [65]", "must be a number", "1e-15"),
+        ("normal_N", "normal_N = 1979-05-27", "must be a number", "1e-15"),
+        ("normal_N", f"normal_N = 1{'0' * 400}", "must be finite", "1e-15"),
+        ("poisson_ratio", "poisson_ratio = 0.6", "above the allowed range", "from 0 to 0.5"),
+        ("poisson_ratio", "poisson_ratio = -0.1", "below the allowed range", "from 0 to 0.5"),
+        ("youngs_modulus_GPa", "youngs_modulus_GPa = 0.0", "must be greater than 0", "in GPa"),
+        ("friction_coefficient", "friction_coefficient = -0.1", "below the allowed range", "from 0 to 2"),
+        ("friction_coefficient", "friction_coefficient = 3", "above the allowed range", "from 0 to 2"),
+        ("speed_m_s", "speed_m_s = 0", "must be greater than 0", "in m/s"),
+        ("upper_radius_x_mm", "upper_radius_x_mm = 0.0", "must not be zero", "inf (flat)"),
+        ("upper_radius_x_mm", "upper_radius_x_mm = nan", "nan is not a number", "inf (flat)"),
+        ("upper_radius_x_mm", "upper_radius_x_mm = -inf", "outside the allowed range", "inf (flat)"),
+        ("upper_radius_x_mm", "upper_radius_x_mm = true", "must be a number", "inf (flat)"),
+        ("longitudinal", "longitudinal = inf", "must be finite", "-1e6 to 1e6"),
+        ("grid", "grid = 7", "outside the allowed range", "from 8 to 2048"),
+        ("grid", "grid = 2049", "outside the allowed range", "from 8 to 2048"),
+        ("grid", "grid = 16.0", "must be a whole number", "from 8 to 2048"),
+        ("grid", "grid = true", "must be a whole number", "from 8 to 2048"),
+        ("grid", "grid = [16]", "must be a whole number", "[nx, ny]"),
+        ("grid", "grid = [16, 4]", "outside the allowed range", "[nx, ny]"),
+        ("grid", "accuracy = 1.0", "above the allowed range", "1e-5 to 0.1"),
+        ("grid", "extent = 1.0", "below the allowed range", "1.2 to 6"),
+        ("title", "title = 3", "must be text in quotes", "one line"),
+        ("title", 'title = "a\\u001b[2Jb"', "one line without control characters", "one line"),
+        ("title", f'title = "{"a" * 201}"', "is too long", "200 characters"),
+    ],
+)
+def test_bad_values(key: str, line: str, message: str, allowed: str) -> None:
+    (finding,) = findings(changed(key, line))
+    number = MECHANICAL.splitlines().index(next(old for old in MECHANICAL.splitlines() if old.startswith(f"{key} "))) + 1
+    assert message in finding.message
+    assert allowed in finding.allowed
+    assert finding.source == "bad.toml"
+    assert finding.span is not None
+    assert (finding.span.line, finding.span.column) == (number, line.index("=") + 3)
+    assert finding.key.split(".")[-1] == line.split()[0]
+    assert (finding.value and line.endswith(finding.value)) or finding.value.endswith("…")
+
+
+@pytest.mark.parametrize(
+    ("table", "line", "hint"),
+    [
+        ("thermal", 'heat = "true"', "true and false are written without quotes"),
+        ("thermal", "heat = 1", ""),
+        ("thermal", 'peclet = "roling"', 'did you mean "rolling"?'),
+        ("thermal", "peclet = 3", ""),
+        ("thermal", "partition = 1.5", ""),
+        ("thermal", "partition = nan", ""),
+        ("thermal", 'partition = "match"', 'did you mean "matched"?'),
+        ("output", "plots = 0", ""),
+        ("force", 'lateral_N = "3,5"', "a number is written with a point"),
+    ],
+)
+def test_bad_values_of_optional_tables(table: str, line: str, hint: str) -> None:
+    (finding,) = findings(f"{MECHANICAL}[{table}]\n{line}\n")
+    assert finding.key == f"{table}.{line.split()[0]}"
+    assert finding.allowed
+    assert finding.hint.startswith(hint) and bool(finding.hint) == bool(hint)
+
+
+@pytest.mark.parametrize(
+    ("key", "line", "hint"),
+    [
+        ("normal_N", "normal_kN = 65", 'did you mean "normal_N"? The unit is part of the key: N, not kN'),
+        ("normal_N", "normal = 65", 'did you mean "normal_N"? The unit is part of the key: N, which is missing here'),
+        ("normal_N", "normal_n = 65", 'did you mean "normal_N"?'),
+        ("friction_coefficient", "friction_coeficient = 0.3", 'did you mean "friction_coefficient"?'),
+        ("youngs_modulus_GPa", "youngs_modulus_MPa = 210e3", 'did you mean "youngs_modulus_GPa"?'),
+        ("speed_m_s", "speed_km_h = 3.6", 'did you mean "speed_m_s"?'),
+        ("upper_radius_y_mm", "upper_radius_y_m = 0.03", 'did you mean "upper_radius_y_mm"?'),
+        ("longitudinal", "longitudinal_percent = 0.3", 'did you mean "longitudinal"?'),
+        ("longitudinal", "longitudinal_N = 3", "longitudinal_N belongs in [force]"),
+        ("longitudinal", "friction_coefficient = 3", "friction_coefficient belongs in [load]"),
+        ("longitudinal", "xyz = 3", "known here: longitudinal, lateral, spin_rad_mm"),
+        ("[numerics]", "[numeric]", 'did you mean "numerics"?'),
+        ("title", "normal_N = 3", "normal_N belongs in [load]"),
+        ("[load]", "[lod]", 'did you mean "load"?'),
+    ],
+)
+def test_unknown_keys(key: str, line: str, hint: str) -> None:
+    text = changed(key, line) if not key.startswith("[") else MECHANICAL.replace(key, line)
+    (finding,) = findings(text)  # one error: the key that is now missing is the misspelt one
+    assert finding.message == "unknown key"
+    assert finding.hint.startswith(hint)
+    assert finding.span is not None
+    assert text.splitlines()[finding.span.line - 1] == line
+
+
+def test_missing_keys_stand_at_their_table() -> None:
+    finding, other = findings(MECHANICAL.replace("normal_N = 65.0\nfriction_coefficient = 0.3\n", ""))
+    assert {finding.key, other.key} == {"load.normal_N", "load.friction_coefficient"}
+    assert finding.message == "is missing"
+    assert finding.line_text == "[load]"
+
+
+def test_missing_tables_name_their_keys() -> None:
+    all_of_them = findings("")
+    assert [finding.key for finding in all_of_them] == ["material", "geometry", "load", "rolling"]
+    assert "friction_coefficient" in all_of_them[2].hint
+
+
+@pytest.mark.parametrize("name", ["material", "geometry", "load", "thermal", "numerics", "output"])
+def test_tables_must_be_tables(name: str) -> None:
+    table = MECHANICAL.find(f"[{name}]")
+    end = MECHANICAL.find("\n[", table + 1)
+    text = f"{name} = 3\n" + (MECHANICAL if table < 0 else MECHANICAL[:table] + (MECHANICAL[end:] if end > 0 else ""))
+    (finding,) = findings(text)
+    assert finding.message == "must be a table"
+    assert finding.span == Span(1, len(name) + 4, 1)
+
+
+def test_convexity_lost_names_both_keys() -> None:
+    (finding,) = findings(changed("lower_radius_y_mm", "lower_radius_y_mm = -20.0"))
+    assert finding.key == "geometry.lower_radius_y_mm"
+    assert "convexity lost along y" in finding.message
+    assert "geometry.lower_radius_y_mm" in finding.message and "geometry.upper_radius_y_mm" in finding.message
+    (finding,) = findings(changed("upper_radius_x_mm", "upper_radius_x_mm = -30.0"))
+    assert finding.key == "geometry.upper_radius_x_mm"
+    (finding,) = findings(MECHANICAL.replace("radius_x_mm = 30.0", "radius_x_mm = inf"))
+    assert "both bodies are flat" in finding.message
+
+
+def test_force_beyond_friction_gives_both_numbers() -> None:
+    text = MECHANICAL.replace("[creepage]\nlongitudinal = 0.003\n", "[force]\nlongitudinal_N = 25.0\n")
+    finding = findings(text)[0]
+    assert finding.key == "force.longitudinal_N"
+    assert "25 N" in finding.message and "19.5 N" in finding.message
+    both = findings(MECHANICAL, "force.longitudinal_N=15", "force.lateral_N=15")
+    assert any("21.2132 N" in finding.message for finding in both)
+
+
+def test_creepage_and_force_of_one_direction() -> None:
+    for direction in ("longitudinal", "lateral"):
+        text = changed("longitudinal", f"{direction} = 0.0") + f"[force]\n{direction}_N = 1.0\n"
+        finding = findings(text)[0]
+        assert f"cannot be given together with creepage.{direction} ({line_of(text, f'{direction} =')})" in finding.message
+
+
+def test_grid_and_accuracy() -> None:
+    (finding,) = findings(MECHANICAL + "accuracy = 1e-3\n")
+    assert finding.key == "numerics.accuracy"
+    assert f"numerics.grid ({line_of(MECHANICAL, 'grid')})" in finding.message
+
+
+def test_heat_without_its_constants_names_them() -> None:
+    (finding,) = findings(MECHANICAL + "[thermal]\n")
+    assert "conductivity_W_mK, expansion_um_mK, diffusivity_mm2_s" in finding.message
+    (finding,) = findings(THERMAL.replace("expansion_um_mK = 11.7\n", ""))
+    assert finding.message.endswith("missing: expansion_um_mK")
+
+
+def test_materials_are_shared_or_separate() -> None:
+    each = "poisson_ratio = 0.28\n[material.lower]\nyoungs_modulus_GPa = 210\npoisson_ratio = 0.28\n"
+    messages = [finding.message for finding in findings(MECHANICAL.replace("poisson_ratio = 0.28\n", each))]
+    assert sum("cannot be given together" in message for message in messages) == 2
+    assert any("the other body has its own material" in message for message in messages)
+    (finding,) = findings(MECHANICAL.replace("[material]", "[material.upper]\nyoungs_modulus_GPa = 1\n[material.lower]"))
+    assert finding.key == "material.upper.poisson_ratio"
+
+
+def test_all_errors_at_once_in_the_order_of_the_file() -> None:
+    text = THERMAL.replace("= 0.28", "= 0.6").replace("normal_N", "normal_kN").replace("speed_m_s = 1.0", "speed_m_s = nan")
+    text += "[outputs]\nplots = true\n"
+    found = findings(text)
+    assert [finding.key for finding in found] == ["material.poisson_ratio", "load.normal_kN", "rolling.speed_m_s", "outputs"]
+
+
+def test_errors_of_overrides_point_at_them() -> None:
+    (finding,) = findings(MECHANICAL, "load.normal_N=-5")
+    assert finding.render().startswith("--set load.normal_N=-5: error: load.normal_N = -5: must be greater than 0")
+    (finding,) = findings(MECHANICAL, "load.normal_kN=5")
+    assert "--set load.normal_kN=5" in finding.render() and 'did you mean "normal_N"' in finding.hint
+    (finding,) = findings(MECHANICAL, "lod.normal_N=5")
+    assert "--set lod.normal_N=5" in finding.render()
+    (finding,) = findings(MECHANICAL, "load.normal_N.x=5")
+    assert "not a table" in finding.message
+
+
+@pytest.mark.parametrize(
+    ("text", "place", "hint"),
+    [
+        ("a = True\n", (1, 5), "small letters"),
+        ("a = 1,5\n", (1, 6), "written with a point"),
+        ("\n[load\n", (2, 6), "ends with ]"),
+        ("a = rolling\n", (1, 5), "in quotes"),
+        ("a =\n", (1, 4), "value is missing"),
+        ("a = 65 N\n", (1, 8), "unit is part of the key"),
+        ("a = .5\n", (1, 5), "digit before the point"),
+        ("a = 5.\n", (1, 6), "digit after the point"),
+        ("a: 5\n", (1, 2), "key = value"),
+        ("a = [1,", (1, 8), ""),
+        ("a = 1\na = 2\n", (2, 6), ""),
+    ],
+)
+def test_broken_toml(text: str, place: tuple[int, int], hint: str) -> None:
+    (finding,) = findings(text)
+    assert finding.message.startswith("broken TOML: ")
+    assert finding.span is not None
+    assert (finding.span.line, finding.span.column) == place
+    assert hint in finding.hint and bool(finding.hint) == bool(hint)
+
+
+@pytest.mark.parametrize("text", ["a = " + "[" * 100_000, "a = " + "1" * 10_000, "a." * 100_000 + "a = 1"])
+def test_absurd_toml(text: str) -> None:
+    assert findings(text)
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    def message(path: Path) -> str:
+        with pytest.raises(CaseError) as caught:
+            Case.read(path)
+        (finding,) = caught.value.findings
+        return finding.render()
+
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    assert "no such file" in message(tmp_path / "cas.toml")
+    assert "did you mean" in message(tmp_path / "cas.toml") and "case.toml" in message(tmp_path / "cas.toml")
+    assert "this is a folder" in message(tmp_path)
+    (tmp_path / "latin.toml").write_bytes('title = "x"\nü'.encode("latin-1"))
+    assert "latin.toml:2:1: error: not UTF-8 text: byte 0xfc" in message(tmp_path / "latin.toml")
+    (tmp_path / "result.h5").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(1000))
+    assert "this is an HDF5 file" in message(tmp_path / "result.h5")
+    with open(tmp_path / "large.toml", "wb") as stream:
+        stream.truncate(100_000_000)
+    assert "too large" in message(tmp_path / "large.toml")
+    (tmp_path / "just.toml").write_text(MECHANICAL + "#" * (SIZE_LIMIT - len(MECHANICAL)))
+    assert Case.read(tmp_path / "just.toml")
+
+
+def test_rendering_points_at_the_place() -> None:
+    finding = Finding("is wrong", "a.b", "3", "5", "try 5", "x.toml", Span(12, 6, 3), "b\t = 345")
+    assert finding.render().splitlines() == [
+        "x.toml:12:6: error: a.b = 3: is wrong",
+        "  12 | b  = 345",
+        "     |      ^^^",
+        "  allowed: 5",
+        "  help: try 5",
+    ]
+    assert "\x1b[" in finding.render(colour=True)
+
+
+def test_rendering_survives_any_line() -> None:
+    wide = Finding("m", source="s", span=Span(1, 3, 1), line_text="漢字x")
+    assert wide.render().splitlines()[-1] == "    |     ^"
+    long = Finding("m", source="s", span=Span(1, 5000, 3), line_text="a" * 10_000)
+    snippet, caret = long.render().splitlines()[1:]
+    assert len(snippet) < 120 and "^^^" in caret
+    escape = Finding("m\x1b[2J", source="s\n", span=Span(1, 1, 1), line_text="\x1b[2J")
+    assert "\x1b" not in escape.render()
+    assert Finding("m", source="s", span=Span(1, 9, 1), line_text="").render()

@@ -1,0 +1,198 @@
+"""A valid case becomes the right problem in SI units."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL
+from thermoroll_cli.files.case.case import Case, CaseError, Override, case_name
+from thermoroll_cli.files.case.case_hints import TABLES
+
+
+def parse(text: str, *overrides: str) -> Case:
+    return Case.parse(text, overrides=[Override.parse(override) for override in overrides])
+
+
+def test_units_are_converted_to_si() -> None:
+    text = THERMAL.replace("longitudinal = 0.003", "longitudinal = 0.003\nlateral = 0.001\nspin_rad_mm = 0.02")
+    problem = parse(text).problem
+    assert problem.title == "Two spheres"
+    assert problem.lower == problem.upper
+    assert problem.lower.youngs_modulus == 210e9
+    assert problem.lower.poisson_ratio == 0.28
+    assert problem.lower.conductivity == 50.2
+    assert problem.lower.expansion == pytest.approx(11.7e-6, rel=1e-15)
+    assert problem.lower.diffusivity == pytest.approx(10e-6, rel=1e-15)
+    assert problem.geometry.lower_radius_x == 0.03
+    assert problem.normal_force == 65.0
+    assert problem.friction == 0.3
+    assert problem.motion.speed == 1.0
+    assert (problem.motion.creepage_x, problem.motion.creepage_y) == (0.003, 0.001)
+    assert problem.motion.spin == 20.0
+    assert problem.numerics.grid == (16, 16)
+    assert problem.numerics.accuracy is None
+
+
+def test_radii_keep_their_places() -> None:
+    radii = ("lower_radius_x", "lower_radius_y", "upper_radius_x", "upper_radius_y")
+    case = parse(MECHANICAL, *(f"geometry.{name}_mm={n}" for n, name in enumerate(radii, start=1)))
+    assert [getattr(case.problem.geometry, name) for name in radii] == [0.001, 0.002, 0.003, 0.004]
+
+
+def test_flat_and_concave_radii() -> None:
+    geometry = parse(
+        MECHANICAL, "geometry.lower_radius_x_mm=inf", "geometry.lower_radius_y_mm=-32", "geometry.upper_radius_y_mm=30"
+    ).problem.geometry
+    assert geometry.lower_radius_x == math.inf
+    assert geometry.curvature_x == 1 / 0.03
+    assert 1 / geometry.curvature_y == pytest.approx(0.48)
+
+
+def test_everything_but_the_essentials_has_a_default() -> None:
+    text = MECHANICAL[: MECHANICAL.index("[creepage]")]
+    problem = parse(text).problem
+    assert (problem.motion.creepage_x, problem.motion.creepage_y, problem.motion.spin) == (0.0, 0.0, 0.0)
+    assert problem.numerics.grid is None
+    assert problem.numerics.accuracy == 1e-3
+    assert problem.numerics.extent == 2.2
+
+
+def test_heat_follows_the_thermal_constants_where_nothing_is_said() -> None:
+    assert not parse(MECHANICAL).problem.heating.heat
+    heating = parse(THERMAL).problem.heating
+    assert heating.heat and heating.deformation
+    assert (heating.peclet, heating.partition) == ("rolling", 0.5)
+    assert not parse(THERMAL, "thermal.heat=false").problem.heating.heat
+    assert not parse(MECHANICAL, "thermal.heat=false").problem.heating.heat
+
+
+def test_whole_numbers_are_numbers() -> None:
+    problem = parse(MECHANICAL, "load.normal_N=65", "rolling.speed_m_s=2").problem
+    assert isinstance(problem.normal_force, float)
+    assert isinstance(problem.motion.speed, float)
+
+
+def test_rectangular_grid() -> None:
+    assert parse(MECHANICAL, "numerics.grid=[16, 32]").problem.numerics.grid == (16, 32)
+
+
+def test_material_of_each_body() -> None:
+    shared = "[material]\nyoungs_modulus_GPa = 210.0\npoisson_ratio = 0.28\n"
+    each = shared.replace("[material]", "[material.lower]") + shared.replace("[material]", "[material.upper]")
+    split = parse(MECHANICAL.replace(shared, each))
+    assert split.problem == parse(MECHANICAL).problem
+    thermal = "conductivity_W_mK = {}\nexpansion_um_mK = 11.7\ndiffusivity_mm2_s = 10.0\n"
+    text = MECHANICAL.replace(
+        shared,
+        each.replace("[material.upper]", thermal.format(50) + "[material.upper]") + thermal.format(20),
+    )
+    problem = parse(text).problem
+    assert (problem.lower.conductivity, problem.upper.conductivity) == (50.0, 20.0)
+
+
+def test_override_replaces_and_adds() -> None:
+    case = parse(THERMAL, "load.normal_N=80", "creepage.lateral=.001", "thermal.peclet=stationary", "title=Other one")
+    assert case.problem.normal_force == 80.0
+    assert case.problem.motion.creepage_y == 0.001
+    assert case.problem.heating.peclet == "stationary"
+    assert case.problem.title == "Other one"
+    assert case.text == THERMAL
+
+
+@pytest.mark.parametrize("text", ["1\n[load]", "[1, 2", "a b"])
+def test_override_that_is_no_toml_value_is_text(text: str) -> None:
+    assert Override.parse(f"title={text}").value == text
+
+
+@pytest.mark.parametrize("text", ["load.normal_N", "=3", ""])
+def test_override_needs_key_and_value(text: str) -> None:
+    with pytest.raises(ValueError, match="key=value"):
+        Override.parse(text)
+
+
+def test_override_replaces_what_it_excludes() -> None:
+    assert parse(MECHANICAL, "numerics.accuracy=1e-2").problem.numerics.grid is None
+    with pytest.raises(CaseError, match="cannot be given together"):
+        parse(MECHANICAL, "numerics.accuracy=1e-2", "numerics.grid=32")
+
+
+def test_with_values() -> None:
+    case = parse(THERMAL).with_values({"rolling.speed_m_s": 5, "numerics.accuracy": 1e-2})
+    assert case.problem.motion.speed == 5.0
+    assert case.problem.numerics.grid is None
+    assert parse(THERMAL).with_values({}).settings == parse(THERMAL).settings
+    with pytest.raises(CaseError, match=r"load\.normal_N"):
+        case.with_values({"load.normal_N": -1})
+
+
+@pytest.mark.parametrize(
+    "text", [MECHANICAL, THERMAL, MECHANICAL.replace("lower_radius_y_mm = 30.0", "lower_radius_y_mm = inf")]
+)
+def test_resolved_case_gives_the_same_case(text: str) -> None:
+    case = parse(text)
+    assert Case.parse(case.to_toml()).settings == case.settings
+    assert Case.from_json(case.to_json()).settings == case.settings
+    resolved = json.loads(case.to_json(), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
+    assert resolved["numerics"] == {"grid": 16, "extent": 2.2}
+    assert resolved["creepage"] == {"longitudinal": 0.003, "lateral": 0.0, "spin_rad_mm": 0.0}
+
+
+def test_from_json_refuses_other_texts() -> None:
+    for text in ("", "{", "[1]", '"a"', "{}", '{"geometry": 3}'):
+        with pytest.raises(CaseError):
+            Case.from_json(text)
+
+
+def test_reading_files(tmp_path: Path) -> None:
+    path = tmp_path / "ein Fäll.v2.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + MECHANICAL.replace("\n", "\r\n").encode())
+    case = Case.read(path)
+    assert case.name == "ein Fäll.v2"
+    assert case.settings == parse(MECHANICAL).settings
+    assert case_name("-") == "stdin"
+
+
+def test_the_package_offers_case() -> None:
+    import thermoroll_cli
+
+    assert thermoroll_cli.Case is Case
+    with pytest.raises(AttributeError):
+        _ = thermoroll_cli.nothing  # type: ignore[attr-defined]
+
+
+def test_every_key_of_the_contract_is_known() -> None:
+    contract = {
+        "material": "youngs_modulus_GPa poisson_ratio conductivity_W_mK expansion_um_mK diffusivity_mm2_s lower upper",
+        "geometry": "lower_radius_x_mm lower_radius_y_mm upper_radius_x_mm upper_radius_y_mm",
+        "load": "normal_N friction_coefficient",
+        "rolling": "speed_m_s",
+        "creepage": "longitudinal lateral spin_rad_mm",
+        "force": "longitudinal_N lateral_N",
+        "thermal": "heat deformation peclet partition",
+        "numerics": "grid accuracy extent",
+        "output": "plots",
+    }
+    for table, keys in contract.items():
+        assert set(keys.split()) <= set(TABLES[table])
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["force.longitudinal_N=15"],
+        ["force.lateral_N=-3", "creepage.spin_rad_mm=0.01"],
+        ["thermal.partition=matched", "thermal.peclet=sliding"],
+    ],
+)
+def test_features_beyond_the_first_are_read(overrides: list[str]) -> None:
+    case = parse(THERMAL, *overrides)
+    motion, force = case.problem.motion, case.settings.force
+    assert (motion.force_x, motion.force_y) == (force.longitudinal_N, force.lateral_N)
+    assert (motion.creepage_x is None, motion.creepage_y is None) == (motion.force_x is not None, motion.force_y is not None)
+    assert case.problem.heating.partition == ("matched" if "matched" in overrides[0] else 0.5)
+    assert Case.parse(case.to_toml()).settings == case.settings
+    assert Case.from_json(case.to_json()).settings == case.settings

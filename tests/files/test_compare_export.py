@@ -1,0 +1,171 @@
+"""Differences between two results, and what other programs get to see of them."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+import os
+import pathlib
+from xml.etree import ElementTree
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.support import synthetic
+from thermoroll_cli.files.result.compare import Comparison, Row, compare_results
+from thermoroll_cli.files.result.export import export_csv, export_xdmf
+from thermoroll_cli.files.result.hdf5 import ResultFileError, StoredResult, read_result, write_result
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, Result
+
+
+def stored(path: pathlib.Path, result: Result) -> StoredResult:
+    write_result(path, result, case_text="", case_json="{}", command_line="")
+    return read_result(path)
+
+
+@pytest.fixture(scope="module")
+def reference(tmp_path_factory: pytest.TempPathFactory) -> StoredResult:
+    return stored(tmp_path_factory.mktemp("a") / "a.h5", synthetic.result((20, 16)))
+
+
+def with_scalars(result: StoredResult, **scalars: float | str) -> StoredResult:
+    return dataclasses.replace(result, summary={**result.summary, **scalars})
+
+
+def row(comparison: Comparison, name: str) -> Row:
+    return next(row for row in comparison.rows if row.name == name)
+
+
+def test_a_result_is_equal_to_itself(reference: StoredResult) -> None:
+    comparison = compare_results(reference, reference, rtol=0.0)
+    assert comparison.within and comparison.largest == 0.0 and not comparison.notes
+    names = [row.name for row in comparison.rows]
+    assert len(names) == len(set(names))
+    assert (set(SCALARS) | set(HERTZ_SCALARS)) & set(reference.summary) <= set(names)
+    assert {"isothermal." + name for name in reference.summary["isothermal"]} <= set(names)
+    assert {"pressure", "isothermal.pressure", "status"} <= set(names)
+
+
+def test_scalars_are_compared_relatively(reference: StoredResult) -> None:
+    changed = with_scalars(reference, gamma_p=reference.summary["gamma_p"] * 1.001)
+    comparison = compare_results(reference, changed, rtol=1e-4)
+    assert [row.name for row in comparison.outside] == ["gamma_p"]
+    assert row(comparison, "gamma_p").difference == pytest.approx(1e-3, rel=1e-2)
+    assert compare_results(reference, changed, rtol=1.1e-3).within
+    assert not compare_results(reference, with_scalars(reference, status="not_converged")).within
+
+
+def test_rounding_noise_of_a_vanishing_component_is_no_difference(reference: StoredResult) -> None:
+    one, other = (with_scalars(reference, force_y_N=noise, spin_moment_Nmm=noise) for noise in (1e-15, -3e-16))
+    assert compare_results(one, other, rtol=1e-12).within
+    fields = {**reference.fields, "shear_y": reference.fields["shear_y"] + 1e-3}
+    assert compare_results(reference, dataclasses.replace(reference, fields=fields), rtol=1e-9).within
+
+
+def test_nan_equals_nan_and_nothing_else(reference: StoredResult) -> None:
+    hole = with_scalars(reference, Q_F_W=math.nan)
+    assert compare_results(hole, hole).within
+    assert row(compare_results(hole, reference), "Q_F_W").difference == math.inf
+    values = reference.fields["pressure"].copy()
+    values[3, 3] = math.nan
+    holed = dataclasses.replace(reference, fields={**reference.fields, "pressure": values})
+    assert compare_results(holed, holed).within
+    assert row(compare_results(holed, reference), "pressure").difference == math.inf
+    endless = with_scalars(reference, peclet_lower=math.inf)
+    assert compare_results(endless, endless).within and not compare_results(endless, reference).within
+
+
+def test_fields_are_compared_by_their_largest_value(reference: StoredResult) -> None:
+    values = reference.fields["pressure"].copy()
+    values[10, 8] += 1e-3 * values.max()
+    other = dataclasses.replace(reference, fields={**reference.fields, "pressure": values})
+    comparison = compare_results(reference, other, rtol=1e-4)
+    assert [row.name for row in comparison.outside] == ["pressure"]
+    assert row(comparison, "pressure").difference == pytest.approx(1e-3)
+    labels = reference.fields["state"].copy()
+    labels[10, 8] = 3 - labels[10, 8]
+    other = dataclasses.replace(reference, fields={**reference.fields, "state": labels})
+    contact = np.count_nonzero(labels)
+    assert row(compare_results(reference, other), "state").difference == pytest.approx(1 / contact)
+
+
+def test_what_one_side_lacks_is_a_difference(tmp_path: pathlib.Path, reference: StoredResult) -> None:
+    cold = stored(tmp_path / "cold.h5", synthetic.result((20, 16), heat=False))
+    comparison = compare_results(cold, reference, rtol=10.0)
+    assert not comparison.within
+    assert row(comparison, "heat_flux").note == "missing in the first file"
+    assert row(compare_results(reference, cold), "heat_flux").note == "missing in the second file"
+    assert row(comparison, "Q_F_W").difference == math.inf
+
+
+@pytest.mark.parametrize("change", [{"shape": (24, 16)}, {"extent": 3.0}])
+def test_fields_on_different_grids_are_not_compared(
+    tmp_path: pathlib.Path, reference: StoredResult, change: dict[str, object]
+) -> None:
+    other = stored(tmp_path / "b.h5", synthetic.result(**{"shape": (20, 16), **change}))
+    comparison = compare_results(reference, other, rtol=0.2)
+    assert "fields not compared: different grids (20×16 over" in comparison.notes[0]
+    assert math.isnan(row(comparison, "pressure").difference) and row(comparison, "pressure").note
+    assert row(comparison, "gamma_c").difference == 0.0
+    assert comparison.within
+
+
+def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path, reference: StoredResult) -> None:
+    export_csv(reference.path, tmp_path / "a.csv")
+    with open(tmp_path / "a.csv", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    assert len(lines) == 20 * 16
+    assert {"x_mm", "y_mm", "pressure_MPa", "slip_x_m_s", "state", "heat_flux_W_mm2", "gap_um"} <= set(lines[0])
+    assert "isothermal_temperature_rise_lower_K" in lines[0]
+    i, j = 13, 5
+    line = lines[i * 16 + j]
+    assert float(line["x_mm"]) == pytest.approx(reference.x[i] * 1e3, rel=1e-9)
+    assert float(line["y_mm"]) == pytest.approx(reference.y[j] * 1e3, rel=1e-9)
+    assert float(line["pressure_MPa"]) == pytest.approx(reference.fields["pressure"][i, j] * 1e-6, rel=1e-9)
+    assert line["state"] == str(reference.fields["state"][i, j])
+
+
+def test_csv_of_a_single_state_has_no_second_one(tmp_path: pathlib.Path) -> None:
+    path = stored(tmp_path / "a.h5", synthetic.result((8, 8), deformation=False)).path
+    export_csv(path, tmp_path / "a.csv")
+    assert "isothermal" not in (tmp_path / "a.csv").read_text().splitlines()[0]
+
+
+def test_xdmf_points_into_the_result_in_the_order_of_its_fields(tmp_path: pathlib.Path, reference: StoredResult) -> None:
+    out = tmp_path / "elsewhere" / "a & b.xdmf"
+    out.parent.mkdir()
+    export_xdmf(reference.path, out)
+    grid = ElementTree.parse(out).getroot().find("./Domain/Grid")
+    assert grid is not None
+    topology, points = grid.find("Topology"), grid.find("Geometry/DataItem")
+    assert topology is not None and topology.get("Dimensions") == "20 16"
+
+    def resolve(item: ElementTree.Element | None) -> np.ndarray:
+        assert item is not None and item.text is not None
+        file, _, dataset = item.text.rpartition(":")
+        with h5py.File(os.path.join(out.parent, file)) as content:
+            values = content[dataset][()]
+        assert " ".join(map(str, values.shape)) == item.get("Dimensions")
+        assert values.dtype.itemsize == int(item.get("Precision", 0))
+        return values
+
+    xyz = resolve(points)
+    names = [attribute.get("Name") for attribute in grid.findall("Attribute")]
+    assert {"pressure", "isothermal_pressure", "state"} <= set(names)
+    for attribute in grid.findall("Attribute"):
+        resolve(attribute.find("DataItem"))
+    hottest = resolve(grid.find("Attribute[@Name='temperature_rise_lower']/DataItem")).argmax()
+    # In the order of the file, point and value belong together: the trailing edge at +x is the hottest.
+    assert xyz.reshape(-1, 3)[hottest][0] > 0.5 * reference.x.max()
+    np.testing.assert_allclose(xyz[..., 0], np.broadcast_to(reference.x[:, None], (20, 16)), rtol=1e-6)
+    np.testing.assert_allclose(xyz[..., 1], np.broadcast_to(reference.y, (20, 16)), rtol=1e-6)
+
+
+@pytest.mark.parametrize("export", [export_csv, export_xdmf])
+def test_export_of_what_is_no_result_writes_nothing(tmp_path: pathlib.Path, export: object) -> None:
+    (tmp_path / "a.h5").write_text("no")
+    with pytest.raises(ResultFileError, match="not an HDF5 file"):
+        export(tmp_path / "a.h5", tmp_path / "out")  # type: ignore[operator]
+    assert os.listdir(tmp_path) == ["a.h5"]

@@ -1,0 +1,273 @@
+"""Result files: what they hold, that they are whole or absent, and what is said about those that are not results."""
+
+from __future__ import annotations
+
+import dataclasses
+import errno
+import os
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from tests.support import synthetic
+from thermoroll_cli import __version__
+from thermoroll_cli.files import atomic
+from thermoroll_cli.files.atomic import WriteError, write_bytes
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
+from thermoroll_cli.model.result import FIELDS, Result
+
+CASE_TEXT = '# Grüße\ntitle = "κ"\n'
+CASE_JSON = '{"title": "κ"}'
+
+
+def write(path: pathlib.Path, result: Result) -> pathlib.Path:
+    write_result(path, result, case_text=CASE_TEXT, case_json=CASE_JSON, command_line="thermoroll run case.toml")
+    return path
+
+
+@pytest.fixture(scope="module")
+def stored(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    return write(tmp_path_factory.mktemp("results") / "näme with space.h5", synthetic.result((24, 16), aspect=2.0))
+
+
+def test_everything_comes_back(stored: pathlib.Path) -> None:
+    original = synthetic.result((24, 16), aspect=2.0)
+    result = read_result(stored)
+    assert result.case_text == CASE_TEXT and result.case_json == CASE_JSON
+    assert result.title == "Synthetic" and result.converged is True
+    assert result.attributes["program_version"] == __version__
+    assert result.attributes["command_line"] == "thermoroll run case.toml"
+    np.testing.assert_array_equal(result.x, original.x)
+    np.testing.assert_array_equal(result.y, original.y)
+    for state, fields in ((original.coupled, result.fields), (original.isothermal, result.isothermal)):
+        assert set(fields) == set(state.fields) <= set(FIELDS)
+        for name, values in state.fields.items():
+            np.testing.assert_array_equal(fields[name], values)
+    assert result.summary == original.summary()
+    assert result.problem["lower"]["conductivity"] == 50.2
+    assert result.problem["motion"]["speed"] == 200.0
+    assert set(result.history) == set(original.history)
+    np.testing.assert_array_equal(result.history["coupling"], original.history["coupling"])
+
+
+def test_scalars_alone_can_be_read(stored: pathlib.Path) -> None:
+    result = read_result(stored, with_fields=False)
+    assert result.summary["status"] == "converged" and not result.fields and not result.history
+
+
+def test_states_that_are_the_same_stay_the_same(tmp_path: pathlib.Path) -> None:
+    path = write(tmp_path / "one.h5", synthetic.result((16, 16), deformation=False))
+    result = read_result(path)
+    assert result.isothermal is result.fields
+    with xarray.open_dataset(path, group="isothermal", engine="h5netcdf") as dataset:
+        assert dataset.pressure.dims == ("x", "y")
+
+
+def test_nan_infinity_and_odd_texts_survive(tmp_path: pathlib.Path) -> None:
+    original = synthetic.result((8, 8), heat=False, title="NUL \0 and lone \udc80 surrogate", converged=False)
+    scalars = {**original.coupled.scalars, "gamma_p": float("nan"), "approach_um": float("inf")}
+    coupled = dataclasses.replace(original.coupled, scalars=scalars)
+    result = read_result(write(tmp_path / "odd.h5", dataclasses.replace(original, coupled=coupled, work={"a": np.pi})))
+    assert result.title == "NUL \N{REPLACEMENT CHARACTER} and lone \\udc80 surrogate"
+    assert result.converged is False and result.summary["reason"].startswith("the coupling iteration")
+    assert np.isnan(result.summary["gamma_p"]) and np.isinf(result.summary["approach_um"])
+    assert result.summary["work"] == {"a": np.pi}
+
+
+@pytest.mark.parametrize("group", ["fields", "isothermal"])
+def test_xarray_opens_the_fields_with_units(stored: pathlib.Path, group: str) -> None:
+    with xarray.open_dataset(stored, group=group, engine="h5netcdf") as dataset:
+        assert dict(dataset.sizes) == {"x": 24, "y": 16}
+        assert dataset.x.attrs["units"] == "m"
+        assert set(dataset.data_vars) == set(synthetic.result((8, 8)).coupled.fields)
+        for name, field in dataset.data_vars.items():
+            units, long_name = FIELDS[str(name)]
+            assert field.dims == ("x", "y")
+            assert field.attrs == {"units": units, "long_name": long_name}
+        # The trailing edge, where it is hot, is at +x.
+        hottest = dataset.temperature_rise_lower.argmax(...)
+        assert float(dataset.x[hottest["x"]]) > 0.0
+
+
+@pytest.mark.parametrize("group", [None, "input", "mesh", "summary", "summary/isothermal", "summary/error", "history"])
+def test_xarray_opens_every_other_group(stored: pathlib.Path, group: str | None) -> None:
+    with xarray.open_dataset(stored, group=group, engine="h5netcdf") as dataset:
+        dataset.load()
+
+
+def test_datasets_are_bit_identical_for_equal_results(tmp_path: pathlib.Path) -> None:
+    def datasets(path: pathlib.Path) -> dict[str, bytes]:
+        found: dict[str, bytes] = {}
+        with h5py.File(path) as file:
+            file.visititems(
+                lambda name, item: (
+                    found.update({name: item[()].tobytes() if item.shape else item[()]})
+                    if isinstance(item, h5py.Dataset) and item.dtype.kind != "O" and item.dtype.names is None
+                    else None
+                )
+            )
+        return found
+
+    one, two = (write(tmp_path / name, synthetic.result((16, 12))) for name in ("a.h5", "b.h5"))
+    assert datasets(one) == datasets(two) and len(datasets(one)) > 24
+
+
+def test_writing_a_large_result_is_quick(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((256, 256))
+    best = min(_timed(lambda: write(tmp_path / "large.h5", result)) for _ in range(3))
+    assert best < 0.1
+
+
+def _timed(call) -> float:  # type: ignore[no-untyped-def]
+    start = time.process_time()
+    call()
+    return time.process_time() - start
+
+
+# Faults while writing
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EROFS, errno.EDQUOT, errno.EIO])
+def test_a_failed_write_says_why_and_leaves_the_old_file(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
+    target = tmp_path / "result.h5"
+    target.write_bytes(b"old")
+
+    def fail(descriptor: int) -> None:
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(atomic.os, "fsync", fail)
+    with pytest.raises(WriteError, match=r"cannot write .*result\.h5: ") as caught:
+        write(target, synthetic.result((8, 8)))
+    assert isinstance(caught.value, OSError) and caught.value.errno == number
+    assert target.read_bytes() == b"old" and os.listdir(tmp_path) == ["result.h5"]
+
+
+@pytest.mark.parametrize("where", ["fsync", "replace"])
+def test_an_interrupt_leaves_nothing(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, where: str) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(atomic.os, where, interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write(tmp_path / "result.h5", synthetic.result((8, 8)))
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_real_size_limit(tmp_path: pathlib.Path) -> None:
+    script = (
+        "import resource, signal, sys; sys.path.insert(0, sys.argv[2])\n"
+        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000))\n"
+        "from tests.files.test_hdf5 import *\n"
+        "try: write(pathlib.Path(sys.argv[1]), synthetic.result((8, 8)))\n"
+        "except WriteError as error: print(error)\n"
+    )
+    arguments = [sys.executable, "-c", script, str(tmp_path / "r.h5"), str(pathlib.Path(__file__).parents[2])]
+    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60)
+    assert "the file would be larger than allowed" in done.stdout, done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_places_that_cannot_hold_a_file(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(WriteError, match="the folder does not exist"):
+        write_bytes(tmp_path / "absent" / "a.h5", b"x")
+    with pytest.raises(WriteError, match="that is a folder"):
+        write_bytes(tmp_path, b"x")
+    with pytest.raises(WriteError, match="the name is too long"):
+        write_bytes(tmp_path / ("a" * 300), b"x")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(WriteError, match="a file, not a folder"):
+        write_bytes(tmp_path / "file" / "a.h5", b"x")
+    (tmp_path / "locked").mkdir(mode=0o500)
+    if os.geteuid() != 0:
+        with pytest.raises(WriteError, match="permission denied"):
+            write_bytes(tmp_path / "locked" / "a.h5", b"x")
+
+
+def test_links_are_followed_devices_kept_and_the_umask_obeyed(tmp_path: pathlib.Path) -> None:
+    (tmp_path / "real").write_bytes(b"old")
+    (tmp_path / "link").symlink_to("real")
+    old_umask = os.umask(0o027)
+    try:
+        write_bytes(tmp_path / "link", b"new")
+    finally:
+        os.umask(old_umask)
+    assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_bytes() == b"new"
+    assert (tmp_path / "real").stat().st_mode & 0o777 == 0o640
+    write_bytes("/dev/null", b"gone")
+    assert pathlib.Path("/dev/null").is_char_device()
+    with pytest.raises(WriteError, match="no space left"):
+        write_bytes("/dev/full", b"x")
+    # As long as the file system allows; a temporary name derived from it would not fit.
+    write_bytes(tmp_path / ("n" * 255), b"x")
+
+
+# Files that are no results
+
+
+def test_files_that_are_not_results_are_named(tmp_path: pathlib.Path, stored: pathlib.Path) -> None:
+    def says(path: pathlib.Path, what: str) -> None:
+        with pytest.raises(ResultFileError, match=what) as caught:
+            read_result(path)
+        assert str(path) in str(caught.value) and isinstance(caught.value, OSError)
+
+    says(tmp_path / "absent.h5", "no such file")
+    says(tmp_path, "this is a folder")
+    content = stored.read_bytes()
+    for name, data, what in (
+        ("empty.h5", b"", "the file is empty"),
+        ("text.h5", b"title = 'x'\n" * 10, "not an HDF5 file"),
+        ("half.h5", content[: len(content) // 2], "truncated"),
+        ("short.h5", content[:4], "not an HDF5 file"),
+    ):
+        (tmp_path / name).write_bytes(data)
+        says(tmp_path / name, what)
+    with h5py.File(tmp_path / "foreign.h5", "w") as file:
+        file["x"] = [1.0]
+    says(tmp_path / "foreign.h5", "not a thermoroll result")
+    shutil.copy(stored, tmp_path / "newer.h5")
+    with h5py.File(tmp_path / "newer.h5", "r+") as file:
+        file.attrs["format_version"] = 99
+    says(tmp_path / "newer.h5", r"result format 99, written by thermoroll .*; this version reads format 1 only")
+    shutil.copy(stored, tmp_path / "holed.h5")
+    with h5py.File(tmp_path / "holed.h5", "r+") as file:
+        del file["summary"]
+    says(tmp_path / "holed.h5", "damaged")
+    os.mkfifo(tmp_path / "pipe")
+    says(tmp_path / "pipe", "not a regular file")
+
+
+def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path, stored: pathlib.Path) -> None:
+    """Without HDF5's checksums a third of these made the library crash or loop forever."""
+    content = stored.read_bytes()
+    dice = random.Random(1)
+    intact = read_result(stored)
+    messages = 0
+    for number in range(250):
+        damaged = bytearray(content)
+        for _ in range(dice.choice([1, 1, 3, 20])):
+            damaged[dice.randrange(len(damaged))] = dice.randrange(256)
+        if number % 4 == 0:
+            damaged = damaged[: dice.randrange(len(damaged))]
+        path = tmp_path / "damaged.h5"
+        path.write_bytes(damaged)
+        try:
+            result = read_result(path)
+        except ResultFileError as error:
+            assert str(path) in str(error)
+            messages += 1
+        else:
+            # What is read without complaint is right: fields carry checksums too.
+            for name, values in intact.fields.items():
+                np.testing.assert_array_equal(result.fields[name], values)
+    assert messages > 90

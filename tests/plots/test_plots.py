@@ -1,0 +1,369 @@
+"""Pictures of runs and sweeps: which there are, how they look, what they cost, and what must not break them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.testing.compare import compare_images
+
+from tests.support import synthetic
+from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.plots import run_figures, sheet
+from thermoroll_cli.plots.borders import borders_of
+from thermoroll_cli.plots.field_figures import grid_for
+from thermoroll_cli.plots.run_figures import write_figures
+from thermoroll_cli.plots.sweep_figures import is_logarithmic, words_of, write_sweep_figure
+from thermoroll_cli.plots.units import unit_for
+from thermoroll_cli.plots.view import view_of
+
+BASELINES = pathlib.Path(__file__).parent / "baseline_images"
+TOLERANCE = 6.0
+"""Root mean square of the grey levels; another version of matplotlib's fonts gives about 2, a missing line 7 and more."""
+
+ALL = ["pressure", "traction", "heat_flux", "temperature", "centreline", "summary"]
+
+
+def kinds(paths: list[pathlib.Path], stem: str) -> list[str]:
+    return [path.stem.removeprefix(stem + "_") for path in paths]
+
+
+# Which pictures there are
+
+
+@pytest.fixture
+def coarse(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Pictures of few pixels, where only their number or their being drawn at all matters."""
+    monkeypatch.setattr(sheet, "DPI", 40)
+    yield
+
+
+@pytest.mark.parametrize(
+    ("options", "missing"),
+    [
+        ({}, set()),
+        ({"heat": False}, {"heat_flux", "temperature"}),
+        ({"tangential": False}, {"heat_flux", "temperature", "traction"}),
+        ({"upper_heating": 0.5, "deformation": False}, set()),
+    ],
+)
+@pytest.mark.usefixtures("coarse")
+def test_what_was_not_computed_has_no_picture(tmp_path: pathlib.Path, options: dict[str, Any], missing: set[str]) -> None:
+    written = write_figures(synthetic.result((24, 24), **options), tmp_path / "case")
+    assert kinds(written, "case") == [name for name in ALL if name not in missing]
+    assert sorted(os.listdir(tmp_path)) == sorted(path.name for path in written)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((24, 20), aspect=1.5)
+    write_result(tmp_path / "r.h5", result, case_text="", case_json="{}", command_line="")
+    direct = write_figures(result, tmp_path / "direct")
+    stored = write_figures(read_result(tmp_path / "r.h5"), tmp_path / "stored")
+    assert [path.read_bytes() for path in direct] == [path.read_bytes() for path in stored]
+
+
+@pytest.mark.parametrize("image_format", ["png", "svg", "pdf"])
+@pytest.mark.usefixtures("coarse")
+def test_every_format_is_reproducible(tmp_path: pathlib.Path, image_format: str) -> None:
+    magic = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[image_format]
+    result = synthetic.result((16, 16), tangential=image_format == "svg", deformation=False)
+    one = write_figures(result, tmp_path / "a", image_format=image_format)
+    two = write_figures(result, tmp_path / "b", image_format=image_format)
+    for first, second in zip(one, two, strict=True):
+        content = first.read_bytes()
+        assert content.startswith(magic) and first.suffix == "." + image_format
+        assert content == second.read_bytes()
+
+
+def test_an_unknown_format_writes_nothing(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(ValueError, match="png, svg, pdf"):
+        write_figures(synthetic.result((8, 8)), tmp_path / "a", image_format="gif")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.usefixtures("coarse")
+def test_a_picture_that_cannot_be_written_says_so(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OSError, match=r"cannot write .*a_pressure\.png: No such file or directory"):
+        write_figures(synthetic.result((8, 8)), tmp_path / "absent" / "a")
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sheet.os, "replace", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_figures(synthetic.result((8, 8)), tmp_path / "a")
+    assert os.listdir(tmp_path) == []
+
+
+# What must not break them
+
+
+@pytest.mark.parametrize(
+    ("normalised", "options"),
+    [
+        (False, {"shape": (8, 8)}),
+        (False, {"shape": (64, 16), "aspect": 0.02}),
+        (True, {"shape": (16, 64), "aspect": 50.0, "upper_heating": 0.4}),
+        (False, {"shape": (24, 24), "size": 1e-5, "extent": 6.0, "slip_share": 1.0}),
+        (False, {"shape": (24, 24), "size": 1e4, "extent": 1.6, "slip_share": 0.0}),
+        (True, {"shape": (24, 24), "converged": False, "title": "a long title " * 30}),
+        (False, {"shape": (24, 24), "title": "$\\frac{ 100 % _x^ 漢字 😀 \x07\n\t"}),
+    ],
+)
+@pytest.mark.usefixtures("coarse")
+def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options: dict[str, Any]) -> None:
+    assert write_figures(synthetic.result(**options), tmp_path / "odd", normalised=normalised)
+
+
+@pytest.mark.usefixtures("coarse")
+def test_nan_fields_are_no_fields(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((16, 16), deformation=False)
+    fields = {**result.coupled.fields, "heat_flux": np.full((16, 16), np.nan)}
+    state = dataclasses.replace(result.coupled, fields=fields)
+    written = write_figures(dataclasses.replace(result, coupled=state, isothermal=state), tmp_path / "a")
+    assert "heat_flux" not in kinds(written, "a") and "temperature" in kinds(written, "a")
+
+
+def test_pictures_do_not_depend_on_the_users_settings(tmp_path: pathlib.Path) -> None:
+    """Neither a matplotlibrc with LaTeX and another size, nor a missing home, may change or break them; the package
+    itself loads no matplotlib and no pyplot ever."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.size: 30\nfigure.facecolor: red\n")
+    script = (
+        "import sys, pathlib, warnings\n"
+        "warnings.simplefilter('error')\n"
+        "sys.path.insert(0, sys.argv[1])\n"
+        "from thermoroll_cli.plots import sheet\n"
+        "from thermoroll_cli.plots.run_figures import write_figures\n"
+        "assert 'matplotlib' not in sys.modules\n"
+        "from tests.support import synthetic\n"
+        "sheet.DPI = 40\n"
+        "write_figures(synthetic.result((16, 16), tangential=False), pathlib.Path(sys.argv[2]))\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    here = str(pathlib.Path(__file__).parents[2])
+    environment = {key: value for key, value in os.environ.items() if key not in ("HOME", "MPLBACKEND")}
+    settings = [{}, {"MATPLOTLIBRC": str(tmp_path / "matplotlibrc"), "MPLBACKEND": "module://no_such_backend"}]
+    contents = []
+    for number, setting in enumerate(settings):
+        stem = tmp_path / str(number)
+        arguments = [sys.executable, "-c", script, here, str(stem)]
+        done = subprocess.run(arguments, env={**environment, **setting}, capture_output=True, text=True, timeout=120)
+        assert done.returncode == 0, done.stderr
+        contents.append(stem.with_name(f"{number}_summary.png").read_bytes())
+    assert contents[0] == contents[1]
+
+
+# How they look
+
+
+def check(actual: pathlib.Path, name: str) -> None:
+    """Compare with the baseline; with THERMOROLL_WRITE_BASELINES=1 make it the baseline instead."""
+    expected = BASELINES / f"{name}.png"
+    if os.environ.get("THERMOROLL_WRITE_BASELINES"):
+        BASELINES.mkdir(exist_ok=True)
+        shutil.copy(actual, expected)
+    assert compare_images(str(expected), str(actual), tol=TOLERANCE) is None
+
+
+LOOKS: dict[str, tuple[dict[str, Any], set[str]]] = {
+    "round": ({"shape": (48, 48), "angle": 0.3}, set(ALL)),
+    "flat": ({"shape": (64, 24), "aspect": 0.3, "upper_heating": 0.6}, {"temperature", "summary"}),
+    "tall": ({"shape": (24, 64), "aspect": 5.0, "deformation": False}, {"traction", "summary"}),
+    "unfinished": ({"shape": (20, 20), "heat": False, "converged": False}, {"traction"}),
+    "normalised": ({"shape": (48, 32), "aspect": 2.0}, {"traction", "centreline"}),
+}
+
+
+def some_figures(
+    result: Result, stem: pathlib.Path, wanted: set[str], monkeypatch: pytest.MonkeyPatch, *, normalised: bool = False
+) -> list[pathlib.Path]:
+    """Small pictures of the wanted kinds only: rendering is what takes the time."""
+
+    def save(figure: Any, path: pathlib.Path) -> pathlib.Path:
+        return sheet.save(figure, path) if path.stem.removeprefix(stem.name + "_") in wanted else path
+
+    monkeypatch.setattr(sheet, "DPI", 50)
+    monkeypatch.setattr(run_figures, "save", save)
+    paths = write_figures(result, stem, normalised=normalised)
+    return [path for path in paths if path.exists()]
+
+
+@pytest.mark.parametrize("look", LOOKS)
+def test_pictures_look_as_they_did(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch, look: str) -> None:
+    options, wanted = LOOKS[look]
+    result = synthetic.result(**options)
+    paths = some_figures(result, tmp_path / look, wanted, monkeypatch, normalised=look == "normalised")
+    assert len(paths) == len(wanted)
+    for path in paths:
+        check(path, path.stem)
+
+
+def test_the_comparison_notices_another_border(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = synthetic.result((48, 48), angle=0.3, slip_share=0.6)
+    (path,) = some_figures(result, tmp_path / "other", {"traction"}, monkeypatch)
+    assert compare_images(str(BASELINES / "round_traction.png"), str(path), tol=TOLERANCE) is not None
+
+
+def test_the_resolution_for_print(tmp_path: pathlib.Path) -> None:
+    from PIL import Image
+
+    with Image.open(write_figures(synthetic.result((16, 16), tangential=False), tmp_path / "a")[0]) as image:
+        assert image.info["dpi"] == pytest.approx((200, 200), abs=0.1)
+        assert image.width > 700
+
+
+# Borders, layout, units
+
+
+@pytest.mark.parametrize("elements", [16, 32, 64, 128])
+def test_borders_run_between_the_elements(elements: int) -> None:
+    view = view_of(synthetic.result((elements, elements)))
+    spacing, radius = view.x[1] - view.x[0], view.semi_axes[0]
+    borders = borders_of(view.x, view.y, view.states[0])
+    assert len(borders.contact) == len(borders.stick) == 1
+    distance = np.abs(np.hypot(*borders.contact[0].T) - radius)
+    assert distance.max() < 0.2 * spacing
+    # Carter's stick strips have their middle half the slip length towards the leading edge.
+    slip = 0.4 * 2 * radius
+    line = borders.stick[0][np.hypot(*borders.stick[0].T) < 0.9 * radius]
+    expected = np.sqrt(radius**2 - line[:, 1] ** 2) - slip
+    assert np.abs(line[:, 0] - expected).max() < 0.3 * spacing
+
+
+def test_borders_of_contacts_without_slip_or_stick() -> None:
+    for share in (0.0, 1.0):
+        view = view_of(synthetic.result((32, 32), slip_share=share))
+        borders = borders_of(view.x, view.y, view.states[0])
+        assert len(borders.contact) == 1 and borders.stick == []
+
+
+def test_a_contact_at_the_rim_of_the_domain_is_closed_beyond_it() -> None:
+    view = view_of(synthetic.result((32, 32), extent=1.6))
+    (line,) = borders_of(view.x, view.y, view.states[0]).contact
+    np.testing.assert_array_equal(line[0], line[-1])
+    assert np.abs(line[:, 0]).max() > np.abs(view.x).max()
+
+
+def test_panels_are_arranged_by_shape() -> None:
+    def arrangement(count: int, states: int, aspect: float) -> tuple[int, int]:
+        grid = grid_for(count, states, aspect)
+        return grid.rows, grid.columns
+
+    assert arrangement(2, 2, 1.0) == (1, 2)
+    assert arrangement(2, 2, 0.2) == (2, 1)
+    assert arrangement(4, 2, 3.0) == (2, 2)
+    assert arrangement(2, 1, 1.0) == (1, 2)
+    assert arrangement(1, 1, 1.0) == (1, 1)
+    assert grid_for(2, 2, 5.0).true_shape and not grid_for(2, 2, 20.0).true_shape
+
+
+@pytest.mark.parametrize(
+    ("unit", "maximum", "expected"),
+    [
+        ("m", 2e-4, "mm"),
+        ("m", 6e-3, "mm"),
+        ("m", 5e-7, "nm"),
+        ("m", 50.0, "m"),
+        ("Pa", 1.4e9, "MPa"),
+        ("Pa", 3e2, "Pa"),
+        ("Pa", 3e10, "GPa"),
+        ("W/m2", 4e8, "W/mm²"),
+        ("K", 300.0, "K"),
+        ("K", 1e-3, "mK"),
+        ("K", 0.0, "K"),
+    ],
+)
+def test_units_keep_numbers_readable(unit: str, maximum: float, expected: str) -> None:
+    scale = unit_for(unit, maximum)
+    assert scale.unit == expected
+
+
+# What they cost
+
+
+def test_pictures_are_cheap(tmp_path: pathlib.Path) -> None:
+    """The aim is 0.4 s of CPU for the dearest picture and 1.5 s for all; the limits here leave room for a machine that
+    others use at the same time."""
+    result = synthetic.result((256, 256))
+    start = time.process_time()
+    write_figures(result, tmp_path / "a")
+    assert time.process_time() - start < 3.0
+
+
+# Sweeps
+
+
+def table(**columns: Any) -> dict[str, list[Any]]:
+    speeds = [10.0, 20.0, 50.0, 100.0]
+    radii = [15.0, 30.0]
+    rows = [(radius, speed) for radius in radii for speed in speeds]
+    made: dict[str, list[Any]] = {
+        "rolling.speed_m_s": [speed for _, speed in rows],
+        "geometry.lower_radius_y_mm": [radius for radius, _ in rows],
+        "status": ["converged"] * len(rows),
+        "Q_F_W": [0.01 * speed * radius**0.2 for radius, speed in rows],
+        "isothermal.Q_F_W": [0.011 * speed * radius**0.2 for radius, speed in rows],
+        "gamma_c": [1.0 - speed / 1000.0 for _, speed in rows],
+        "isothermal.gamma_c": [1.0] * len(rows),
+        "temperature_rise_max_lower_K": [speed / radius for radius, speed in rows],
+        "force_x_N": [15.0] * len(rows),
+        # Rounding noise gets no diagram.
+        "force_y_N": [1e-16] * len(rows),
+        "spin_moment_Nmm": [1e-15] * len(rows),
+        "hertz_a_mm": [0.2] * len(rows),
+        "hertz_b_mm": [0.2] * len(rows),
+    }
+    return {**made, **columns}
+
+
+def test_sweeps_look_as_they_did(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sheet, "DPI", 50)
+    over = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
+    check(write_sweep_figure(table(), over, tmp_path / "sweep.png", title="A sweep_of $two"), "sweep")
+
+
+@pytest.mark.usefixtures("coarse")
+def test_failed_points_are_left_out(tmp_path: pathlib.Path) -> None:
+    columns = table()
+    columns["Q_F_W"][1:4] = [None, "", "nan"]
+    columns["gamma_c"] = [None] * 8
+    columns["isothermal.gamma_c"] = [float("nan")] * 8
+    assert write_sweep_figure(columns, ["rolling.speed_m_s"], tmp_path / "a.svg").exists()
+    only_failures = {"rolling.speed_m_s": [1.0, 2.0], "Q_F_W": [None, None]}
+    assert write_sweep_figure(only_failures, ["rolling.speed_m_s"], tmp_path / "b.png").exists()
+    one_point = {"rolling.speed_m_s": ["1.0"], "Q_F_W": ["2.5"]}
+    assert write_sweep_figure(one_point, ["rolling.speed_m_s"], tmp_path / "c.png").exists()
+
+
+def test_a_sweep_over_nothing_is_refused(tmp_path: pathlib.Path) -> None:
+    for over in ([], ["load.normal_N"], ["status"]):
+        with pytest.raises(ValueError):
+            write_sweep_figure(table(), over, tmp_path / "a.png")
+    assert os.listdir(tmp_path) == []
+
+
+def test_axes_are_logarithmic_where_the_points_are() -> None:
+    assert is_logarithmic(np.geomspace(1e-5, 1e-2, 7))
+    assert not is_logarithmic(np.linspace(1.0, 100.0, 7))
+    assert not is_logarithmic(np.array([1.0, 100.0]))
+    assert not is_logarithmic(np.array([-1.0, 0.0, 10.0]))
+
+
+def test_case_keys_become_words() -> None:
+    assert words_of("rolling.speed_m_s") == "rolling speed (m/s)"
+    assert words_of("creepage.longitudinal") == "longitudinal creepage"
+    assert words_of("creepage.spin_rad_mm") == "spin (rad/mm)"
+    assert words_of("material.lower.diffusivity_mm2_s") == "diffusivity (mm²/s)"
+    assert words_of("load.normal_N") == "normal load (N)"
+    assert words_of("load.friction_coefficient") == "friction coefficient load"

@@ -1,0 +1,111 @@
+"""What a newcomer meets first: cases, README, Makefile, CI."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import thermoroll_cli
+from tests.support.command_line import call
+from thermoroll_cli.files.case.case import Case
+
+ROOT = Path(thermoroll_cli.__file__).parent.parent
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+README = (ROOT / "README.md").read_text()
+
+
+def test_all_cases_of_the_article_are_there() -> None:
+    names = {path.stem for path in CASES}
+    assert {"table1", "article_4_1", "wheel_rail", "ball_bearing"} <= names
+    assert {f"article_3_1_case_{number}" for number in range(1, 6)} <= names
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_cases_are_valid_and_say_what_to_expect(path: Path) -> None:
+    case = Case.read(path)
+    assert case.settings.title
+    comment = "".join(line for line in case.text.splitlines() if line.startswith("#"))
+    assert "Expect" in comment
+
+
+def test_table_1_is_as_printed_with_steel_s_diffusivity() -> None:
+    settings = Case.read(ROOT / "cases" / "table1.toml").settings
+    assert settings.model_dump(exclude_none=True)["material"] == {
+        "youngs_modulus_GPa": 210.0,
+        "poisson_ratio": 0.28,
+        "conductivity_W_mK": 50.2,
+        "expansion_um_mK": 11.7,
+        "diffusivity_mm2_s": 10.0,
+    }
+    assert set(settings.geometry.model_dump().values()) == {30.0}
+    assert (settings.load.normal_N, settings.load.friction_coefficient, settings.rolling.speed_m_s) == (65.0, 0.3, 1.0)
+
+
+def test_concave_raceway_is_concave() -> None:
+    assert Case.read(ROOT / "cases" / "ball_bearing.toml").problem.geometry.lower_radius_y < 0
+
+
+def test_readme_commands_exist() -> None:
+    shell = "\n".join(re.findall(r"```sh\n(.*?)```", README, re.DOTALL))
+    commands = set(re.findall(r"^\s*thermoroll (\w+)", shell, re.MULTILINE))
+    assert commands >= {"init", "validate", "show", "run", "plot", "compare", "export", "schema"}
+    for line in re.findall(r"^\s*thermoroll (.*?)(?:\s*[|>#].*)?$", shell, re.MULTILINE):
+        command, *words = line.split()
+        offered = call(command, "--help").stdout
+        for option in (word for word in words if word.startswith("-") and len(word) > 1):
+            assert re.search(rf"{option}\b", offered), f"{command} {option}"
+    assert "make run" in README and "make test" in README
+    for code in ("0", "1", "2", "3", "4", "5", "6"):
+        assert f"\n| {code} | " in README
+
+
+def test_readme_python_example_runs() -> None:
+    (example,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+    compile(example, "README.md", "exec")
+    assert "from thermoroll_cli import Case, solve" in example
+
+
+def test_python_interface_solves_cases_and_problems() -> None:
+    from tests.support.command_line import MECHANICAL
+
+    case = Case.parse(MECHANICAL)
+    result = thermoroll_cli.solve(case)
+    again = thermoroll_cli.solve(case.problem)
+    assert result.converged
+    assert result.coupled.scalars["force_x_N"] == again.coupled.scalars["force_x_N"]
+
+
+def test_ci_runs_make_test_and_nothing_else() -> None:
+    script = ROOT / ".ci" / "run"
+    assert os.access(script, os.X_OK)
+    commands = [line for line in script.read_text().splitlines() if line and not line.startswith("#")]
+    assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "make test"]
+
+
+def test_make_explains_a_missing_python(tmp_path: Path) -> None:
+    (tmp_path / "Makefile").write_text((ROOT / "Makefile").read_text())
+    (tmp_path / "pyproject.toml").write_text("")
+    done = subprocess.run(["make", "run", "PYTHON="], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode != 0
+    assert "Python 3.11 or newer" in done.stderr
+    assert not (tmp_path / ".venv").exists()
+
+
+def test_make_targets() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    for target in ("install", "run", "test", "format", "check"):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)
+
+
+def test_version_and_licence() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["license"] == "BSD-3-Clause"
+    assert "BSD 3-Clause" in (ROOT / "LICENSE").read_text()
+    assert "GPL" in README and "FFTW" in (ROOT / "NOTICE.md").read_text()
+    assert f"## {thermoroll_cli.__version__}" in (ROOT / "CHANGELOG.md").read_text()
+    assert all(">=" in requirement for requirement in project["dependencies"])

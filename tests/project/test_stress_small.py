@@ -1,0 +1,66 @@
+"""A small part of `make stress`: random valid cases, each checked by what must hold of any result."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
+from scripts.stress.stress_cases import BELOW_LIMIT, stress_case
+from thermoroll_cli.files.case.case import Case
+
+CASES = 150
+
+
+@pytest.fixture(scope="module")
+def outcomes() -> list[Outcome]:
+    cases = (stress_case(seed, small=True) for seed in range(CASES))
+    # Beyond the limit the largest speed is searched for, which takes many solutions: two of these show that it is done.
+    beyond = 0
+    done = []
+    for case in cases:
+        beyond += not case.below_limit
+        if case.below_limit or beyond <= 2:
+            done.append(outcome_of(case))
+    return done
+
+
+def test_nothing_crashes_and_no_invariant_breaks(outcomes: list[Outcome]) -> None:
+    assert [told(o) for o in outcomes if o.broken] == []
+
+
+def test_what_does_not_converge_has_a_reason(outcomes: list[Outcome]) -> None:
+    assert all(o.converged or o.reason for o in outcomes)
+
+
+def test_cases_below_the_thermoelastic_limit_converge(outcomes: list[Outcome]) -> None:
+    below = [o for o in outcomes if o.below_limit]
+    assert len(below) > 100
+    failed = [told(o) for o in below if not o.converged]
+    assert len(failed) <= max(1.0, (1.0 - CONVERGED_SHARE) * len(below)), failed
+
+
+def test_tractions_take_little_work(outcomes: list[Outcome]) -> None:
+    work = [o.work for o in outcomes if o.work]
+    assert np.median(work) <= MEDIAN_WORK
+    assert np.percentile(work, 99) <= LARGE_WORK
+
+
+def test_a_seed_always_gives_the_same_case_and_a_file_that_can_be_read() -> None:
+    for seed in range(5):
+        case = stress_case(seed)
+        assert stress_case(seed) == case
+        assert Case.parse(case.case.to_toml()).problem == case.problem
+
+
+def test_cases_are_spread_over_what_can_be_written() -> None:
+    cases = [stress_case(seed) for seed in range(100)]
+    problems = [case.problem for case in cases]
+    assert {p.heating.peclet for p in problems if p.heating.heat} == {"rolling", "sliding", "stationary"}
+    assert any(p.heating.partition == "matched" for p in problems)
+    assert any(p.motion.force_x is not None for p in problems) and any(p.motion.spin for p in problems)
+    assert any(p.lower != p.upper for p in problems)
+    loads = [p.normal_force for p in problems]
+    assert np.log10(max(loads) / min(loads)) > 12
+    bulges = [case.bulge for case in cases]
+    assert max(bulges) > BELOW_LIMIT and 0.0 in bulges

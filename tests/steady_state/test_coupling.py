@@ -1,0 +1,338 @@
+"""The thermo-elastic steady state: the article's hot case, its fixed point recomputed, limits, order and cost."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import fftconvolve
+
+from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, solved
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Heating, Motion, Problem
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.solve import Solver, solve
+
+HOT = article_4_1(128)
+COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")
+
+
+def grid_of(result: Result) -> Grid:
+    extent, hertz = result.work["extent"], DerivedQuantities(result.problem).hertz
+    return Grid.over((len(result.x), len(result.y)), extent * hertz.semi_axis_x, extent * hertz.semi_axis_y)
+
+
+def central_row(result: Result, name: str) -> np.ndarray:
+    """A field of the coupled state on y = 0, between the two middle rows."""
+    field, middle = result.coupled.fields[name], len(result.y) // 2
+    return 0.5 * (field[:, middle - 1] + field[:, middle])
+
+
+def leading_edge(result: Result) -> float:
+    """Where the pressure on y = 0 begins, over a0: p² is linear at the border and continued from well inside."""
+    square, x = central_row(result, "pressure") ** 2, result.x
+    k = np.flatnonzero(square)[0] + 2
+    edge = x[k] - square[k] * (x[k + 1] - x[k]) / (square[k + 1] - square[k])
+    return float(edge) / DerivedQuantities(result.problem).hertz.semi_axis_x
+
+
+def slip_length(fields, result: Result) -> float:
+    """Length of the slip zone on y = 0, in a0, whole elements."""
+    slipping = np.count_nonzero(fields["state"][:, len(result.y) // 2] == 2)
+    return slipping * (result.x[1] - result.x[0]) / DerivedQuantities(result.problem).hertz.semi_axis_x
+
+
+# --- the article's case -------------------------------------------------------------------------------------------
+
+
+def test_article_case_4_1_at_128():
+    """γ_p 1.26 ± 0.01, γ_c 0.85 ± 0.01, leading edge −0.88 ± 0.02 a0: the article's numbers and the prototype's."""
+    result = solved(HOT)
+    s = result.coupled.scalars
+    assert result.converged, result.reason
+    assert s["gamma_p"] == pytest.approx(1.26, abs=0.01)
+    assert s["gamma_c"] == pytest.approx(0.85, abs=0.01)
+    assert leading_edge(result) == pytest.approx(-0.88, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("speed", "heat", "gamma_p", "gamma_c", "edge", "peak", "slip"),
+    [
+        (120.5, (6.79, 6.72), 1.144, 0.907, -0.925, 1.30, (1.475, 1.28)),
+        (200.0, (11.3, 11.07), 1.261, 0.851, -0.875, 1.57, (1.475, 1.20)),
+    ],
+)
+def test_both_heat_scales_of_the_model_match_the_prototype(speed, heat, gamma_p, gamma_c, edge, peak, slip):
+    """The table of model.md, row by row: Q_F, γ_p, γ_c, leading edge, peak heat flux ratio, slip length on y = 0."""
+    result = solved(article_4_1(128, speed))
+    cold, hot = result.isothermal.scalars, result.coupled.scalars
+    assert (cold["Q_F_W"], hot["Q_F_W"]) == pytest.approx(heat, rel=3e-3)
+    assert hot["gamma_p"] == pytest.approx(gamma_p, abs=2e-3)
+    assert hot["gamma_c"] == pytest.approx(gamma_c, abs=0.01)
+    assert leading_edge(result) == pytest.approx(edge, abs=0.02)
+    assert hot["heat_flux_max_W_mm2"] / cold["heat_flux_max_W_mm2"] == pytest.approx(peak, abs=0.02)
+    lengths = slip_length(result.isothermal.fields, result), slip_length(result.coupled.fields, result)
+    # Two whole elements, 0.034: at V = 200 m/s the prototype's 1.20 is 1.160 at N = 512.
+    assert lengths == pytest.approx(slip, abs=0.035)
+
+
+FINE_AREA, FINE_PEAK = 0.84415, 1.26130
+"""γ_c and γ_p of the article's case at N = 512 and 1024."""
+
+
+@pytest.mark.parametrize(("n", "area", "peak"), [(32, 2e-3, 1e-3), (64, 5e-4, 2e-4), (128, 3e-4, 1e-4)])
+def test_contact_area_and_peak_pressure_hardly_depend_on_the_grid(n, area, peak):
+    """The trailing edge, which the bulge squeezes, is found between the elements."""
+    result = solved(on_grid(HOT, n))
+    s = result.coupled.scalars
+    assert s["gamma_c"] == pytest.approx(FINE_AREA, rel=area)
+    assert s["gamma_p"] == pytest.approx(FINE_PEAK, rel=peak)
+    assert abs(s["gamma_c"] / FINE_AREA - 1.0) <= 2.0 * result.error["gamma_c"] <= 4.0 * area
+
+
+def test_heat_moves_the_contact_towards_the_trailing_edge():
+    """Both pressure peak and temperature peak lie downstream of the middle; the trailing edge hardly moves."""
+    result = solved(HOT)
+    a0 = DerivedQuantities(HOT).hertz.semi_axis_x
+    assert result.x[np.argmax(central_row(result, "pressure"))] > 0.02 * a0
+    assert result.x[np.argmax(central_row(result, "temperature_rise_lower"))] > 0.1 * a0
+    inside = np.flatnonzero(central_row(result, "pressure"))
+    assert result.x[inside[-1]] == pytest.approx(a0, abs=0.03 * a0)
+
+
+def test_isothermal_state_beside_the_coupled_one_is_the_uncoupled_solution():
+    result = solved(on_grid(HOT, 64))
+    alone = solved(replace(on_grid(HOT, 64), heating=Heating(deformation=False, peclet="stationary")))
+    for name in COLD_STATES:
+        np.testing.assert_array_equal(result.isothermal.fields[name], alone.isothermal.fields[name])
+
+
+# --- the fixed point ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "problem",
+    [
+        on_grid(HOT, 64),
+        rolling(grid=(48, 64), creepage=(0.002, 0.002), spin=5.0, speed=120.0, heating=Heating(peclet="stationary")),
+        rolling(grid=64, creepage=(0.05, 0.02), speed=80.0, heating=Heating()),
+    ],
+    ids=["article", "mixed", "rolling"],
+)
+def test_expansion_and_temperature_are_those_of_the_heat_flux(problem):
+    """The circle of Fig. 2 closed once more by a plain FFT convolution, from the result's fields alone."""
+    result = solved(problem)
+    assert result.converged, result.reason
+    fields, s, grid = result.coupled.fields, result.coupled.scalars, grid_of(result)
+    shape, aspect, flux = grid.shape, grid.dy / grid.dx, fields["heat_flux"]
+    expansion = np.zeros(shape)
+    bodies = DerivedQuantities(problem).heated_bodies(s["creepage_longitudinal"], s["creepage_lateral"])
+    for name, body in zip(("lower", "upper"), bodies, strict=True):
+        peclets = body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity
+        rise = 0.5 * grid.dx / STEEL.conductivity * fftconvolve(flux, temperature_table(*shape, aspect, *peclets), "valid")
+        np.testing.assert_allclose(fields[f"temperature_rise_{name}"], rise, atol=1e-8 * rise.max())
+        factor = 0.5 * 1.28 * STEEL.expansion * grid.dx**2 / STEEL.conductivity
+        expansion += factor * fftconvolve(flux, displacement_table(*shape, aspect, *peclets), "valid")
+    contact = fields["state"] > 0
+    change = fields["displacement_thermal"] - expansion
+    change -= change[contact].mean()
+    assert np.abs(change[contact]).max() < 1e-4 * s["approach_um"] * 1e-6
+
+
+@pytest.mark.parametrize("n", [64, 128])
+def test_contact_conditions_hold_in_the_coupled_state(n):
+    """∬p = W, p ≥ 0, and h = h_i + u_z^e − u_z^t − δ: zero in the contact (to 1e-5 δ away from its border), else ≥ 0."""
+    result = solved(on_grid(HOT, n))
+    fields, s, grid = result.coupled.fields, result.coupled.scalars, grid_of(result)
+    approach = s["approach_um"] * 1e-6
+    pressure, contact = fields["pressure"], fields["state"] > 0
+    undeformed = DerivedQuantities(HOT).undeformed_gap(grid)
+    gap = undeformed + fields["displacement_elastic"] - fields["displacement_thermal"] - approach
+    assert pressure.sum() * grid.element_area == pytest.approx(HOT.normal_force, rel=1e-9)
+    assert pressure.min() >= 0.0 and not pressure[~contact].any()
+    assert gap[~contact].min() > -1e-6 * approach
+    np.testing.assert_allclose(fields["gap"][~contact], gap[~contact], atol=1e-9 * approach)
+    assert not fields["gap"][contact].any()
+    inner = contact.copy()
+    for _ in range(3):
+        inner[1:-1, 1:-1] &= inner[:-2, 1:-1] & inner[2:, 1:-1] & inner[1:-1, :-2] & inner[1:-1, 2:]
+    assert np.count_nonzero(inner) > 0.6 * np.count_nonzero(contact)
+    assert np.abs(gap[inner]).max() < (1e-5 if n == 128 else 3e-4) * approach
+
+
+def test_residuals_of_the_outer_iteration_are_kept_and_end_small():
+    residuals = solved(HOT).history["coupling_residual"]
+    assert len(residuals) == solved(HOT).work["iterations"]["coupling_iterations"]
+    assert residuals[-1] < 2e-5
+
+
+@pytest.mark.parametrize(("problem", "most"), [(HOT, 8), (article_4_1(128, 120.5), 8), (article_4_1(128, 20.0), 6)])
+def test_few_outer_iterations_are_needed_on_the_finest_grid(problem, most):
+    result = solved(problem)
+    assert result.work["iterations"]["coupling_iterations"] <= most
+    # All inner solves together, against 60 of a fixed point that starts afresh.
+    assert result.work["levels"][-1]["coupled_applications"] <= 200
+
+
+def test_coupled_state_is_symmetric_under_longitudinal_creepage():
+    fields = solved(on_grid(HOT, 64)).coupled.fields
+    for name, sign in (("pressure", 1), ("shear_x", 1), ("shear_y", -1), ("temperature_rise_lower", 1)):
+        scale = np.abs(fields["shear_x" if name == "shear_y" else name]).max()
+        np.testing.assert_allclose(fields[name], sign * fields[name][:, ::-1], atol=2e-4 * scale)
+
+
+def test_any_way_to_the_fixed_point_ends_in_the_same_state():
+    """From the ladder of grids, and from the state at another speed: one solution, the tolerance apart."""
+    solver = Solver()
+    solver.solve(article_4_1(48, 120.0))
+    neighbour, ladder = solver.solve(article_4_1(48)), solved(article_4_1(48))
+    for name in ("gamma_p", "gamma_c", "approach_um", "shear_max_MPa"):
+        assert neighbour.coupled.scalars[name] == pytest.approx(ladder.coupled.scalars[name], rel=1e-3)
+
+
+# --- limits -------------------------------------------------------------------------------------------------------
+
+
+def test_weak_heating_is_a_linear_perturbation():
+    """γ_p − 1 and the change of the contact area double with the speed."""
+    changes = np.array(
+        [[solved(article_4_1(64, v)).coupled.scalars[name] - 1.0 for name in ("gamma_p", "gamma_c")] for v in (5.0, 10.0, 20.0)]
+    )
+    ratios = changes[1:] / changes[:-1]
+    assert ratios[:, 0] == pytest.approx([2.0, 2.0], rel=0.05)
+    assert ratios[:, 1] == pytest.approx([2.0, 2.0], rel=0.2)
+
+
+def test_what_the_plan_calls_negligible_is_negligible():
+    """Just below the threshold the bulge is left out; just above it changes nothing by more than the stated accuracy."""
+    below, above = (solved(article_4_1(64, v)) for v in (0.7, 0.9))
+    assert "deformation" in below.work["skipped"] and "deformation" not in above.work["skipped"]
+    cold, hot = above.isothermal.scalars, above.coupled.scalars
+    for name in ("gamma_p", "gamma_c", "Q_F_W", "force_x_N"):
+        assert hot[name] == pytest.approx(cold[name], rel=1.1e-3), name
+
+
+def test_heating_grows_with_speed():
+    """γ_p up, γ_c down, γ_st up (model.md, issue 3's trends), and Q_F less than in proportion."""
+    speeds = [25.0, 50.0, 100.0, 200.0]
+    states = [solved(article_4_1(64, v)).coupled.scalars for v in speeds]
+    assert (np.diff([s["gamma_p"] for s in states]) > 0.0).all()
+    assert (np.diff([s["gamma_c"] for s in states]) < 0.0).all()
+    assert (np.diff([s["gamma_st"] for s in states]) > 0.0).all()
+    assert (np.diff([s["Q_F_W"] / v for s, v in zip(states, speeds, strict=True)]) < 0.0).all()
+
+
+@pytest.mark.parametrize(
+    ("problem", "stage", "reason"),
+    [
+        (rolling(grid=32, creepage=(0.003, 0.0)), "heat", "mechanical"),
+        (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating(deformation=False)), "deformation", "switched off"),
+        (rolling(grid=32, heating=Heating()), "tangential", "no creepage"),
+        (rolling(grid=32, heating=Heating()), "heat", "nothing rubs"),
+        (rolling(grid=32, creepage=(0.003, 0.0), friction=0.0, heating=Heating()), "tangential", "no friction"),
+        (rolling(grid=32, creepage=(0.003, 0.0), heating=Heating()), "deformation", "thermal expansion"),
+    ],
+)
+def test_without_feedback_both_states_are_one_object(problem, stage, reason):
+    result = solved(problem)
+    assert result.converged, result.reason
+    assert result.coupled is result.isothermal
+    assert reason in result.work["skipped"][stage]
+    assert "coupling_iterations" not in result.work["iterations"]
+
+
+def test_no_creepage_means_no_traction_and_no_heat():
+    result = solved(rolling(grid=32, speed=100.0, heating=Heating(peclet="stationary")))
+    s, fields = result.coupled.scalars, result.coupled.fields
+    assert result.work["levels"][-1]["applications"] == 0
+    for name in ("Q_F_W", "force_x_N", "force_y_N", "temperature_rise_max_lower_K", "thermal_displacement_max_um"):
+        assert s[name] == 0.0
+    assert s["gamma_st"] == pytest.approx(1.0)
+    for name in ("shear_x", "shear_y", "slip_x", "heat_flux", "temperature_rise_lower"):
+        assert not fields[name].any()
+    assert set(np.unique(fields["state"])) == {0, 1}
+
+
+def test_without_friction_the_surfaces_slide_freely():
+    result = solved(rolling(grid=32, creepage=(0.003, 0.001), friction=0.0, heating=Heating()))
+    s, fields = result.coupled.scalars, result.coupled.fields
+    inside = fields["state"] > 0
+    assert (s["Q_F_W"], s["force_x_N"], s["gamma_st"]) == (0.0, 0.0, 0.0)
+    np.testing.assert_allclose(fields["slip_x"][inside], 0.003 * result.problem.motion.speed)
+    assert not fields["slip_x"][~inside].any()
+
+
+def test_realistic_rolling_hardly_bulges():
+    """Table 1 with κ = 10 mm²/s: about 1e-4 of the approach (model.md), found out in advance."""
+    result = solved(rolling(grid=64, creepage=(0.003, 0.0), heating=Heating()))
+    s = result.coupled.scalars
+    assert "deformation" in result.work["skipped"]
+    assert 2e-5 < s["thermal_displacement_max_um"] / s["approach_um"] < 5e-4
+
+
+def test_heat_beyond_the_thermoelastic_limit_is_told_not_hidden():
+    """No steady state far beyond the limit: not converged, with a reason that says what to do, and finite fields."""
+    result = solve(article_4_1(32, 5000.0))
+    assert not result.converged and result.status == "not_converged"
+    assert "thermo-elastic limit" in result.reason
+    assert all(np.isfinite(f).all() for f in result.coupled.fields.values())
+
+
+# --- the domain ---------------------------------------------------------------------------------------------------
+
+
+def shrinking(problem: Problem) -> Problem:
+    """Bodies of a material that contracts when warm: the contact grows."""
+    odd = replace(STEEL, expansion=-STEEL.expansion)
+    return replace(problem, lower=odd, upper=odd)
+
+
+def test_domain_grows_when_the_contact_reaches_its_rim():
+    result = solved(shrinking(article_4_1(32)))
+    assert result.converged, result.reason
+    assert result.coupled.scalars["gamma_c"] > 1.15
+    assert result.work["extent"] > 2.2
+    assert any("rim" in w for w in result.warnings)
+    inside = result.coupled.fields["state"] > 0
+    assert not (inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any())
+
+
+@pytest.mark.parametrize("problem", [article_4_1(64), replace(article_4_1(64), motion=Motion(200.0, 0.0, 0.003))])
+def test_domain_stays_where_the_contact_fits(problem):
+    """Transients of the coarse grids do not cost resolution: the final contact lies within 1.05 semi-axes."""
+    result = solved(problem)
+    hertz = DerivedQuantities(problem).hertz
+    inside = result.coupled.fields["state"] > 0
+    assert np.abs(result.x[inside.any(axis=1)]).max() < 1.05 * hertz.semi_axis_x
+    assert np.abs(result.y[inside.any(axis=0)]).max() < 1.05 * hertz.semi_axis_y
+    assert result.work["extent"] == 2.2
+    assert not result.warnings
+
+
+def test_a_larger_domain_changes_nothing_but_the_resolution():
+    small, large = solved(on_grid(HOT, 64)), solved(on_grid(HOT, 96, extent=3.3))
+    for name in ("gamma_p", "Q_F_W", "force_x_N", "temperature_rise_max_lower_K"):
+        assert large.coupled.scalars[name] == pytest.approx(small.coupled.scalars[name], rel=1e-3)
+    assert large.coupled.scalars["gamma_c"] == pytest.approx(small.coupled.scalars["gamma_c"], abs=5e-3)
+
+
+# --- order --------------------------------------------------------------------------------------------------------
+
+
+def test_coupled_state_converges_with_the_grid():
+    """Errors against N = 256 of the hot case: γ_p nearly none, the area at second order, ΔT at first or better."""
+    sides = [32, 48, 64, 96]
+    limit = solved(on_grid(HOT, 256)).coupled.scalars
+
+    def errors(name: str) -> list[float]:
+        return [solved(on_grid(HOT, n)).coupled.scalars[name] / limit[name] - 1.0 for n in sides]
+
+    assert np.abs(errors("gamma_p")).max() < 2e-4
+    assert (np.abs(errors("gamma_c")) < 2.0 / np.square(sides)).all(), errors("gamma_c")
+    assert order(sides, errors("temperature_rise_max_lower_K")) > 1.0
+    assert abs(errors("Q_F_W")[-1]) < 3e-4
+    assert math.isfinite(limit["thermal_displacement_max_um"])

@@ -1,0 +1,109 @@
+"""Error estimates are honest: hardly ever less than half the true error, and not inflated either."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+
+from tests.support.estimate_cases import SCALARS, has_error, problem_of, scale_of
+from tests.support.scenes import REFERENCE
+from thermoroll_cli.refinement.solve import solve
+
+GRIDS = (32, 64)
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Estimated and true relative error of one scalar of one case on one grid."""
+
+    case: int
+    grid: int
+    scalar: str
+    estimate: float
+    true: float
+
+    @property
+    def honest(self) -> bool:
+        return self.true <= 2.0 * self.estimate
+
+
+def cases() -> list[dict]:
+    return json.loads((REFERENCE / "estimate_references.json").read_text())["cases"]
+
+
+@cache
+def pairs() -> tuple[Pair, ...]:
+    """All pairs; what is prescribed, exact or zero by symmetry has no error and would make averages look better."""
+    out = []
+    for number, case in enumerate(cases()):
+        given = case["input"]
+        limit = given["friction"] * given["normal_N"]
+        for grid in GRIDS:
+            result = solve(problem_of(given, grid))
+            assert result.converged, (number, grid, result.reason)
+            for name in SCALARS:
+                fine = case["reference"][name]
+                if not has_error(name, given, fine):
+                    continue
+                true = abs(result.coupled.scalars[name] - fine) / scale_of(name, fine, limit)
+                out.append(Pair(number, grid, name, result.error[name], true))
+    return tuple(out)
+
+
+def table(chosen: list[Pair]) -> str:
+    """What there is to know when a test fails, scalar by scalar and grid by grid."""
+    lines = []
+    for name in SCALARS:
+        for grid in GRIDS:
+            some = [p for p in chosen if p.scalar == name and p.grid == grid]
+            if some:
+                ratio = np.median([p.estimate / max(p.true, 1e-12) for p in some])
+                lines.append(f"{name:30s} N = {grid:3d}: {len(some):3d} pairs, "
+                             f"{np.mean([p.honest for p in some]):6.1%} honest, "
+                             f"median estimate / true {ratio:.2f}, median true {np.median([p.true for p in some]):.1e}")
+    worst = sorted((p for p in chosen if not p.honest), key=lambda p: p.estimate / p.true)[:12]
+    return "\n".join([*lines, *map(str, worst)])
+
+
+def test_cases_are_many_and_varied() -> None:
+    inputs = [case["input"] for case in cases()]
+    assert len(inputs) >= 40
+    heated = [i for i in inputs if i["peclet"] is not None]
+    assert len(heated) >= len(inputs) / 4
+    assert {i["peclet"] for i in heated} == {"stationary", "sliding", "rolling"}
+    assert sum(i["force_x_N"] is not None for i in inputs) >= 5
+    assert sum(i["spin_rad_m"] != 0.0 for i in inputs) >= 10
+    assert sum(i["aspect_ratio"] != 1.0 for i in inputs) >= 15
+
+
+def test_true_errors_stay_below_twice_the_estimate() -> None:
+    everything = list(pairs())
+    assert np.mean([p.honest for p in everything]) >= 0.95, table(everything)
+
+
+def test_estimates_are_not_inflated() -> None:
+    everything = list(pairs())
+    assert np.median([p.estimate / max(p.true, 1e-12) for p in everything]) <= 5.0, table(everything)
+
+
+@pytest.mark.parametrize("name", SCALARS)
+def test_no_scalar_hides_behind_the_others(name: str) -> None:
+    some = [p for p in pairs() if p.scalar == name]
+    assert np.mean([p.honest for p in some]) >= 0.85, table(some)
+
+
+def test_the_area_of_hertz_is_known_to_be_exact() -> None:
+    """Only a border that was located between elements scatters."""
+    given = next(case["input"] for case in cases() if case["input"]["peclet"] is None)
+    result = solve(problem_of(given, 64))
+    assert result.error["gamma_c"] <= 2e-5 and result.error["contact_area_mm2"] <= 2e-5
+
+
+def test_one_grid_alone_gives_no_estimate() -> None:
+    # Two elements more than the coarsest grid: there is nothing to compare with.
+    result = solve(problem_of(cases()[0]["input"], 10))
+    assert np.isnan(result.error["Q_F_W"])

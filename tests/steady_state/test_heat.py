@@ -1,0 +1,325 @@
+"""Surface temperatures and expansions of both bodies: exact sources, shares, wakes, symmetries, far fields."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.scenes import REFERENCE, STEEL, ellipse, on_grid, order, rolling, saturation, solved
+from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
+from thermoroll_cli.exact.moving_sources import rectangle_temperature
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
+
+SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
+K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
+SIZE = 2e-4
+
+
+def body(speed_x: float = 0.0, speed_y: float = 0.0, conductivity: float = K, expansion: float = FREE_EXPANSION):
+    return HeatedBody(conductivity, expansion, KAPPA, speed_x, speed_y)
+
+
+class Pair:
+    """Two bodies on a grid, `share` of all heat into the lower one."""
+
+    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, share: float = 0.5) -> None:
+        self.response, self.share = HeatResponse(grid, lower, upper), share
+
+    def temperatures(self, flux):
+        return self.response.temperatures(DividedHeat.evenly(flux, self.share))
+
+    def displacement(self, flux):
+        return self.response.displacement(DividedHeat.evenly(flux, self.share))
+
+
+def speed_of(peclet: float) -> float:
+    """Speed in m/s with V·SIZE/κ = `peclet`."""
+    return peclet * KAPPA / SIZE
+
+
+def square_source(n: int, width: int) -> tuple[Grid, np.ndarray, float]:
+    """1 MW/m² on width × width elements in the middle of n × n; their half-side is SIZE."""
+    grid = Grid(n, n, 2 * SIZE / width, 2 * SIZE / width)
+    flux = np.zeros((n, n))
+    inside = slice((n - width) // 2, (n + width) // 2)
+    flux[inside, inside] = 1e6
+    return grid, flux, 1e6
+
+
+# --- temperature --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("peclet", [0.0, 1.0, 18.8, 300.0])
+def test_a_uniform_square_is_exact_on_every_element(peclet):
+    """Whole elements of uniform flux: nothing is discretised but the table, good to 1e-9 everywhere on the grid."""
+    grid, flux, q = square_source(24, 10)
+    lower, upper = Pair(grid, body(speed_of(peclet)), body(speed_of(peclet)), 0.3).temperatures(flux)
+    exact = rectangle_temperature(grid.x[:, None], grid.y[None, :], SIZE, SIZE, q, K, KAPPA, speed_of(peclet))
+    np.testing.assert_allclose(lower, 0.3 * exact, atol=1e-9 * exact.max())
+    np.testing.assert_allclose(upper, 0.7 * exact, atol=1e-9 * exact.max())
+
+
+@pytest.mark.parametrize("peclet", SOURCES["square"])
+def test_moving_square_matches_the_reference_at_64_elements_across(peclet):
+    """Centre-line temperature against moving_sources.json, within 1e-3 of the maximum (y = 0 lies between two rows)."""
+    exact = SOURCES["square"][peclet]
+    x = np.array(exact["x"])
+    reach = 64 * math.ceil(np.abs(x).max())
+    grid = Grid(2 * (reach // 2) + 64, 64, SIZE / 32, SIZE / 32)
+    flux = np.zeros(grid.shape)
+    flux[np.abs(grid.x) < SIZE] = 1e6
+    rise = Pair(grid, body(speed_of(float(peclet))), body(), 1.0).temperatures(flux)[0]
+    line = 0.5 * (rise[:, 31] + rise[:, 32]) * K / (1e6 * SIZE)
+    smooth = np.abs(np.abs(x) - 1.0) > 0.03  # at the edges of the source samples lie in the kink
+    found = np.interp(x * SIZE, grid.x, line)
+    assert np.abs(found - exact["T"])[smooth].max() < 1e-3 * exact["Tmax"]
+
+
+@pytest.mark.parametrize("peclet", [1.0, 20.0])
+def test_a_hertzian_source_converges_at_second_order(peclet):
+    """Element values of q0 sqrt(1 − r²/a²) against the exact temperature at the centre: slope of the error."""
+    sides, errors = [17, 33, 65, 129], []
+    exact = ellipse_temperature(0.0, 0.0, SIZE, SIZE, 1e6, K, KAPPA, speed_of(peclet), "hertz")
+    for n in sides:
+        grid = Grid.over((n, n), 2.0 * SIZE, 2.0 * SIZE)
+        flux = 1e6 * np.sqrt(np.maximum(1.0 - (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / SIZE**2, 0.0))
+        rise = Pair(grid, body(speed_of(peclet)), body(), 1.0).temperatures(flux)[0]
+        errors.append(rise[n // 2, n // 2] / exact - 1.0)
+    assert order(sides, errors) > 1.8
+    assert abs(errors[-1]) < 5e-5
+
+
+def test_far_away_a_source_at_rest_acts_like_a_point():
+    """T → Q/(2πkr), and u_z falls by (1+ν)αQ/(2πk) ln(r₂/r₁): for both bodies together, shares weighted."""
+    grid, flux, q = square_source(96, 4)
+    heat = 4.0 * SIZE**2 * q
+    pair = Pair(grid, body(), body(conductivity=20.0, expansion=3e-5), 0.4)
+    lower, upper = pair.temperatures(flux)
+    r = np.hypot(grid.x[-1], grid.y[-1])
+    assert lower[-1, -1] == pytest.approx(0.4 * heat / (2 * math.pi * K * r), rel=1e-3)
+    assert upper[-1, -1] == pytest.approx(0.6 * heat / (2 * math.pi * 20.0 * r), rel=1e-3)
+    u = pair.displacement(flux)
+    near = np.hypot(grid.x[-20], grid.y[-20])
+    slope = (0.4 * FREE_EXPANSION / K + 0.6 * 3e-5 / 20.0) * heat / (2 * math.pi)
+    assert u[-20, -20] - u[-1, -1] == pytest.approx(slope * math.log(r / near), rel=1e-3)
+
+
+@pytest.mark.parametrize("peclet", [0.0, 5.0, 200.0])
+def test_temperatures_are_positive_and_trail_the_source(peclet):
+    """Hot where material has been heated: the centroid of the temperature lies downstream, at +x, or in the middle."""
+    grid, flux, _ = square_source(40, 12)
+    rise = Pair(grid, body(speed_of(peclet)), body(), 1.0).temperatures(flux)[0]
+    assert rise.min() > -1e-12 * rise.max()
+    centroid = float((rise * grid.x[:, None]).sum() / rise.sum())
+    if peclet == 0.0:
+        assert abs(centroid) < 1e-10 * SIZE
+    else:
+        assert centroid > 0.2 * SIZE
+        np.testing.assert_array_less(rise[grid.x < -1.5 * SIZE].max(), rise[grid.x > 1.5 * SIZE].max())
+    i, _ = np.unravel_index(int(np.argmax(rise)), rise.shape)
+    assert grid.x[i] >= -0.51 * grid.dx
+
+
+@pytest.mark.parametrize("speeds", [(2.0, 0.0), (1.0, 0.3)])
+def test_reversed_and_mirrored_motion_mirror_the_fields(speeds):
+    vx, vy = speeds
+    flux = np.random.default_rng(2).random((14, 18))
+    grid = Grid(14, 18, 1.7e-5, 1.3e-5)
+    one, other = Pair(grid, body(vx, vy), body(vx, vy)), Pair(grid, body(-vx, vy), body(-vx, vy))
+    mirrored = Pair(grid, body(vx, -vy), body(vx, -vy))
+    for name in ("temperatures", "displacement"):
+        here = np.asarray(getattr(one, name)(flux))
+        tolerance = {"atol": 1e-9 * np.abs(here).max()}
+        np.testing.assert_allclose(np.asarray(getattr(other, name)(flux[::-1]))[..., ::-1, :], here, **tolerance)
+        np.testing.assert_allclose(np.asarray(getattr(mirrored, name)(flux[:, ::-1]))[..., ::-1], here, **tolerance)
+
+
+def test_response_is_the_direct_sum_of_its_tables():
+    """Both fields of two different bodies on a small grid, element by element; only the sum of expansions is felt."""
+    grid = Grid(7, 9, 2e-5, 3e-5)
+    flux = np.random.default_rng(4).random(grid.shape) * 1e6
+    bodies = body(0.5, 0.1), body(0.2, -0.1, conductivity=20.0, expansion=2e-5)
+    pair = Pair(grid, *bodies, 0.35)
+
+    def direct(table):
+        out = np.zeros(grid.shape)
+        for i in range(7):
+            for j in range(9):
+                out[i, j] = sum(table[i - k + 6, j - m + 8] * flux[k, m] for k in range(7) for m in range(9))
+        return out
+
+    expansion = np.zeros(grid.shape)
+    for found, b, share in zip(pair.temperatures(flux), bodies, (0.35, 0.65), strict=True):
+        peclets = b.speed_x * grid.dx / b.diffusivity, b.speed_y * grid.dx / b.diffusivity
+        expected = direct(temperature_table(7, 9, 1.5, *peclets)) * share * grid.dx / b.conductivity
+        np.testing.assert_allclose(found, expected, rtol=1e-10)
+        scale = share * b.free_expansion * grid.dx**2 / b.conductivity
+        expansion += scale * direct(displacement_table(7, 9, 1.5, *peclets))
+    np.testing.assert_allclose(pair.displacement(flux), expansion, rtol=1e-10)
+
+
+def test_response_is_linear_and_scales_with_the_constants():
+    grid = Grid(12, 12, 2e-5, 2e-5)
+    random = np.random.default_rng(9)
+    a, b = random.random(grid.shape), random.random(grid.shape)
+    pair = Pair(grid, body(1.0), body(1.0))
+    np.testing.assert_allclose(pair.displacement(2.0 * a + b), 2.0 * pair.displacement(a) + pair.displacement(b), rtol=1e-12)
+    double = Pair(grid, body(1.0, conductivity=2 * K), body(1.0, conductivity=2 * K))
+    np.testing.assert_allclose(double.temperatures(a)[0], 0.5 * pair.temperatures(a)[0], rtol=1e-12)
+    wide = Pair(grid, body(1.0, expansion=3 * FREE_EXPANSION), body(1.0, expansion=3 * FREE_EXPANSION))
+    np.testing.assert_allclose(wide.displacement(a), 3.0 * pair.displacement(a), rtol=1e-12)
+
+
+def test_all_heat_into_one_body_leaves_the_other_cold():
+    grid, flux, _ = square_source(16, 8)
+    for share, cold in ((1.0, 1), (0.0, 0)):
+        rises = Pair(grid, body(1.0), body(1.0), share).temperatures(flux)
+        assert not rises[cold].any()
+        assert rises[1 - cold].max() > 0.0
+
+
+def test_equal_bodies_at_equal_speed_share_their_tables():
+    grid, flux, _ = square_source(16, 8)
+    equal, unequal = Pair(grid, body(1.0), body(1.0)), Pair(grid, body(1.001), body(0.999))
+    for pair, tables in ((equal, 2), (unequal, 4)):
+        for _ in range(3):  # built once, kept
+            pair.temperatures(flux)
+            pair.displacement(flux)
+        assert pair.response.tables == tables
+
+
+# --- in the pipeline ----------------------------------------------------------------------------------------------
+
+
+def warm(problem: Problem, **heating) -> Problem:
+    return replace(problem, heating=Heating(**{"deformation": False, **heating}))
+
+
+MODERATE = warm(rolling(grid=32, creepage=(0.0016, 0.0004), spin=1.0))
+
+
+@pytest.mark.parametrize("peclet", ["rolling", "stationary"])
+def test_heat_flux_carries_all_of_the_heat(peclet):
+    result = solved(warm(MODERATE, peclet=peclet))
+    fields, s = result.coupled.fields, result.coupled.scalars
+    area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
+    assert fields["heat_flux"].min() >= 0.0
+    assert fields["heat_flux"].sum() * area == pytest.approx(s["Q_F_W"], rel=2.0 * result.error["Q_F_W"])
+    assert s["heat_flux_max_W_mm2"] == pytest.approx(fields["heat_flux"].max() * 1e-6, rel=0.05)
+    assert not fields["heat_flux"][fields["state"] == 0].any()
+
+
+def test_temperatures_of_a_result_are_the_response_to_its_heat_flux():
+    """Both bodies, at V ± C/2, from the field of the result alone."""
+    problem = replace(MODERATE, motion=Motion(2.0, 0.4, 0.1, 1.0), heating=Heating(deformation=False, partition=0.3))
+    result = solved(problem)
+    grid = Grid.over((32, 32), 2.2 * result.hertz["hertz_a_mm"] * 1e-3, 2.2 * result.hertz["hertz_b_mm"] * 1e-3)
+    np.testing.assert_allclose(grid.x, result.x, rtol=1e-12)
+    v, cx, cy = 2.0, 0.4 * 2.0, 0.1 * 2.0
+    pair = Pair(grid, body(v + cx / 2, cy / 2), body(v - cx / 2, -cy / 2), 0.3)
+    fields = result.coupled.fields
+    for name, expected in zip(("lower", "upper"), pair.temperatures(fields["heat_flux"]), strict=True):
+        np.testing.assert_allclose(fields[f"temperature_rise_{name}"], expected, rtol=1e-9, atol=1e-9 * expected.max())
+
+
+@pytest.mark.parametrize("creepage", [2.0, -2.0])
+def test_pure_sliding_of_one_body_heats_the_body_at_rest_most(creepage):
+    """Slide-roll ratio 2: one body passes at 2V, the other stands still and has no wake."""
+    derived = DerivedQuantities(replace(MODERATE, motion=Motion(1.0, creepage, 0.0)))
+    lower, upper = derived.heated_bodies(creepage, 0.0)
+    resting, moving = (upper, lower) if creepage > 0 else (lower, upper)
+    assert (resting.speed_x, moving.speed_x) == (0.0, 2.0)
+    result = solved(derived.problem)
+    s = result.coupled.scalars
+    names = ("temperature_rise_max_upper_K", "temperature_rise_max_lower_K")
+    hot, cool = names if creepage > 0 else names[::-1]
+    assert result.converged and s[hot] > 1.5 * s[cool]
+    rise = result.coupled.fields["temperature_rise_" + ("upper" if creepage > 0 else "lower")]
+    np.testing.assert_allclose(rise, rise[::-1], rtol=5e-3)
+
+
+def test_speeds_of_both_bodies_differ_by_the_creepage():
+    derived = DerivedQuantities(replace(MODERATE, motion=Motion(10.0, 0.02, -0.01)))
+    lower, upper = derived.heated_bodies(0.02, -0.01)
+    assert (lower.speed_x, lower.speed_y) == pytest.approx((10.1, -0.05))
+    assert (upper.speed_x, upper.speed_y) == pytest.approx((9.9, 0.05))
+    stationary = DerivedQuantities(warm(derived.problem, peclet="stationary")).heated_bodies(0.02, -0.01)
+    assert {(b.speed_x, b.speed_y) for b in stationary} == {(0.0, 0.0)}
+
+
+def test_peclet_numbers_are_reported_with_a0_as_length():
+    """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6 (model.md)."""
+    result = solved(rolling(grid=16, creepage=(0.003, 0.0), heating=Heating(deformation=False)))
+    assert result.hertz["peclet_lower"] == pytest.approx(18.6, abs=0.05)
+    assert result.hertz["peclet_upper"] == result.hertz["peclet_lower"]
+    slow = replace(STEEL, diffusivity=20e-6)
+    other = solved(replace(result.problem, upper=slow))
+    assert other.hertz["peclet_upper"] == pytest.approx(0.5 * other.hertz["peclet_lower"], rel=1e-12)
+
+
+def test_partition_divides_the_temperatures():
+    even, uneven = (solved(warm(MODERATE, partition=p, peclet="stationary")).coupled.scalars for p in (0.5, 0.2))
+    names = "temperature_rise_max_lower_K", "temperature_rise_max_upper_K"
+    assert even[names[0]] == pytest.approx(even[names[1]], rel=1e-12)
+    assert uneven[names[0]] == pytest.approx(0.4 * even[names[0]], rel=1e-12)
+    assert uneven[names[1]] == pytest.approx(1.6 * even[names[1]], rel=1e-12)
+
+
+@pytest.mark.parametrize("aspect", [0.25, 1.0, 4.0])
+def test_full_slip_temperature_is_that_of_an_elliptic_hertzian_source(aspect):
+    """Far beyond saturation q = μpVξ: hottest point against the exact ellipse, per body, at N = 64."""
+    base = warm(rolling(grid=64, geometry=ellipse(aspect), speed=1.0))
+    creep = 200.0 * saturation(base).creepage
+    result = solved(replace(base, motion=Motion(1.0, creep, 0.0)))
+    hertz = DerivedQuantities(base).hertz
+    flux = base.friction * hertz.peak_pressure * creep
+    rise = result.coupled.fields["temperature_rise_lower"]
+    i, j = np.unravel_index(int(np.argmax(rise)), rise.shape)
+    exact = ellipse_temperature(
+        float(result.x[i]),
+        float(result.y[j]),
+        hertz.semi_axis_x,
+        hertz.semi_axis_y,
+        0.5 * flux,
+        K,
+        KAPPA,
+        1.0 + creep / 2.0,
+        "hertz",
+    )
+    assert rise[i, j] == pytest.approx(exact, rel=2e-3)
+    assert result.coupled.scalars["temperature_rise_max_lower_K"] == pytest.approx(exact, rel=2e-3)
+
+
+def test_faster_rolling_is_hotter_but_less_than_in_proportion():
+    speeds = [0.1, 1.0, 10.0, 100.0]
+    rises = []
+    for v in speeds:
+        problem = replace(MODERATE, motion=replace(MODERATE.motion, speed=v))
+        rises.append(solved(problem).coupled.scalars["temperature_rise_max_lower_K"])
+    ratios = np.array(rises[1:]) / rises[:-1]
+    assert (ratios > 1.0).all() and (ratios < 10.0).all()
+    assert ratios[-1] == pytest.approx(math.sqrt(10.0), rel=0.05)  # fast source: flux ∝ V, time ∝ 1/V
+
+
+def test_temperature_converges_with_the_grid():
+    """Hottest point of a rolling contact: differences between grids fall at first order or better."""
+    base = warm(rolling(creepage=(0.003, 0.0)))
+    sides = [16, 32, 64, 128]
+    rises = [solved(on_grid(base, n)).coupled.scalars["temperature_rise_max_lower_K"] for n in [*sides, 256]]
+    assert order(sides, np.array(rises[:-1]) / rises[-1] - 1.0) > 1.2
+
+
+def test_bodies_without_thermal_constants_stay_mechanical():
+    plain = Material(210e9, 0.28)
+    result = solved(replace(MODERATE, lower=plain, upper=plain, heating=Heating(heat=False)))
+    assert math.isnan(result.coupled.scalars["temperature_rise_max_lower_K"])
+    assert "temperature_rise_lower" not in result.coupled.fields
+    assert "heat" in result.work["skipped"]

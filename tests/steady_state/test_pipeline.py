@@ -1,0 +1,363 @@
+"""The public pipeline: names, invariants on varied cases, determinism, ladders, estimates, plans, warm starts."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from tests.support.scenes import (
+    CASES,
+    MECHANICAL,
+    STEEL,
+    article_4_1,
+    elastic,
+    ellipse,
+    on_grid,
+    reference_problem,
+    rolling,
+    saturation,
+    solved,
+)
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Geometry, Heating, Motion, Numerics, Problem
+from thermoroll_cli.model.result import FIELDS, SCALARS
+from thermoroll_cli.refinement.plan import COARSEST, grid_ladder, make_plan
+from thermoroll_cli.refinement.solve import Solver, solve
+
+PHYSICAL = [
+    "Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",
+    "force_x_N", "force_y_N", "spin_moment_Nmm", "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm",
+    "pressure_max_MPa", "shear_max_MPa", "heat_flux_max_W_mm2", "approach_um", "contact_area_mm2", "stick_area_mm2",
+    "thermal_displacement_max_um", "power_balance_error",
+]  # fmt: skip
+INPUTS = ["hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper"]
+FIELD_NAMES = [
+    "pressure", "shear_x", "shear_y", "slip_x", "slip_y", "state", "heat_flux", "temperature_rise_lower",
+    "temperature_rise_upper", "displacement_elastic", "displacement_thermal", "gap",
+]  # fmt: skip
+
+
+def driven(base: Problem, x: float, y: float, spin: float, speed: float = 1.0) -> Problem:
+    """Creepages and spin in units of saturation."""
+    scale = saturation(base)
+    return replace(base, motion=Motion(speed, x * scale.creepage, y * scale.creepage, spin * scale.spin))
+
+
+def body(poisson_ratio: float):
+    return replace(STEEL, poisson_ratio=poisson_ratio)
+
+
+VARIED = {
+    "circle": driven(rolling(grid=64, heating=Heating()), 0.4, 0.2, 0.1),
+    "elliptic 1:5": driven(rolling(grid=64, geometry=ellipse(0.2), heating=Heating()), 0.5, -0.3, 0.2),
+    "elliptic 4:1": driven(rolling(grid=64, geometry=ellipse(4.0), heating=Heating()), 0.3, 0.3, -0.5),
+    "spin dominated": driven(rolling(grid=64, heating=Heating()), 0.05, -0.05, 1.0),
+    "oblong grid": driven(rolling(grid=(96, 40), geometry=ellipse(2.0), heating=Heating()), 0.6, 0.1, 0.3),
+    "odd grid": driven(rolling(grid=(49, 63), heating=Heating()), -0.5, 0.2, 0.3),
+    "low friction": driven(rolling(grid=64, friction=0.01, heating=Heating()), 0.5, 0.2, 0.2),
+    "high friction": driven(rolling(grid=64, friction=1.0, heating=Heating()), 0.4, 0.4, 0.4),
+    "no Poisson effect": driven(rolling(grid=64, body=body(0.0), heating=Heating()), 0.5, 0.2, 0.3),
+    "incompressible": driven(rolling(grid=64, body=body(0.5), heating=Heating()), 0.5, 0.2, 0.3),
+    "almost all stick": driven(rolling(grid=64, heating=Heating()), 0.02, 0.01, 0.01),
+    "almost all slip": driven(rolling(grid=64, heating=Heating()), 0.9, 0.4, 0.1),
+    "sliding": driven(rolling(grid=64, heating=Heating()), 30.0, -10.0, 5.0),
+    "hot": article_4_1(64),
+    "hot with spin": driven(
+        rolling(grid=64, geometry=ellipse(0.5), heating=Heating(peclet="stationary")), 0.8, 0.2, 0.3, 150.0
+    ),
+    "concave": rolling(grid=48, geometry=Geometry(0.03, 0.03, 0.03, -0.05), creepage=(1e-3, 0.0), heating=Heating()),
+}
+
+
+@pytest.fixture(params=VARIED, ids=[name.replace(" ", "-") for name in VARIED])
+def varied(request) -> Problem:
+    return VARIED[request.param]
+
+
+# --- names --------------------------------------------------------------------------------------------------------
+
+
+def test_summary_has_every_name_of_the_interface():
+    summary = solved(VARIED["hot"]).summary()
+    for name in ["status", "reason", *PHYSICAL, *INPUTS, "isothermal", "error", "work"]:
+        assert name in summary, name
+    assert set(PHYSICAL) <= set(SCALARS)
+    assert set(summary["isothermal"]) == set(SCALARS)
+    assert set(summary["error"]) == set(SCALARS)
+    assert summary["status"] == "converged" and summary["reason"] == ""
+    for name in ("grid", "iterations", "applications", "seconds", "skipped", "levels"):
+        assert name in summary["work"], name
+
+
+@pytest.mark.parametrize("name", ["hot", "circle"])
+def test_summary_is_plain_json(name):
+    """No NumPy types: it must survive any JSON encoder, and come back equal."""
+    summary = solved(VARIED[name]).summary()
+    back = json.loads(json.dumps(summary))
+    assert back["Q_F_W"] == summary["Q_F_W"] and back["work"] == summary["work"]
+    assert all(type(value) is float for key, value in summary.items() if key in PHYSICAL + INPUTS)
+    assert all(type(value) is float for value in summary["isothermal"].values())
+    assert all(type(value) is float for value in summary["error"].values())
+
+
+def test_every_field_is_there_with_the_shape_of_the_grid():
+    result = solved(on_grid(VARIED["hot"], (40, 56)))
+    for state in (result.coupled, result.isothermal):
+        assert set(FIELD_NAMES) <= set(state.fields) <= set(FIELDS)
+        for field in state.fields.values():
+            assert field.shape == (40, 56) == (len(result.x), len(result.y))
+            assert np.isfinite(field).all()
+    assert set(np.unique(result.coupled.fields["state"])) == {0, 1, 2}
+
+
+def test_skipped_stages_are_listed_with_reasons():
+    skipped = solved(rolling(grid=32, creepage=(1e-3, 0.0))).work["skipped"]
+    assert {"heat", "deformation"} <= set(skipped)
+    assert all(isinstance(reason, str) and len(reason) > 5 for reason in skipped.values())
+    assert "tangential" not in skipped
+    assert "heat" not in solved(VARIED["hot"]).work["skipped"]
+
+
+def test_scalars_of_skipped_stages_are_nan_and_their_fields_absent():
+    state = solved(rolling(grid=32, creepage=(1e-3, 0.0))).coupled
+    for name in ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "thermal_displacement_max_um"):
+        assert math.isnan(state.scalars[name])
+    assert "temperature_rise_lower" not in state.fields and "displacement_thermal" not in state.fields
+    assert not any(math.isnan(state.scalars[name]) for name in ("Q_F_W", "gamma_p", "force_x_N", "heat_flux_max_W_mm2"))
+
+
+def test_progress_is_reported_per_grid():
+    problem, seen = on_grid(VARIED["hot"], 32), []
+    solve(problem, report=lambda stage, info: seen.append((stage, tuple(info["grid"]))))
+    climb = [(stage, shape) for shape in grid_ladder(problem) for stage in ("tangential", "coupling")]
+    assert seen[-len(climb) :] == climb
+
+
+# --- invariants ---------------------------------------------------------------------------------------------------
+
+
+def test_invariants_hold(varied):
+    """p ≥ 0, h ≥ 0, ∬p = W, |τ| ≤ μp, slip along τ, q ≥ 0, ∬q = Q_F, ΔT ≥ 0, work = heat: both states of every case."""
+    result = solved(varied)
+    assert result.converged, result.reason
+    area = float((result.x[1] - result.x[0]) * (result.y[1] - result.y[0]))
+    for state in {id(s): s for s in (result.coupled, result.isothermal)}.values():
+        f, s = state.fields, state.scalars
+        pressure, inside = f["pressure"], f["state"] > 0
+        assert pressure.min() >= 0.0 and (pressure[inside] > 0.0).all() and not pressure[~inside].any()
+        assert pressure.sum() * area == pytest.approx(varied.normal_force, rel=1e-7)
+        assert f["gap"].min() >= 0.0 and not f["gap"][inside].any()
+        bound, shear = varied.friction * pressure, np.hypot(f["shear_x"], f["shear_y"])
+        assert (shear - bound).max() < 5e-3 * bound.max()
+        assert np.linalg.norm(np.maximum(shear - bound, 0.0)) < 2e-4 * np.linalg.norm(bound)
+        speed = np.hypot(f["slip_x"], f["slip_y"])
+        power = f["shear_x"] * f["slip_x"] + f["shear_y"] * f["slip_y"]
+        assert np.sum(shear * speed - power) < 1e-3 * max(np.sum(shear * speed), s["Q_F_W"] / area)
+        stick = f["state"] == 1
+        assert not speed[stick].any() and not speed[~inside].any() and not shear[~inside].any()
+        assert f["heat_flux"].min() >= 0.0 and not f["heat_flux"][~inside].any()
+        m = varied.motion
+        rigid = s["creepage_longitudinal"] - m.spin * result.y[None, :], s["creepage_lateral"] + m.spin * result.x[:, None]
+        work = m.speed * (f["shear_x"] * rigid[0] + f["shear_y"] * rigid[1]).sum() * area
+        assert f["heat_flux"].sum() * area == pytest.approx(work, rel=1e-6)
+        for name in ("temperature_rise_lower", "temperature_rise_upper"):
+            assert f[name].min() >= -1e-9 * f[name].max()
+        assert 0.0 <= s["gamma_st"] <= 1.0
+        assert math.hypot(s["force_x_N"], s["force_y_N"]) <= varied.traction_limit * (1.0 + 1e-6)
+
+
+def test_scalars_agree_with_the_fields(varied):
+    result = solved(varied)
+    area = float((result.x[1] - result.x[0]) * (result.y[1] - result.y[0]))
+    f, s = result.coupled.fields, result.coupled.scalars
+    # Integrals may be extrapolated, by no more than about their estimated error.
+    arm = result.x[:, None] * f["shear_y"] - result.y[None, :] * f["shear_x"]
+    arm_scale = 1e3 * varied.traction_limit * math.sqrt(result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]) * 1e-3
+    for name, value, scale in (
+        ("force_x_N", f["shear_x"].sum() * area, varied.traction_limit),
+        ("force_y_N", f["shear_y"].sum() * area, varied.traction_limit),
+        ("spin_moment_Nmm", 1e3 * arm.sum() * area, arm_scale),
+        ("Q_F_W", f["heat_flux"].sum() * area, 0.0),
+    ):
+        assert s[name] == pytest.approx(value, abs=2.0 * result.error[name] * max(abs(s[name]), scale)), name
+    assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.hertz["hertz_p0_MPa"], rel=1e-12)
+    assert s["pressure_max_MPa"] == pytest.approx(1e-6 * f["pressure"].max(), rel=0.01)
+    hertz_area = math.pi * result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]
+    assert s["gamma_c"] == pytest.approx(s["contact_area_mm2"] / hertz_area, rel=1e-12)
+    assert s["gamma_st"] == pytest.approx(s["stick_area_mm2"] / s["contact_area_mm2"], rel=1e-12)
+    counted = np.count_nonzero(f["state"]) * area * 1e6
+    assert s["contact_area_mm2"] == pytest.approx(counted, rel=0.08)
+    sticking = np.count_nonzero(f["state"] == 1) / np.count_nonzero(f["state"])
+    assert s["gamma_st"] == pytest.approx(sticking, abs=0.05)
+    for name in ("lower", "upper"):
+        assert s[f"temperature_rise_max_{name}_K"] == pytest.approx(f[f"temperature_rise_{name}"].max(), rel=0.06)
+
+
+def test_estimated_errors_are_numbers_and_small_enough_to_use(varied):
+    """Of what accuracy is asked for: below 5 % at N = 64 and never zero for what is solved for."""
+    result = solved(varied)
+    for name in ("Q_F_W", "gamma_c", "gamma_p", "force_x_N", "force_y_N"):
+        assert 0.0 < result.error[name] < 0.05, name
+
+
+def test_work_stays_within_bounds_on_varied_cases(varied):
+    """Tangential applications on the finest grid of the isothermal state; small creepages are the most expensive."""
+    assert solved(varied).work["levels"][-1]["applications"] <= 80
+
+
+def test_power_balance_error_is_small_where_slip_is_resolved(varied):
+    result = solved(on_grid(varied, tuple(2 * n for n in varied.numerics.grid)))
+    error = result.isothermal.scalars["power_balance_error"]
+    resolved = result.isothermal.scalars["gamma_st"] < 0.75
+    assert error <= (1.5e-3 if resolved else 0.1)
+
+
+# --- isothermal geometry ------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("aspect", [1.0, 0.1, 10.0])
+def test_isothermal_normal_state_is_hertz(aspect):
+    """p_max within 2e-4, area within 0.5 %, displacement and gap against the closed form, at N = 128."""
+    problem = rolling(grid=128, geometry=ellipse(aspect), creepage=(5e-4, 0.0))
+    result, hertz = solved(problem), DerivedQuantities(problem).hertz
+    f, s = result.isothermal.fields, result.isothermal.scalars
+    assert result.hertz["hertz_a_mm"] / result.hertz["hertz_b_mm"] == pytest.approx(aspect, rel=1e-9)
+    assert s["gamma_p"] == pytest.approx(1.0, abs=2e-4)
+    assert s["gamma_c"] == pytest.approx(1.0, abs=5e-3)
+    assert s["approach_um"] == pytest.approx(hertz.approach * 1e6, rel=1e-4)
+    x, y = result.x[:, None], result.y[None, :]
+    assert np.abs(f["displacement_elastic"] - hertz.displacement(x, y)).max() < 1e-3 * hertz.approach
+    assert np.abs(f["gap"] - hertz.gap(x, y)).max() < 5e-3 * hertz.approach
+    whole = (x / hertz.semi_axis_x) ** 2 + (y / hertz.semi_axis_y) ** 2 < 0.9
+    assert np.abs(f["pressure"] - hertz.pressure(x, y))[whole].max() < 1e-3 * hertz.peak_pressure
+
+
+# --- determinism --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("problem", [on_grid(VARIED["hot with spin"], 48), VARIED["oblong grid"]])
+def test_two_solves_and_two_threads_are_equal_bit_by_bit(problem):
+    one = solve(problem)
+    for other in (solve(problem), solve(problem, threads=2)):
+        for a, b in ((one.coupled, other.coupled), (one.isothermal, other.isothermal)):
+            assert a.scalars == b.scalars
+            for name, field in a.fields.items():
+                np.testing.assert_array_equal(field, b.fields[name], err_msg=name)
+        assert one.error == other.error
+        assert one.work["levels"] == other.work["levels"]
+
+
+def test_results_do_not_depend_on_what_was_solved_before():
+    problem = on_grid(VARIED["circle"], 32)
+    first = solve(problem)
+    solve(on_grid(VARIED["hot"], 32))
+    np.testing.assert_array_equal(solve(problem).coupled.fields["shear_x"], first.coupled.fields["shear_x"])
+
+
+# --- ladder, plan and estimates -----------------------------------------------------------------------------------
+
+
+def test_ladder_doubles_up_to_the_grid_that_is_asked_for():
+    for grid in ((128, 128), (100, 60), (31, 200), (17, 17), (128, 33)):
+        ladder = grid_ladder(rolling(grid=grid))
+        assert ladder[-1] == grid
+        assert max(ladder[0]) < 4 * COARSEST
+        for coarse, fine in pairwise(ladder):
+            for few, many in zip(coarse, fine, strict=True):
+                assert 1.8 < many / few <= 2.0 or few == many < 4 * COARSEST
+
+
+def test_plan_tells_before_solving_what_will_be_done():
+    plan = make_plan(VARIED["hot"])
+    assert {"tangential", "heat", "deformation"} <= set(plan.run)
+    assert plan.grid == (64, 64) and plan.memory_bytes > 0 and plan.seconds > 0.0
+    result = solved(VARIED["hot"])
+    for name in INPUTS:
+        assert plan.facts[name] == result.hertz[name]
+    assert plan.skipped == result.work["skipped"]
+    for problem in VARIED.values():
+        other = make_plan(problem)
+        assert not set(other.run) & set(other.skipped)
+
+
+def test_a_domain_smaller_than_the_contact_is_grown_with_a_warning():
+    result = solved(rolling(grid=32, creepage=(1e-3, 0.0), extent=1.5))
+    assert result.converged
+    assert result.work["extent"] > 2.0
+    assert any("extent" in w for w in result.warnings)
+
+
+def test_doubtful_half_spaces_are_warned_about():
+    """Close conformity: the contact is a large part of the radius."""
+    conformal = rolling(grid=32, geometry=Geometry(0.01, 0.01, 0.01, -0.0101), load=2000.0, creepage=(1e-3, 0.0))
+    assert any("half-space" in w for w in make_plan(conformal).warnings)
+    assert not make_plan(VARIED["circle"]).warnings
+
+
+def test_estimated_errors_tell_the_size_of_the_true_ones():
+    """Against N = 256, at N = 64 and 128: mostly at most twice the estimate, never ten times."""
+    ratios = []
+    for case in CASES:
+        fine = solved(reference_problem(case, 256)).coupled.scalars
+        for n in (64, 128):
+            result = solved(reference_problem(case, n))
+            limit = result.problem.traction_limit
+            for name in ("Q_F_W", "force_x_N", "force_y_N"):
+                scale = max(abs(fine[name]), limit if name.startswith("force") else 0.0)
+                ratios.append(abs(result.coupled.scalars[name] - fine[name]) / scale / result.error[name])
+    assert np.mean(np.array(ratios) <= 2.0) >= 0.75
+    assert max(ratios) < 10.0
+
+
+@pytest.mark.parametrize("wanted", [2e-2, 2e-3])
+def test_accuracy_picks_the_grid(wanted):
+    """Coarse where little is asked for; the scalars are then as good as that, against a fine grid."""
+    problem = reference_problem("article_3_1_case_2", 256)
+    result = solved(replace(problem, numerics=Numerics(accuracy=wanted)))
+    assert result.converged, result.reason
+    fine = solved(problem).coupled.scalars
+    assert len(result.x) <= 256
+    for name in ("Q_F_W", "force_x_N", "force_y_N", "gamma_st"):
+        assert result.error[name] <= wanted
+        assert result.coupled.scalars[name] == pytest.approx(fine[name], abs=2.0 * wanted * max(1.0, abs(fine[name])))
+
+
+def test_less_accuracy_costs_less():
+    problem = reference_problem("article_3_1_case_2", 256)
+    rough, fine = (len(solved(replace(problem, numerics=Numerics(accuracy=a))).x) for a in (2e-2, 2e-4))
+    assert rough < fine
+
+
+def test_refusals_say_what_is_wrong():
+    with pytest.raises(ValueError, match="exceeds the friction limit"):
+        solve(rolling(grid=32, creepage=(None, 0.0), force=(25.0, None)))
+
+
+# --- one problem after another ------------------------------------------------------------------------------------
+
+
+def test_a_warm_started_sweep_gives_the_answers_of_single_solves():
+    """Neighbouring creepages through one Solver: the same scalars to the solver's tolerance, for less work."""
+    solver = Solver()
+    base = rolling(grid=32, heating=MECHANICAL, body=elastic(0.28))
+    problems = [driven(base, share, 0.1, 0.1) for share in (0.2, 0.25, 0.3, 0.35, 0.4)]
+    swept, single = [solver.solve(p) for p in problems], [solve(p) for p in problems]
+    for one, other in zip(swept, single, strict=True):
+        assert one.converged
+        for name in ("force_x_N", "force_y_N", "Q_F_W"):
+            assert one.coupled.scalars[name] == pytest.approx(other.coupled.scalars[name], rel=5e-4)
+    work = [sum(sum(level["applications"] for level in r.work["levels"]) for r in results) for results in (swept, single)]
+    assert work[0] < 0.9 * work[1]
+
+
+def test_a_solver_meets_other_contacts_between_without_harm():
+    solver = Solver()
+    here, there = on_grid(VARIED["circle"], 32), on_grid(VARIED["elliptic 1:5"], 32)
+    for problem in (here, there, here):
+        found = solver.solve(problem).coupled.scalars
+        assert found["force_x_N"] == pytest.approx(solve(problem).coupled.scalars["force_x_N"], rel=5e-4)

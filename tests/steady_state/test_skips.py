@@ -1,0 +1,246 @@
+"""What a derived does not need is skipped: the answer stays the same, and each test records what was saved.
+
+The savings (transforms, applications, tables, bytes) go to the test report with `record_property`."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import thermoroll_cli
+from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres
+from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.plan import STANDARD_ACCURACY, make_plan
+from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.steady_state.coupling import Tolerances, couple, isothermal
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+Record = Callable[[str, object], None]
+
+CREEPAGE = (0.0016, 0.0004)
+
+
+def transforms(result: Result) -> int:
+    return sum(level["transforms"] for level in result.work["levels"])
+
+
+def applications(result: Result) -> int:
+    return sum(level["applications"] + level.get("coupled_applications", 0) for level in result.work["levels"])
+
+
+# --- nothing rubs ----------------------------------------------------------------------------------------------------
+
+
+def test_no_creepage(record_property: Record) -> None:
+    still, creeping = (solve(rolling(creepage=(c, 0.0))) for c in (0.0, 1e-9))
+    assert "tangential" in still.work["skipped"] and "tangential" not in creeping.work["skipped"]
+    assert applications(still) == 0
+    np.testing.assert_array_equal(still.coupled.fields["pressure"], creeping.coupled.fields["pressure"])
+    # The limit of a creepage that vanishes: no force, and everything sticks.
+    assert still.coupled.scalars["force_x_N"] == 0.0
+    assert abs(creeping.coupled.scalars["force_x_N"]) < 1e-5 * creeping.problem.traction_limit
+    assert still.coupled.scalars["gamma_st"] == 1.0 == pytest.approx(creeping.coupled.scalars["gamma_st"], abs=0.02)
+    record_property("applications_saved", applications(creeping))
+
+
+def test_no_friction(record_property: Record) -> None:
+    smooth, rough = (solve(rolling(creepage=CREEPAGE, friction=mu)) for mu in (0.0, 1e-6))
+    assert "tangential" in smooth.work["skipped"]
+    assert applications(smooth) == 0
+    assert smooth.coupled.scalars["force_x_N"] == 0.0 == smooth.coupled.scalars["Q_F_W"]
+    assert rough.coupled.scalars["force_x_N"] <= 1e-6 * 65.0
+    assert smooth.coupled.scalars["gamma_st"] == 0.0 == pytest.approx(rough.coupled.scalars["gamma_st"], abs=0.02)
+    # Whatever slides slides with the rigid slip.
+    inside = smooth.coupled.fields["state"] > 0
+    scale = np.abs(smooth.coupled.fields["slip_x"]).max()
+    for name in ("slip_x", "slip_y"):
+        np.testing.assert_allclose(smooth.coupled.fields[name][inside], rough.coupled.fields[name][inside], atol=1e-2 * scale)
+    record_property("applications_saved", applications(rough))
+
+
+# --- heat ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["force_x_N", "force_y_N", "Q_F_W", "gamma_st", "gamma_p", "gamma_c"])
+def test_heat_switched_off(name: str, record_property: Record) -> None:
+    cold, warm = (solve(rolling(creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
+    assert "heat" in cold.work["skipped"] and "heat" not in warm.work["skipped"]
+    assert cold.coupled.scalars[name] == warm.coupled.scalars[name]
+    assert np.isnan(cold.coupled.scalars["temperature_rise_max_lower_K"])
+    assert "temperature_rise_lower" not in cold.coupled.fields
+    record_property("transforms_saved", transforms(warm) - transforms(cold))
+    assert transforms(warm) > transforms(cold)
+
+
+def test_deformation_switched_off(record_property: Record) -> None:
+    problem = article_4_1(32)
+    coupled = solve(problem)
+    stiff = solve(replace(problem, heating=replace(problem.heating, deformation=False)))
+    assert "deformation" in stiff.work["skipped"]
+    for name in ("Q_F_W", "force_x_N", "gamma_p", "temperature_rise_max_lower_K"):
+        assert stiff.coupled.scalars[name] == coupled.isothermal.scalars[name]
+    record_property("transforms_saved", transforms(coupled) - transforms(stiff))
+    assert transforms(coupled) > 2 * transforms(stiff)
+
+
+def test_bulge_below_tolerance(record_property: Record) -> None:
+    problem = rolling(grid=32, creepage=CREEPAGE, heating=Heating())
+    skipped = solve(problem)
+    assert "deformation" in skipped.work["skipped"]
+    # The same fixed point iterated for nothing.
+    discretisation = Discretisation(DerivedQuantities(problem), (32, 32), problem.numerics.extent)
+    start = isothermal(discretisation, [], 1e-5)
+    before = discretisation.transforms
+    state = couple(discretisation, start, np.zeros(discretisation.grid.shape), Tolerances())
+    assert state.converged
+    record_property("transforms_saved", discretisation.transforms - before)
+    # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.
+    cold, _ = discretisation.press(np.zeros(discretisation.grid.shape), start.normal.pressure, 1e-7)
+    assert state.contact.normal.peak == pytest.approx(cold.peak, rel=STANDARD_ACCURACY)
+    assert state.contact.normal.covered.sum() == pytest.approx(cold.covered.sum(), rel=STANDARD_ACCURACY)
+    rolled = discretisation.roll(cold, [start.tangential], 1e-5)
+    change = np.abs((state.contact.tangential.traction - rolled.traction).sum(axis=(1, 2))) * discretisation.grid.element_area
+    assert change.max() < STANDARD_ACCURACY * problem.traction_limit
+
+
+def test_bulge_above_tolerance_is_not_skipped() -> None:
+    assert make_plan(article_4_1(32)).runs("deformation")
+
+
+# --- equal bodies ----------------------------------------------------------------------------------------------------
+
+
+def test_equal_bodies_share_thermal_kernels(record_property: Record) -> None:
+    grid = Grid.over((24, 24), 1e-3, 1e-3)
+    body = HeatedBody(50.0, 1.3 * 11.7e-6, 1e-5, 1.0)
+    other = replace(body, diffusivity=body.diffusivity * (1.0 + 1e-12))
+    flux = np.random.default_rng(1).random(grid.shape)
+    heat = DividedHeat.evenly(flux, 0.4)
+    shared, apart = HeatResponse(grid, body, body), HeatResponse(grid, body, other)
+    np.testing.assert_allclose(shared.displacement(heat), apart.displacement(heat), rtol=1e-9)
+    for a, b in zip(shared.temperatures(heat), apart.temperatures(heat), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-9)
+    assert (shared.tables, apart.tables) == (2, 4)
+    record_property("tables_saved", apart.tables - shared.tables)
+
+
+def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear(record_property: Record) -> None:
+    upper = replace(STEEL, youngs_modulus=STEEL.youngs_modulus * (1.0 + 1e-4))
+    equal = rolling(grid=32, creepage=CREEPAGE)
+    nearly = replace(equal, upper=upper)
+    one, other = solve(equal), solve(nearly)
+    assert "elastic coupling" in one.work["skipped"] and "elastic coupling" not in other.work["skipped"]
+    assert "normal (isothermal)" in one.work["skipped"]
+    for name in ("force_x_N", "force_y_N"):
+        assert one.coupled.scalars[name] == pytest.approx(other.coupled.scalars[name], abs=1e-3 * equal.traction_limit)
+    record_property("transforms_saved", transforms(other) - transforms(one))
+    assert transforms(other) > transforms(one)
+
+
+def test_hertz_pressure_is_not_solved_for(record_property: Record) -> None:
+    discretisation = Discretisation(DerivedQuantities(rolling(grid=64)), (64, 64), 2.2)
+    exact = discretisation.hertz
+    before = discretisation.normal_solver.applications
+    solved, solution = discretisation.press(np.zeros(discretisation.grid.shape), exact.pressure, 1e-7)
+    assert np.abs(solved.pressure - exact.pressure).max() < 5e-3 * exact.pressure.max()
+    assert solved.approach == pytest.approx(exact.approach, rel=1e-3)
+    record_property("applications_saved", discretisation.normal_solver.applications - before)
+    assert solution.applications > 0
+
+
+# --- operator --------------------------------------------------------------------------------------------------------
+
+
+def test_no_cross_terms_without_lateral_contraction(record_property: Record) -> None:
+    traction = np.random.default_rng(2).standard_normal((2, 20, 14))
+    plain, tiny = (RollingGradient((20, 14), 1e-5, 1e-5, ShearCompliance(1e-12, d)) for d in (0.0, 1e-30))
+    np.testing.assert_allclose(plain(traction), tiny(traction), rtol=0.0, atol=1e-13 * np.abs(plain(traction)).max())
+    # Only one component is loaded: the other one stays exactly zero.
+    traction[1] = 0.0
+    assert not plain(traction)[1].any()
+    record_property("products_saved_per_application", 2)
+
+
+def test_lateral_contraction_of_zero_changes_nothing_else() -> None:
+    zero, tiny = (solve(rolling(grid=32, creepage=CREEPAGE, body=Material(210e9, nu))) for nu in (0.0, 1e-9))
+    for name in ("force_x_N", "force_y_N", "gamma_st"):
+        assert zero.coupled.scalars[name] == pytest.approx(tiny.coupled.scalars[name], rel=1e-5)
+
+
+def test_bounding_box_of_the_contact(record_property: Record) -> None:
+    # The same elements in a domain of twice the size.
+    small, large = (solve(rolling(grid=n, extent=e, creepage=CREEPAGE)) for n, e in ((32, 2.2), (64, 4.4)))
+    inner = slice(16, 48)
+    for name in ("pressure", "shear_x", "shear_y", "slip_x"):
+        expected = small.coupled.fields[name]
+        np.testing.assert_allclose(large.coupled.fields[name][inner, inner], expected, atol=2e-4 * np.abs(expected).max())
+    sizes = []
+    for n, e in ((32, 2.2), (64, 4.4)):
+        discretisation = Discretisation(DerivedQuantities(rolling(grid=n, extent=e)), (n, n), e)
+        sizes.append(discretisation.rolling.window_around(discretisation.hertz.contact, None, discretisation.derived).shape)
+    assert sizes[0] == sizes[1]
+    record_property("elements_of_box_and_domain", (sizes[1], (64, 64)))
+
+
+def test_contact_s_box_serves_smaller_contacts() -> None:
+    discretisation = Discretisation(DerivedQuantities(rolling(grid=32)), (32, 32), 2.2)
+    contact = discretisation.hertz.contact
+    solver = discretisation.rolling.solver_of(discretisation.rolling.window_around(contact, None, discretisation.derived))
+    contact = contact.copy()
+    contact[:8] = False
+    window = discretisation.rolling.window_around(contact, None, discretisation.derived)
+    assert discretisation.rolling.solver_of(window) is solver, "kernels and plans are kept"
+
+
+# --- nothing plotted -------------------------------------------------------------------------------------------------
+
+PROBE = """
+import json, sys
+from thermoroll_cli.cli.main import main
+try:
+    main({arguments!r})
+except SystemExit as stop:
+    assert not stop.code, stop.code
+print(json.dumps([m for m in ("matplotlib", "h5py", "pyfftw") if m in sys.modules]))
+"""
+
+
+def loaded(*arguments: str) -> list[str]:
+    done = subprocess.run([sys.executable, "-c", PROBE.format(arguments=list(arguments))], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+CASE = Path(thermoroll_cli.__file__).parent.parent / "cases" / "article_3_1_case_1.toml"
+
+
+def test_nothing_plotted_needs_no_matplotlib(tmp_path: Path, record_property: Record) -> None:
+    modules = loaded("run", str(CASE), "-o", str(tmp_path), "--no-plots", "--set", "numerics.grid=16")
+    assert "pyfftw" in modules
+    assert "matplotlib" not in modules
+    assert not list(tmp_path.glob("*.png")) and list(tmp_path.glob("*.h5"))
+    record_property("modules_not_imported", "matplotlib")
+
+
+def test_validating_needs_no_solver() -> None:
+    assert "matplotlib" not in loaded("validate", str(CASE)) and "pyfftw" not in loaded("validate", str(CASE))
+
+
+def test_skips_are_listed_with_reasons() -> None:
+    problem = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, 0.3, Motion(1.0)), 16)
+    skipped = solve(problem).work["skipped"]
+    assert {"tangential", "heat", "deformation", "elastic coupling", "normal (isothermal)"} <= set(skipped)
+    assert all(len(reason) > 5 for reason in skipped.values())

@@ -1,0 +1,268 @@
+"""Whole sweeps: the same results in one process, in two, on a cluster, after deaths and interruptions."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import os
+import signal
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import COMMAND, THERMAL, Called, call, environment, thermoroll
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+
+HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\n'
+"""The article's hot spheres: everything is coupled."""
+
+KEY = "creepage.longitudinal"
+POINTS = 20
+SWEEP = ("--over", f"{KEY}=0.0005:0.006:{POINTS}", "--set", "numerics.grid=20")
+
+
+@dataclass(frozen=True)
+class Swept:
+    """A finished sweep: its folder and what was printed."""
+
+    folder: Path
+    case: Path
+    done: Called | subprocess.CompletedProcess[str]
+
+    @property
+    def table(self) -> bytes:
+        return (self.folder / "sweep.csv").read_bytes()
+
+    @property
+    def rows(self) -> list[dict[str, str]]:
+        return list(csv.DictReader(self.table.decode().splitlines()))
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("case") / "spheres.toml"
+    path.write_text(HOT)
+    return path
+
+
+@pytest.fixture(scope="module")
+def serial(case: Path, tmp_path_factory: pytest.TempPathFactory) -> Swept:
+    """The sweep that all others are compared with: one process, never interrupted."""
+    folder = tmp_path_factory.mktemp("serial")
+    return Swept(folder, case, thermoroll("sweep", case, *SWEEP, "-o", folder, "--json"))
+
+
+def files(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*.h5"))
+
+
+def assert_same(folder: Path, serial: Swept) -> None:
+    """Tables equal to the last digit, fields equal to the last bit, nothing left over."""
+    assert (folder / "sweep.csv").read_bytes() == serial.table
+    assert [path.name for path in files(folder)] == [path.name for path in files(serial.folder)]
+    for mine, other in zip(files(folder), files(serial.folder), strict=True):
+        a, b = read_result(mine), read_result(other)
+        assert a.case_json == b.case_json
+        for name, values in b.fields.items():
+            np.testing.assert_array_equal(a.fields[name], values, err_msg=f"{mine.name}: {name}")
+    assert {path.name for path in folder.iterdir()} <= {path.name for path in serial.folder.iterdir()}
+
+
+# --- what a sweep writes -------------------------------------------------------------------------------------------
+
+
+def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
+    assert serial.done.returncode == 0
+    names = [f"spheres_{number:04d}" for number in range(1, POINTS + 1)]
+    expected = [f"{name}.h5" for name in names] + ["sweep.csv", "sweep.png"]
+    assert sorted(path.name for path in serial.folder.iterdir()) == expected
+    assert (serial.folder / "sweep.png").read_bytes().startswith(b"\x89PNG")
+    assert [row["file"] for row in serial.rows] == [f"{name}.h5" for name in names]
+    values = np.array([float(row[KEY]) for row in serial.rows])
+    np.testing.assert_allclose(values, np.linspace(0.0005, 0.006, POINTS), rtol=1e-11)
+    stored = read_result(serial.folder / "spheres_0003.h5")
+    assert (stored.converged, stored.case_text) == (True, HOT)
+    assert json.loads(stored.case_json)["creepage"]["longitudinal"] == values[2]
+    assert stored.attributes["command_line"].startswith("thermoroll sweep")
+
+
+def test_columns_have_the_public_names(serial: Swept) -> None:
+    states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
+    expected = [KEY, "status", "reason", *SCALARS, *HERTZ_SCALARS, *states, "work.grid", "work.applications", "file"]
+    assert list(serial.rows[0]) == expected
+
+
+def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:
+    records = [json.loads(line) for line in serial.done.stdout.splitlines()]
+    assert [record["name"] for record in records] == [path.stem for path in files(serial.folder)]
+    for record, row, path in zip(records, serial.rows, files(serial.folder), strict=True):
+        stored = read_result(path, with_fields=False)
+        assert record["status"] == row["status"] == "converged"
+        assert record["over"] == {KEY: float(row[KEY])}
+        assert record["files"] == [str(path)]
+        for name in (*SCALARS, *HERTZ_SCALARS):
+            value = stored.summary[name]
+            assert record[name] == (None if math.isnan(value) else value)
+            assert row[name] == ("" if math.isnan(value) else repr(value))
+        assert float(row["isothermal.Q_F_W"]) == record["isothermal"]["Q_F_W"] == stored.summary["isothermal"]["Q_F_W"]
+        assert record["work"]["grid"] == [20, 20]
+        assert row["work.grid"] == "20x20"
+
+
+def test_progress_is_a_line_per_point_where_nobody_watches(serial: Swept) -> None:
+    lines = serial.done.stderr.splitlines()
+    assert len(lines) == POINTS
+    assert lines[0].startswith(f"1/{POINTS} spheres_0001: {KEY} = 0.0005: converged; ")
+    assert lines[0].endswith(" left")
+    assert "\x1b" not in serial.done.stderr
+
+
+def test_points_are_those_of_single_runs(serial: Swept, tmp_path: Path) -> None:
+    """A warm start changes how a point is found, not what is found."""
+    for number in (4, 11):
+        value = serial.rows[number - 1][KEY]
+        settings = ("--set", f"{KEY}={value}", *SWEEP[2:])
+        done = call("run", serial.case, *settings, "-o", tmp_path, "--no-plots", "--json", "-q")
+        single = json.loads(done.stdout)
+        for name in ("Q_F_W", "gamma_c", "gamma_p", "force_x_N", "temperature_rise_max_lower_K"):
+            assert float(serial.rows[number - 1][name]) == pytest.approx(single[name], rel=5e-4)
+
+
+def test_several_keys_a_printed_table_and_other_pictures(case: Path, tmp_path: Path) -> None:
+    keys = ("--over", "load.normal_N=50,100", "--over", "rolling.speed_m_s=1:4:2:log")
+    done = call("sweep", case, *keys, "--set", "numerics.grid=16", "-o", tmp_path, "--format", "svg")
+    assert done.returncode == 0
+    rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
+    swept = [(row["load.normal_N"], row["rolling.speed_m_s"]) for row in rows]
+    assert swept == [("50", "1"), ("50", "4"), ("100", "1"), ("100", "4")]
+    assert done.stdout.splitlines()[0].split()[:3] == ["load.normal_N", "rolling.speed_m_s", "Q_F_W"]
+    assert "4 of 4 points converged" in done.stdout
+    assert (tmp_path / "sweep.svg").read_text().startswith("<?xml")
+
+
+def test_quiet_without_pictures_and_from_standard_input(tmp_path: Path) -> None:
+    options = ("--over", "numerics.grid=16,24", "-o", tmp_path, "--no-plots", "-q")
+    done = call("sweep", "-", *options, stdin=HOT)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stdin_0001.h5", "stdin_0002.h5", "sweep.csv"]
+    assert [read_result(path).x.size for path in files(tmp_path)] == [16, 24]
+    call("sweep", "-", *options[:4], stdin=HOT + "[output]\nplots = false\n")
+    assert not (tmp_path / "sweep.png").exists()
+
+
+# --- the same sweep otherwise --------------------------------------------------------------------------------------
+
+
+def test_two_processes_give_the_serial_files(case: Path, serial: Swept, tmp_path: Path) -> None:
+    done = thermoroll("sweep", case, *SWEEP, "-o", tmp_path, "--jobs", "2", "--json")
+    assert done.returncode == 0
+    assert_same(tmp_path, serial)
+    names = [json.loads(line)["name"] for line in done.stdout.splitlines()]
+    assert names == [path.stem for path in files(serial.folder)]
+
+
+@contextmanager
+def started(case: Path, folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
+    """The sweep as a process group of its own, as a terminal would start it."""
+    words = [*COMMAND, "sweep", str(case), *SWEEP, "-o", str(folder), *options]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(words, stdout=pipe, stderr=pipe, text=True, env=environment({}), start_new_session=True)
+    with process:
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def wait_for(happened: Callable[[], bool], process: subprocess.Popen[str]) -> None:
+    deadline = time.monotonic() + 60
+    while not happened():
+        assert process.poll() is None, f"ended too early: {process.communicate()}"
+        assert time.monotonic() < deadline
+        time.sleep(0.002)
+
+
+def workers(process: subprocess.Popen[str]) -> list[int]:
+    """The processes that compute for `process`."""
+    listed = subprocess.run(["ps", "-A", "-ww", "-o", "pid=,ppid=,args="], capture_output=True, text=True, check=True).stdout
+    found = [line.split(None, 2) for line in listed.splitlines()]
+    return [int(pid) for pid, parent, words in found if int(parent) == process.pid and "spawn_main" in words]
+
+
+def test_a_killed_process_loses_no_point(case: Path, serial: Swept, tmp_path: Path) -> None:
+    with started(case, tmp_path, "--jobs", "2") as process:
+        for enough in (2, 8):
+            wait_for(lambda enough=enough: len(files(tmp_path)) >= enough, process)  # type: ignore[misc]
+            os.kill(workers(process)[0], signal.SIGKILL)
+        _, err = process.communicate(timeout=60)
+    assert process.returncode == 0
+    assert err.count("a worker process died; its point is solved again") == 2
+    assert_same(tmp_path, serial)
+
+
+@pytest.mark.parametrize(("name", "jobs", "code"), [("SIGKILL", "2", -9), ("SIGINT", "2", 130), ("SIGTERM", "1", 143)])
+def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, serial: Swept, tmp_path: Path) -> None:
+    with started(case, tmp_path, "--jobs", jobs) as process:
+        wait_for(lambda: len(files(tmp_path)) >= 7, process)
+        # SIGINT comes from a terminal, which sends it to all processes.
+        send = os.killpg if name == "SIGINT" else os.kill
+        send(process.pid, getattr(signal, name))
+        out, err = process.communicate(timeout=10)
+    assert (process.returncode, out) == (code, "")
+    assert "Traceback" not in err
+    if code > 0:
+        assert "stopped by" in err
+        assert len((tmp_path / "sweep.csv").read_text().splitlines()) > 5
+        assert not list(tmp_path.glob(".*"))
+    time.sleep(0.2)  # worker processes of a killed one end by themselves
+    before = {path: path.stat().st_mtime_ns for path in files(tmp_path)}
+    assert 7 <= len(before) < POINTS
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume", "--no-plots")
+    assert done.returncode == 0
+    assert f"{len(before)} of {POINTS} points are finished already" in done.stderr
+    assert_same(tmp_path, serial)
+    assert before == {path: path.stat().st_mtime_ns for path in before}
+
+
+@pytest.fixture
+def cluster() -> Iterator[object]:
+    """Two Dask workers, reachable from this machine only."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+    ) as running:
+        yield running
+
+
+def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: Path, serial: Swept, tmp_path: Path) -> None:  # type: ignore[no-untyped-def]
+    with started(case, tmp_path, "--dask", cluster.scheduler_address, "--json") as process:
+        wait_for(lambda: len(files(tmp_path)) >= 1, process)
+        os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+        out, err = process.communicate(timeout=60)
+    assert (process.returncode, len(out.splitlines())) == (0, POINTS), err
+    assert_same(tmp_path, serial)
+
+
+def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("thermoroll_cli.sweep.cluster.CONNECT_SECONDS", 0.5)
+    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+        done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
+        assert (done.returncode, done.stdout) == (5, "")
+        assert f"no Dask scheduler at {address}" in done.stderr
+
+
+def test_dask_is_an_extra(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    done = call("sweep", case, *SWEEP, "-o", tmp_path / "out", "--dask", "tcp://127.0.0.1:1")
+    assert done.returncode == 2
+    assert "pip install 'thermoroll[dask]'" in done.stderr
+    assert not (tmp_path / "out").exists()

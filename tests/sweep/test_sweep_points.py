@@ -1,0 +1,166 @@
+"""What can be swept, how points are made and divided, and what is refused before anything is solved."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.files.case.case import CaseError
+from thermoroll_cli.sweep.axis import Axis, parse_axes
+from thermoroll_cli.sweep.points import LONGEST_STRETCH, identity, make_points, stretches
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "spheres.toml"
+    path.write_text(MECHANICAL)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("k.x=0:1:5", (0, 0.25, 0.5, 0.75, 1)),
+        ("k.x=0.1:0.5:5", (0.1, 0.2, 0.3, 0.4, 0.5)),
+        ("k.x=1:1000:4:log", (1, 10, 100, 1000)),
+        ("k.x=-1:-0.01:3:log", (-1, -0.1, -0.01)),
+        ("k.x=3:1:3", (3, 2, 1)),
+        ("k.x = 32, 64,128", (32, 64, 128)),
+        ("k.x=5e-3", (5e-3,)),
+        ("k.x=.5,inf", (0.5, float("inf"))),
+    ],
+)
+def test_values(text: str, values: tuple[float, ...]) -> None:
+    axis = Axis.parse(text)
+    assert (axis.key, axis.values) == ("k.x", values)
+
+
+def test_whole_ends_give_whole_values_where_they_fall_on_them() -> None:
+    assert [type(value) for value in Axis.parse("numerics.grid=16:64:4").values] == [int] * 4
+    assert [type(value) for value in Axis.parse("k=0:1:3").values] == [int, float, int]
+    assert [type(value) for value in Axis.parse("k=0.0:2.0:3").values] == [float] * 3
+
+
+@given(
+    st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda v: float(f"{v:.9g}")),
+    st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda v: float(f"{v:.9g}")),
+    st.integers(2, 50),
+)
+def test_ranges_begin_and_end_as_written_and_have_even_steps(start: float, stop: float, count: int) -> None:
+    if abs(stop - start) <= 1e-6 * max(abs(start), abs(stop)):
+        return
+    values = Axis.parse(f"k={start!r}:{stop!r}:{count}").values
+    assert (values[0], values[-1], len(values)) == (start, stop, count)
+    steps = [after - before for before, after in itertools.pairwise(values)]
+    assert max(steps) - min(steps) <= 1e-10 * max(abs(start), abs(stop))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["k", "k=", "=1", "k=1:2", "k=1:2:3:4", "k=1:2:3:lin", "k=a,b", "k=1,,2", "k=1:2:1", "k=1:2:2.5", "k=1:2:-3", "k=nan",
+     "k=1:1:3", "k=1,2,1", "k=0:1:3:log", "k=-1:1:3:log", "k=1:inf:3", "k=1:2:1000000000", "k=true"],
+)  # fmt: skip
+def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"of the form|k"):
+        Axis.parse(text)
+    done = call("sweep", case, "--over", text, "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "--over" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ([], "--over"),
+        (["--over", "k=1", "--over", "k=2"], "k is swept twice"),
+        (["--over", "a=1:2:1000", "--over", "b=1:2:1000"], "1000000 points are too many"),
+        (["--over", "load.normal_N=1,2", "--set", "load.normal_N=3"], "load.normal_N is swept with --over"),
+        (["--over", "load.normal_N=1,2", "--jobs", "0"], "--jobs"),
+        (["--over", "load.normal_N=1,2", "--jobs", "2", "--threads", "2"], "one thread each"),
+        (["--over", "load.normal_N=1,2", "--jobs", "2", "--dask", "tcp://127.0.0.1:1"], "the cluster decides"),
+    ],
+)
+def test_usage_errors(options: list[str], message: str, case: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, *options, "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert message in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("over", "told"),
+    [
+        ("creepage.longtudinal=1,2", ["--over creepage.longtudinal=1", "unknown key", 'did you mean "longitudinal"?']),
+        ("load.normal_N=-1,5,-2", ["load.normal_N = -1", "load.normal_N = -2", "must be greater than 0"]),
+        ("thermal.heat=0,1", ["must be true or false"]),
+        ("load=1,2", ["must be a table"]),
+        ("numerics.grid=16.5", ["whole number"]),
+        ("force.longitudinal_N=5,50", ["--over force.longitudinal_N=50", "exceeds what friction can carry"]),
+        ("geometry.upper_radius_y_mm=30,-20", ["convexity lost"]),
+        ("load.normal_N=-5:-1:30", ["10 errors of 30"]),
+    ],
+)
+def test_all_points_are_checked_before_the_first_is_solved(over: str, told: list[str], case: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, "--over", over, "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (3, "")
+    for words in (*told, "nothing was computed"):
+        assert words in done.stderr
+    assert done.stderr.count("unknown key") <= 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_unreadable_cases(tmp_path: Path) -> None:
+    done = call("sweep", tmp_path / "absent.toml", "--over", "load.normal_N=1,2", "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "no such file" in done.stderr
+
+
+def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
+    axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
+    points = make_points(THERMAL, "case.toml", "case", axes)
+    assert [point.values for point in points] == [(10, 1), (10, 2), (10, 3), (20, 1), (20, 2), (20, 3)]
+    assert [point.name for point in points] == [f"case_{number:04d}" for number in range(1, 7)]
+    assert [(p.problem.normal_force, p.problem.motion.speed) for p in points] == [p.values for p in points]
+    assert len({point.identity for point in points}) == len(points)
+
+
+def test_a_key_may_be_missing_in_the_case_and_a_force_replaces_its_creepage() -> None:
+    text = MECHANICAL.replace("speed_m_s = 1.0\n", "")
+    with pytest.raises(CaseError):
+        make_points(text, "case.toml", "case", parse_axes(["load.normal_N=1,2"]))
+    points = make_points(text, "case.toml", "case", parse_axes(["rolling.speed_m_s=2,3"]))
+    assert [point.problem.motion.speed for point in points] == [2.0, 3.0]
+    (point,) = make_points(MECHANICAL, "case.toml", "case", parse_axes(["force.longitudinal_N=5"]))
+    assert (point.problem.motion.creepage_x, point.problem.motion.force_x) == (None, 5.0)
+
+
+def test_pictures_do_not_make_another_case() -> None:
+    axes = parse_axes(["load.normal_N=1"])
+    first, second, third = (
+        make_points(text, "case.toml", "case", axes)[0].identity
+        for text in (MECHANICAL, MECHANICAL + "[output]\nplots = false\n", MECHANICAL.replace("0.28", "0.29"))
+    )
+    assert first == second != third
+    with pytest.raises(ValueError, match="not a resolved case"):
+        identity("[1, 2]")
+
+
+@pytest.mark.parametrize("lengths", [(1,), (5,), (6,), (20,), (3, 7), (7, 1), (2, 3, 11)])
+def test_stretches_are_short_neighbouring_and_never_cross_a_row(lengths: tuple[int, ...]) -> None:
+    names = ("load.normal_N", "rolling.speed_m_s", "creepage.spin_rad_mm")
+    axes = parse_axes([f"{name}={','.join(str(v + 1) for v in range(n))}" for name, n in zip(names, lengths, strict=False)])
+    points = make_points(MECHANICAL, "case.toml", "case", axes)
+    parts = stretches(points, axes)
+    assert [point for part in parts for point in part.points] == list(points)
+    sizes = [len(part.points) for part in parts]
+    assert max(sizes) <= LONGEST_STRETCH
+    row = next((n for n in reversed(lengths) if n > 1), 1)
+    assert len(parts) == len(points) // row * -(-row // LONGEST_STRETCH)
+    for part in parts:
+        assert len({(point.number - 1) // row for point in part.points}) == 1

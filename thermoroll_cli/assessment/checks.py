@@ -1,0 +1,105 @@
+"""Each run checks itself: what fails makes the result not converged, with a reason a person can act on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.steady_state.coupling import Coupled
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.friction import carried, friction_of
+
+LOAD_ERROR = 1e-6
+COULOMB_EXCESS = 1e-4
+DIRECTION_ERROR = 1e-3
+HEAT_BALANCE = 1e-6
+TEMPERATURE_MISMATCH = 1e-4
+FEWEST_ELEMENTS = 12
+SMALLEST_SHARE = 0.25
+
+
+def failures(derived: DerivedQuantities, discretisation: Discretisation, isothermal: Contact, coupled: Coupled | None,
+             feedback: Coupled | None = None) -> list[str]:
+    """Reasons why the result cannot be trusted; empty when it can."""
+    reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal)]
+    if feedback is not None and not feedback.converged and not feedback.touches_rim:
+        falls = derived.problem.friction_falls
+        coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
+        reasons.append(f"{coupling} stopped after {feedback.iterations} iterations at a residual of "
+                       f"{feedback.residual:.1e} of the approach: try a finer or coarser numerics.grid")
+    if any(c.touches_rim for c in (feedback, coupled) if c is not None):
+        reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
+    if coupled is not None:
+        if not coupled.converged:
+            if not coupled.touches_rim:
+                reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
+                               f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
+                               "lower the speed or the creepage")
+        if coupled.converged and _shrunk(isothermal, coupled):
+            reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements: beyond the thermo-elastic "
+                           "limit, or in need of a finer numerics.grid")
+        reasons += [f"coupled state: {r}" for r in _state_failures(derived, discretisation, coupled.contact)]
+    return reasons
+
+
+def overheated(isothermal: Contact, coupled: Coupled | None) -> bool:
+    """Whether the coupled iteration failed for too much heat, and not for its domain."""
+    return coupled is not None and not coupled.touches_rim and (not coupled.converged or _shrunk(isothermal, coupled))
+
+
+def _shrunk(isothermal: Contact, coupled: Coupled) -> bool:
+    """Whether so little is left of the contact that the grid no longer shows it."""
+    # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
+    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.normal.covered.sum())
+    return left < min(FEWEST_ELEMENTS, 0.5 * before) or left < SMALLEST_SHARE * before
+
+
+def _elements(contact: Contact) -> int:
+    return int(np.count_nonzero(contact.normal.contact))
+
+
+def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, contact: Contact) -> list[str]:
+    problem, grid = derived.problem, discretisation.grid
+    normal, tangential = contact.normal, contact.tangential
+    reasons: list[str] = []
+    everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
+    if not all(np.isfinite(f).all() for f in everything):
+        return ["a field is not finite"]
+    load = float(normal.pressure.sum()) * grid.element_area / problem.normal_force
+    if abs(load - 1.0) > LOAD_ERROR:
+        reasons.append(f"pressure carries {load:.6f} of the load")
+    if normal.pressure.min() < 0.0:
+        reasons.append("negative pressure")
+    if not tangential.converged:
+        reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
+    bound = contact.bound(problem.friction)
+    shear = np.hypot(*tangential.traction)
+    if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
+        reasons.append("traction exceeds the Coulomb bound")
+    if problem.friction > 0.0:
+        speed = np.hypot(*tangential.slip)
+        along = (tangential.traction * tangential.slip).sum(axis=0)
+        # Where almost everything sticks, what little slips is of the size of the tolerance: the work sets the scale.
+        total = max(float((shear * speed).sum()), abs(tangential.work) / grid.element_area)
+        if float((shear * speed - along).sum()) > DIRECTION_ERROR * total:
+            reasons.append("slip does not point along the traction")
+    heat = float(tangential.heat.sum()) * grid.element_area
+    if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
+        share = heat / tangential.work if tangential.work else np.inf
+        reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
+    if problem.friction_falls:
+        limit = carried(discretisation, friction_of(discretisation, contact), normal.pressure)
+        if problem.prescribed_force > limit:
+            reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "
+                           f"prescribed {problem.prescribed_force:.6g} N")
+    if problem.heating.heat and problem.heating.partition == "matched":
+        mismatch = discretisation.heat(contact).partition.mismatch
+        if mismatch > TEMPERATURE_MISMATCH:
+            reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
+    motion = problem.motion
+    force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
+    for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
+        if wanted is not None and abs(got - wanted) > 1e-5 * problem.traction_limit:
+            reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
+    return reasons

@@ -1,0 +1,114 @@
+"""From raw fields to a reported state: temperatures, masks and the article's scalars."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.contact import Contact, Traction
+from thermoroll_cli.model.result import State
+from thermoroll_cli.solvers.tangential.stick_border import stick_surplus
+from thermoroll_cli.steady_state.discretisation import Discretisation, peak_value
+
+Array = NDArray[np.float64]
+
+OUT, STICK, SLIP = 0, 1, 2
+VANISHING = 1e-13
+"""Over μW: no force."""
+
+
+def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
+    """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
+    derived, grid = discretisation.derived, discretisation.grid
+    problem, hertz = derived.problem, derived.hertz
+    normal, tangential = contact.normal, contact.tangential
+    area = float(normal.covered.sum()) * grid.element_area
+    sticking = float(normal.covered[tangential.stick].sum())
+    if derived.has_traction:
+        sticking += stick_surplus(tangential.traction, tangential.slip, contact.bound(problem.friction), tangential.stick,
+                                  normal.covered, grid.dx, grid.dy, derived.shear_compliance)
+    stick_area = min(sticking * grid.element_area, area)
+    force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
+    x, y = grid.x[:, None], grid.y[None, :]
+    moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
+    # What vanishes by symmetry is zero, and not the rounding of its sum.
+    force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
+    if abs(moment) < VANISHING * problem.traction_limit * hertz.mean_radius:
+        moment = 0.0
+    shear = np.hypot(tangential.traction[0], tangential.traction[1])
+    return {
+        "Q_F_W": tangential.work * problem.motion.speed,
+        "gamma_c": area / hertz.area,
+        "gamma_st": stick_area / area,
+        "gamma_p": normal.peak / hertz.peak_pressure,
+        "force_x_N": float(force[0]),
+        "force_y_N": float(force[1]),
+        "spin_moment_Nmm": moment * 1e3,
+        "creepage_longitudinal": tangential.creepage[0],
+        "creepage_lateral": tangential.creepage[1],
+        "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
+        "pressure_max_MPa": normal.peak * 1e-6,
+        "shear_max_MPa": float(shear.max()) * 1e-6,
+        "approach_um": float(normal.approach) * 1e6,
+        "contact_area_mm2": area * 1e6,
+        "stick_area_mm2": stick_area * 1e6,
+        "power_balance_error": power_balance_error(tangential, grid.element_area),
+    }
+
+
+def power_balance_error(tangential: Traction, element_area: float) -> float:
+    """Part of the creep forces' work that the slip of whole elements does not account for (0 without work).
+
+    It measures resolution: the missing part belongs to slip zones narrower than an element (`Discretisation.roll` returns it
+    to the heat flux, whose integral therefore is the work)."""
+    if tangential.work == 0.0:
+        return 0.0
+    slipped = float((tangential.traction * tangential.slip).sum()) * element_area
+    return abs(slipped - tangential.work) / abs(tangential.work)
+
+
+def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:
+    """Fields and scalars of one state. `expansion` is the thermal displacement that goes with its heat (None: not
+    computed); temperatures are computed when asked for."""
+    speed = discretisation.derived.problem.motion.speed
+    normal, tangential = contact.normal, contact.tangential
+    inside = normal.contact
+    flux = discretisation.heat_flux(tangential)
+    fields: dict[str, NDArray[Any]] = {
+        "pressure": normal.pressure,
+        "shear_x": tangential.traction[0],
+        "shear_y": tangential.traction[1],
+        "slip_x": tangential.slip[0] * speed,
+        "slip_y": tangential.slip[1] * speed,
+        "state": np.where(inside, np.where(tangential.stick, STICK, SLIP), OUT).astype(np.int8),
+        "heat_flux": flux,
+        "displacement_elastic": normal.displacement - contact.lift,
+        "gap": normal.gap,
+    }
+    if contact.friction is not None:
+        fields["friction_coefficient"] = contact.friction * inside
+    scalars = scalars_of(discretisation, contact)
+    scalars["heat_flux_max_W_mm2"] = float(flux.max()) * 1e-6
+    rises = (math.nan, math.nan)
+    scalars["partition_mean"] = math.nan
+    if temperatures:
+        heat = discretisation.heat(contact)
+        lower, upper = heat.temperatures()
+        scalars["partition_mean"] = heat.mean_share
+        if heat.into.share is None:
+            fields["heat_flux_lower"] = heat.into.lower
+        fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
+        rises = (_hottest(lower), _hottest(upper))
+    scalars["temperature_rise_max_lower_K"], scalars["temperature_rise_max_upper_K"] = rises
+    scalars["thermal_displacement_max_um"] = math.nan
+    if expansion is not None:
+        fields["displacement_thermal"] = expansion
+        scalars["thermal_displacement_max_um"] = float(np.ptp(expansion)) * 1e6
+    return State(fields=fields, scalars=scalars)
+
+
+def _hottest(rise: Array) -> float:
+    return peak_value(rise) if rise.max() > 0.0 else 0.0

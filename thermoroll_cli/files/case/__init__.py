@@ -1,0 +1,1 @@
+"""Case files: from TOML text to a problem in SI units, with errors that name place and remedy."""

@@ -1,0 +1,137 @@
+"""What must hold between the keys of a case, beyond the range of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, Material, TwoMaterials
+from thermoroll_cli.files.case.toml_positions import KeyPath
+
+Sections = Mapping[str, Any]
+"""The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Keys that do not go together: the message stands at `path` and may refer to `other`."""
+
+    path: KeyPath
+    message: str
+    allowed: str = ""
+    hint: str = ""
+    other: KeyPath = ()
+
+
+def conflicts(sections: Sections) -> Iterator[Conflict]:
+    """Every conflict between keys whose tables are valid."""
+    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures):
+        yield from check(sections)
+
+
+def heat_is_on(sections: Sections) -> bool:
+    """Whether a case asks for heat: by saying so, or by giving thermal constants without a [thermal] table."""
+    thermal = sections["thermal"]
+    if thermal is not None:
+        return bool(thermal.heat)
+    return any(getattr(material, key) is not None for _, material in _materials(sections) for key in THERMAL_CONSTANTS)
+
+
+def _exclusive_keys(sections: Sections) -> Iterator[Conflict]:
+    numerics = sections.get("numerics")
+    if numerics is not None and numerics.grid is not None and numerics.accuracy is not None:
+        yield Conflict(
+            ("numerics", "accuracy"),
+            "cannot be given together with numerics.grid",
+            allowed="a grid, or an accuracy for which a grid is picked",
+            other=("numerics", "grid"),
+        )
+    creepage, force = sections.get("creepage"), sections.get("force")
+    for direction in ("longitudinal", "lateral"):
+        key = f"{direction}_N"
+        if creepage and force and getattr(creepage, direction) is not None and getattr(force, key) is not None:
+            yield Conflict(
+                ("force", key),
+                f"cannot be given together with creepage.{direction}",
+                allowed="a force, or a creepage, in each direction",
+                other=("creepage", direction),
+            )
+
+
+def _convexity(sections: Sections) -> Iterator[Conflict]:
+    geometry = sections.get("geometry")
+    if geometry is None:
+        return
+    for axis in "xy":
+        lower_key, upper_key = f"lower_radius_{axis}_mm", f"upper_radius_{axis}_mm"
+        lower, upper = getattr(geometry, lower_key), getattr(geometry, upper_key)
+        curvature = 1.0 / lower + 1.0 / upper
+        if curvature > 0.0:
+            continue
+        if math.isinf(lower) and math.isinf(upper):
+            reason, hint = "both bodies are flat", "give one body a finite radius"
+        else:
+            reason = f"1/{lower:g} + 1/{upper:g} = {curvature:.4g} 1/mm"
+            hint = "a concave radius must be larger than the convex radius of the other body"
+        yield Conflict(
+            ("geometry", upper_key if upper < 0 <= lower else lower_key),
+            f"convexity lost along {axis}: {reason} (geometry.{lower_key}, geometry.{upper_key})",
+            allowed=f"1/{lower_key} + 1/{upper_key} > 0",
+            hint=hint,
+        )
+
+
+def _friction_limit(sections: Sections) -> Iterator[Conflict]:
+    force, load = sections.get("force"), sections.get("load")
+    if force is None or load is None:
+        return
+    prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
+    limit = load.friction_coefficient * load.normal_N
+    if prescribed and prescribed >= limit:
+        key = "longitudinal_N" if force.longitudinal_N is not None else "lateral_N"
+        yield Conflict(
+            ("force", key),
+            f"the tangential force of {prescribed:.6g} N reaches or exceeds what friction can carry, "
+            f"{load.friction_coefficient:g} · {load.normal_N:g} N = {limit:.6g} N",
+            allowed="a force below load.friction_coefficient · load.normal_N",
+        )
+
+
+def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
+    if "material" not in sections or "thermal" not in sections or not heat_is_on(sections):
+        return
+    asked = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
+    for path, material in _materials(sections):
+        missing = [key for key in THERMAL_CONSTANTS if getattr(material, key) is None]
+        if missing:
+            yield Conflict(
+                path,
+                f"{asked}, but missing: {', '.join(missing)}",
+                allowed=f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them and no heat",
+                hint="a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants",
+            )
+
+
+def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
+    thermal = sections.get("thermal")
+    if thermal is None or thermal.partition == "matched":
+        return
+    lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
+    if lower != upper:
+        yield Conflict(
+            ("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
+            f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which takes a matched partition",
+            allowed='equal bulk temperatures, or partition = "matched" in [thermal]',
+            other=("thermal", "partition"),
+        )
+
+
+def _materials(sections: Sections) -> Iterator[tuple[KeyPath, Material]]:
+    material = sections.get("material")
+    if isinstance(material, TwoMaterials):
+        yield ("material", "lower"), material.lower
+        yield ("material", "upper"), material.upper
+    elif isinstance(material, Material):
+        yield ("material",), material

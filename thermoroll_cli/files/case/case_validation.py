@@ -1,0 +1,200 @@
+"""From parsed TOML to valid settings, with every error of the case found in one go."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from pydantic import ValidationError
+
+from thermoroll_cli.files.case import case_hints
+from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
+from thermoroll_cli.files.case.case_errors import CaseError, Finding
+from thermoroll_cli.files.case.case_model import (
+    DEFAULT_ACCURACY,
+    REQUIRED_SECTIONS,
+    SECTIONS,
+    Material,
+    Settings,
+    Table,
+    Thermal,
+    TwoMaterials,
+    allowed_values,
+)
+from thermoroll_cli.files.case.case_source import CaseSource
+from thermoroll_cli.files.case.toml_positions import KeyPath
+
+
+def validate(source: CaseSource) -> Settings:
+    """The settings of a case with all defaults filled in. Raises CaseError with all errors of the case."""
+    checker = _Checker(source)
+    return checker.settings()
+
+
+class _Checker:
+    def __init__(self, source: CaseSource) -> None:
+        self.source = source
+        self.findings: list[Finding] = []
+        self.sections: dict[str, Any] = {}
+
+    def settings(self) -> Settings:
+        content = self.source.content
+        for key in content.keys() - {"title", "material", *SECTIONS}:
+            self._unknown((key,))
+        title = content.get("title", "")
+        self._material()
+        for name, model in SECTIONS.items():
+            self._section(name, model)
+        self._title(title)
+        for conflict in conflicts(self.sections):
+            also = self.source.line_of(conflict.other) if conflict.other else ""
+            self._note(conflict.path, conflict.message + also, allowed=conflict.allowed, hint=conflict.hint)
+        if self.findings:
+            raise CaseError(self.findings)
+        return self._resolved(title)
+
+    def _title(self, title: Any) -> None:
+        errors = _errors_of(Settings, {"title": title})
+        for error in errors:
+            if error["loc"][0] == "title":
+                self._invalid_value((), Settings, error)
+
+    def _material(self) -> None:
+        given = self._given_table("material", required=True)
+        if given is None:
+            return
+        if not {"lower", "upper"} & given.keys():
+            self.sections["material"] = self._table(("material",), Material, given)
+        else:
+            self._two_materials(given)
+        if self.sections.get("material") is None:
+            self.sections.pop("material", None)
+
+    def _two_materials(self, given: dict[str, Any]) -> None:
+        allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
+        for key in given.keys() - {"lower", "upper"}:
+            if key in Material.model_fields:
+                message = "cannot be given together with [material.lower] and [material.upper]"
+                self._note(("material", key), message, allowed=allowed, at_key=True)
+            else:
+                self._unknown(("material", key))
+        bodies = {}
+        for body in ("lower", "upper"):
+            path = ("material", body)
+            if body not in given:
+                self._note(path, "is missing: the other body has its own material", allowed=allowed, at_key=True)
+            elif not isinstance(given[body], dict):
+                self._note(path, "must be a table", allowed=f"a table [material.{body}]")
+            else:
+                bodies[body] = self._table(path, Material, given[body])
+        if len(bodies) == 2 and all(bodies.values()):
+            self.sections["material"] = TwoMaterials(**bodies)
+
+    def _section(self, name: str, model: type[Table]) -> None:
+        required = name in REQUIRED_SECTIONS
+        if name not in self.source.content and not required:
+            self.sections[name] = None if name == "thermal" else model()
+            return
+        given = self._given_table(name, required=required)
+        valid = None if given is None else self._table((name,), model, given)
+        if valid is not None:
+            self.sections[name] = valid
+
+    def _given_table(self, name: str, *, required: bool) -> dict[str, Any] | None:
+        given = self.source.content.get(name)
+        if isinstance(given, dict):
+            return given
+        hint = case_hints.missing_table(name)
+        if name in self.source.content:
+            self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=hint)
+        elif required and name not in self._meant("", self.source.content):
+            self._note((name,), f"the table [{name}] is missing", hint=hint)
+        return None
+
+    def _table(self, path: KeyPath, model: type[Table], given: dict[str, Any]) -> Any:
+        errors = _errors_of(model, given)
+        meant = self._meant(".".join(str(part) for part in path), given)
+        for error in errors:
+            # A misspelt key is one error, not two.
+            if not (error["type"] == "missing" and error["loc"][0] in meant):
+                self._invalid_value(path, model, error)
+        return None if errors else model.model_validate(given)
+
+    def _meant(self, table: str, given: dict[str, Any]) -> set[str]:
+        """Keys that are missing only because they are misspelt."""
+        known = case_hints.known_keys(table)
+        return {case_hints.meant_key(table, key) for key in given if key not in known}
+
+    def _invalid_value(self, table: KeyPath, model: type[Table], error: Any) -> None:
+        key, value = str(error["loc"][0]), error["input"]
+        path = (*table, key)
+        if error["type"] == "extra_forbidden":
+            self._unknown(path)
+        elif error["type"] == "missing":
+            self._note(path, "is missing", allowed=allowed_values(model, key), at_key=True)
+        else:
+            words = {"peclet": ("rolling", "sliding", "stationary"), "partition": ("matched",)}.get(key, ())
+            hint = case_hints.misspelt_word(value, words)
+            if not hint and key not in ("title", "peclet"):
+                hint = case_hints.wrong_type(value)
+            self._note(path, _message(error), allowed=allowed_values(model, key), hint=hint)
+
+    def _unknown(self, path: KeyPath) -> None:
+        hint = case_hints.unknown_key(".".join(str(part) for part in path[:-1]), str(path[-1]))
+        self._note(path, "unknown key", hint=hint, at_key=True)
+
+    def _note(self, path: KeyPath, message: str, **details: Any) -> None:
+        self.findings.append(self.source.finding(path, message, **details))
+
+    def _resolved(self, title: str) -> Settings:
+        """The settings with what is left out decided: nothing depends on defaults any more."""
+        sections = dict(self.sections)
+        if sections["thermal"] is None:
+            sections["thermal"] = Thermal(heat=heat_is_on(sections))
+        numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
+        if numerics.grid is None and numerics.accuracy is None:
+            sections["numerics"] = numerics.model_copy(update={"accuracy": DEFAULT_ACCURACY})
+        zeros = {
+            direction: 0.0
+            for direction in ("longitudinal", "lateral")
+            if getattr(creepage, direction) is None and getattr(force, f"{direction}_N") is None
+        }
+        sections["creepage"] = creepage.model_copy(update=zeros)
+        return Settings(title=title, **sections)
+
+
+def _errors_of(model: type[Table], given: dict[str, Any]) -> list[Any]:
+    try:
+        model.model_validate(given)
+    except ValidationError as cause:
+        return list(_first_of_each(cause.errors(include_url=False)))
+    return []
+
+
+def _first_of_each(errors: list[Any]) -> Iterator[Any]:
+    seen = set()
+    for error in errors:  # a value that fits none of several types has one error for each
+        if error["loc"][0] not in seen:
+            seen.add(error["loc"][0])
+            yield error
+
+
+def _message(error: Any) -> str:
+    kind, value = error["type"], error["input"]
+    if isinstance(value, float) and math.isnan(value):
+        return "nan is not a number"
+    if kind == "finite_number" or (kind == "float_type" and type(value) is int):  # an integer no float can hold
+        return "must be finite"
+    if kind == "greater_than_equal":
+        return "must be greater than 0" if error["ctx"]["ge"] > 0 >= value else "is below the allowed range"
+    if kind == "less_than_equal":
+        return "is above the allowed range"
+    plain = {
+        "float_type": "must be a number",
+        "bool_type": "must be true or false",
+        "string_type": "must be text in quotes",
+        "string_too_long": "is too long",
+        "literal_error": "is not a known word",
+    }
+    return plain.get(kind, error["msg"])

@@ -1,0 +1,198 @@
+"""What differs between two results: every scalar and every field, as relative differences on sensible scales."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.files.result.stored import StoredResult
+from thermoroll_cli.model.result import FIELDS, HERTZ_SCALARS, SCALARS
+
+_VECTORS = (("shear_x", "shear_y"), ("slip_x", "slip_y"))
+_NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One compared quantity. For a field `a` and `b` are the largest magnitudes; None means it is missing there.
+
+    `difference` is relative, inf where the quantity exists on one side only, and nan where it cannot be compared
+    (`note` says why).
+    """
+
+    name: str
+    kind: str
+    a: float | str | None
+    b: float | str | None
+    difference: float
+    note: str = ""
+
+    def within(self, rtol: float) -> bool:
+        return math.isnan(self.difference) or self.difference <= rtol
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All rows and the verdict. Fields on different grids are not compared and do not count (`notes` says so)."""
+
+    rows: tuple[Row, ...]
+    rtol: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def within(self) -> bool:
+        return all(row.within(self.rtol) for row in self.rows)
+
+    @property
+    def outside(self) -> tuple[Row, ...]:
+        """The rows that exceed the tolerance, worst first."""
+        rows = [row for row in self.rows if not row.within(self.rtol)]
+        return tuple(sorted(rows, key=lambda row: -row.difference))
+
+    @property
+    def largest(self) -> float:
+        """The largest relative difference of all rows that could be compared."""
+        return max((row.difference for row in self.rows if not math.isnan(row.difference)), default=0.0)
+
+
+def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Comparison:
+    """Differences between two stored results, scalar by scalar and field by field, of both states.
+
+    Scalars: |a − b| / max(|a|, |b|). Components that a symmetry makes zero would show their rounding noise as a
+    difference of order one, so the components of a vector share a scale: forces the magnitude of the creep force, the
+    spin moment that times sqrt(a0 b0), creepages the magnitude of the creepage; `power_balance_error` is relative
+    already. Fields: max|a − b| / max|a| (shear and slip: of the vector); `state`: the share of contact elements
+    whose state differs. nan equals nan.
+    """
+    rows = [_text_row("status", a.summary, b.summary)]
+    arm = max(_arm(a.summary), _arm(b.summary))
+    rows += _scalar_rows("", a.summary, b.summary, (*SCALARS, *HERTZ_SCALARS), arm)
+    rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
+    notes = []
+    if _same_grid(a, b):
+        rows += _field_rows("", a.fields, b.fields)
+        rows += _field_rows("isothermal.", a.isothermal, b.isothermal)
+    else:
+        note = f"fields not compared: different grids ({_grid(a)} and {_grid(b)})"
+        notes.append(note)
+        rows += [
+            Row(name, "field", _magnitude(a.fields.get(name)), _magnitude(b.fields.get(name)), math.nan, note)
+            for name in _union(a.fields, b.fields, tuple(FIELDS))
+        ]
+    return Comparison(tuple(rows), rtol, tuple(notes))
+
+
+def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Row:
+    left, right = a.get(name), b.get(name)
+    return Row(name, "text", left, right, 0.0 if left == right else math.inf)
+
+
+def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...], arm: float) -> Iterator[Row]:
+    for name in _union(a, b, order):
+        if name in _NOT_PHYSICAL:
+            continue
+        if name not in a or name not in b:
+            yield Row(prefix + name, "scalar", a.get(name), b.get(name), math.inf, _missing(name in a))
+        elif isinstance(a[name], str) or isinstance(b[name], str):
+            yield _text_row(prefix + name, {prefix + name: a[name]}, {prefix + name: b[name]})
+        else:
+            scale = max(_scale(name, a, arm), _scale(name, b, arm))
+            yield Row(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
+
+
+def _field_rows(prefix: str, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]) -> Iterator[Row]:
+    for name in _union(a, b, tuple(FIELDS)):
+        left, right = _magnitude(a.get(name)), _magnitude(b.get(name))
+        if left is None or right is None:
+            yield Row(prefix + name, "field", left, right, math.inf, _missing(name in a))
+        elif name == "state":
+            contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
+            share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
+            yield Row(prefix + name, "field", left, right, share, "share of contact elements that differ")
+        else:
+            family = next((vector for vector in _VECTORS if name in vector), (name,))
+            scale = max(_magnitude(a.get(member)) or 0.0 for member in family)
+            yield Row(prefix + name, "field", left, right, _field_difference(a[name], b[name], scale))
+
+
+def _field_difference(a: NDArray[Any], b: NDArray[Any], scale: float) -> float:
+    if np.any(np.isnan(a) != np.isnan(b)):
+        return math.inf
+    distance = _magnitude(a - b) or 0.0
+    if distance == 0.0:
+        return 0.0
+    return distance / scale if scale > 0.0 else math.inf
+
+
+def _arm(summary: Mapping[str, Any]) -> float:
+    """sqrt(a0 b0) in mm: the lever of forces in the spin moment and of spin in the slip."""
+    return math.sqrt(_finite(summary.get("hertz_a_mm")) * _finite(summary.get("hertz_b_mm")))
+
+
+def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
+    """The magnitude that a difference in `name` is measured by."""
+
+    def size(*names: str) -> float:
+        return math.hypot(*(_finite(scalars.get(each)) for each in names))
+
+    force = size("force_x_N", "force_y_N")
+    creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
+    if name in ("force_x_N", "force_y_N"):
+        return force
+    if name == "spin_moment_Nmm":
+        return max(size(name), force * arm)
+    if name in ("creepage_longitudinal", "creepage_lateral"):
+        return creepage
+    if name == "creepage_spin_rad_mm" and arm > 0.0:
+        return creepage / arm
+    return 1.0 if name == "power_balance_error" else size(name)
+
+
+def _relative(a: float, b: float, scale: float) -> float:
+    if a == b or (math.isnan(a) and math.isnan(b)):
+        return 0.0
+    difference = abs(a - b)
+    return difference / scale if math.isfinite(difference) and scale > 0.0 else math.inf
+
+
+def _finite(value: Any) -> float:
+    number = float(value) if isinstance(value, (int, float)) else 0.0
+    return number if math.isfinite(number) else 0.0
+
+
+def _magnitude(values: NDArray[Any] | None) -> float | None:
+    """Largest absolute value, nan left aside; None for no array."""
+    if values is None:
+        return None
+    sizes = np.abs(np.asarray(values, dtype=np.float64))
+    return float(np.max(sizes, initial=0.0, where=~np.isnan(sizes)))
+
+
+def _same_grid(a: StoredResult, b: StoredResult) -> bool:
+    def same(left: NDArray[np.float64], right: NDArray[np.float64]) -> bool:
+        return left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
+
+    return same(a.x, b.x) and same(a.y, b.y)
+
+
+def _grid(result: StoredResult) -> str:
+    """Elements and domain in words: two grids may differ in extent alone."""
+    axes = (result.x, result.y)
+    (nx, width), (ny, height) = ((n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1)) for axis in axes)
+    return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm"
+
+
+def _missing(in_a: bool) -> str:
+    return "missing in the second file" if in_a else "missing in the first file"
+
+
+def _union(a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...]) -> list[str]:
+    """Names of either side: the known ones in their order, then the others by alphabet."""
+    names = {*a, *b}
+    known = [name for name in order if name in names]
+    return known + sorted(names.difference(known))

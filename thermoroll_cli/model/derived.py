@@ -1,0 +1,148 @@
+"""What follows from a problem before anything is solved: Hertz contact, compliances, speeds of the two surfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.mirror import Parities
+from thermoroll_cli.model.problem import Material, Problem
+from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class DerivedQuantities:
+    """A problem with its derived constants (SI)."""
+
+    problem: Problem
+
+    @cached_property
+    def hertz(self) -> HertzContact:
+        p = self.problem
+        return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
+
+    @cached_property
+    def shear_compliance(self) -> ShearCompliance:
+        lower, upper = self.problem.lower, self.problem.upper
+        return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+
+    @cached_property
+    def coupling_constant(self) -> float:
+        """K in 1/Pa by which normal and tangential problem are coupled; 0 for bodies without elastic mismatch."""
+        lower, upper = self.problem.lower, self.problem.upper
+        return coupling_constant((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+
+    @property
+    def dissimilar(self) -> bool:
+        """Whether pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0)."""
+        return self.coupling_constant != 0.0
+
+    @property
+    def dundurs_beta(self) -> float:
+        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3)."""
+        return math.pi * self.problem.contact_modulus * self.coupling_constant
+
+    def grid(self, shape: tuple[int, int], extent: float) -> Grid:
+        """`shape` elements over `extent` semi-axes in each direction."""
+        return Grid.over(shape, extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
+
+    def undeformed_gap(self, grid: Grid) -> Array:
+        """h_i = x²/2R'_x + y²/2R'_y in m, (nx, ny)."""
+        return self.hertz.undeformed_gap(grid.x[:, None], grid.y[None, :])
+
+    # --- motion --------------------------------------------------------------------------------------------------
+
+    @property
+    def moves(self) -> bool:
+        """Whether anything could load the contact tangentially: creepage, spin, a force, or bodies that stretch differently
+        under pressure."""
+        m = self.problem.motion
+        return self.dissimilar or any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
+
+    @property
+    def has_traction(self) -> bool:
+        return self.moves and self.problem.friction > 0.0
+
+    @property
+    def feeds_back(self) -> bool:
+        """Whether shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
+        return self.dissimilar and self.has_traction
+
+    @property
+    def mirror(self) -> Parities | None:
+        """Parities of τ_x and τ_y across y = 0 where the motion makes the tractions their own mirror image; None elsewhere.
+
+        Purely longitudinal rolling is its mirror image. Lateral creepage and spin change sign in the mirror, which reverses
+        all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same."""
+        m = self.problem.motion
+        if m.spin == 0.0 and m.creepage_y == 0.0:
+            return 1, -1
+        if m.creepage_x == 0.0 and not self.dissimilar:
+            return -1, 1
+        return None
+
+    @property
+    def heat_mirrors(self) -> bool:
+        """Whether heat spreads as in the mirror: no body moves sideways."""
+        return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
+
+    def mirror_on(self, columns: int, *, heated: bool) -> Parities | None:
+        """`mirror` where half a grid of so many `columns` along y tells the rest, with the heat of the contact (`heated`) or
+        without: an element of an odd number would lie on the mirror line."""
+        return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
+
+    def rigid_slip(self, grid: Grid) -> Array:
+        """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        motion = self.problem.motion
+        slip = np.empty((2, *grid.shape))
+        slip[0] = (motion.creepage_x or 0.0) - motion.spin * grid.y[None, :]
+        slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
+        return slip
+
+    @cached_property
+    def saturation_creepage(self) -> float:
+        """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
+        estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
+        compliance = self.shear_compliance
+        modulus = 2.0 / compliance.across  # G of two equal bodies
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.hertz.semi_axis_x * self.hertz.semi_axis_y)
+
+    # --- heat ----------------------------------------------------------------------------------------------------
+
+    def heated_bodies(self, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
+        """Lower and upper body with the speeds of their material through the contact, V ± C/2 (model.md)."""
+        p = self.problem
+        if p.heating.peclet != "rolling":
+            return self._heated(p.lower, 0.0, 0.0), self._heated(p.upper, 0.0, 0.0)
+        if p.motion.force_x is not None:
+            creepage_x = _rounded(creepage_x)
+        if p.motion.force_y is not None:
+            creepage_y = _rounded(creepage_y)
+        speed, cx, cy = p.motion.speed, creepage_x * p.motion.speed / 2.0, creepage_y * p.motion.speed / 2.0
+        return self._heated(p.lower, speed + cx, cy), self._heated(p.upper, speed - cx, -cy)
+
+    @staticmethod
+    def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
+        if body.conductivity is None or body.expansion is None or body.diffusivity is None:
+            raise ValueError("thermal constants are missing")
+        return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, speed_x, speed_y)
+
+    def peclet(self, body: Material) -> float:
+        """V a0/κ of one body, nan without a diffusivity."""
+        if body.diffusivity is None:
+            return math.nan
+        return self.problem.motion.speed * self.hertz.semi_axis_x / body.diffusivity
+
+
+def _rounded(creepage: float) -> float:
+    """A creepage that is still being solved for, to 1e-6: thermal tables need not be made again for less."""
+    return round(creepage * 2.0**20) / 2.0**20

@@ -1,0 +1,114 @@
+"""What comes out of a solve: immutable states, their scalars, errors and the work done."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.problem import Problem
+
+FIELDS: dict[str, tuple[str, str]] = {
+    "pressure": ("Pa", "contact pressure"),
+    "shear_x": ("Pa", "shear traction along x"),
+    "shear_y": ("Pa", "shear traction along y"),
+    "slip_x": ("m/s", "slip velocity along x"),
+    "slip_y": ("m/s", "slip velocity along y"),
+    "state": ("1", "0 out of contact, 1 stick, 2 slip"),
+    "friction_coefficient": ("1", "local coefficient of friction, at the temperature of the contact"),
+    "heat_flux": ("W/m2", "frictional heat flux into both bodies"),
+    "heat_flux_lower": ("W/m2", "heat flux into the lower body, friction and conduction"),
+    "temperature_rise_lower": ("K", "surface temperature rise of the lower body"),
+    "temperature_rise_upper": ("K", "surface temperature rise of the upper body"),
+    "displacement_elastic": ("m", "normal elastic displacement, sum of both bodies"),
+    "displacement_thermal": ("m", "thermal expansion towards each other, sum of both bodies"),
+    "gap": ("m", "distance between the deformed surfaces"),
+}
+"""Name of each 2-D field, with its SI unit and long name."""
+
+SCALARS: dict[str, str] = {
+    "Q_F_W": "total frictional heat",
+    "gamma_c": "contact area / Hertz area",
+    "gamma_st": "stick area / contact area",
+    "gamma_p": "maximum pressure / Hertz peak pressure",
+    "temperature_rise_max_lower_K": "maximum temperature rise, lower body",
+    "temperature_rise_max_upper_K": "maximum temperature rise, upper body",
+    "force_x_N": "longitudinal creep force",
+    "force_y_N": "lateral creep force",
+    "spin_moment_Nmm": "spin moment",
+    "creepage_longitudinal": "longitudinal creepage",
+    "creepage_lateral": "lateral creepage",
+    "creepage_spin_rad_mm": "spin",
+    "pressure_max_MPa": "maximum pressure",
+    "shear_max_MPa": "maximum shear traction",
+    "heat_flux_max_W_mm2": "maximum heat flux",
+    "approach_um": "rigid-body approach",
+    "contact_area_mm2": "contact area",
+    "stick_area_mm2": "stick area",
+    "thermal_displacement_max_um": "maximum thermal displacement (sum of both bodies)",
+    "partition_mean": "share of the frictional heat that enters the lower body",
+    "power_balance_error": "relative mismatch of dissipated heat and work of the creep forces",
+}
+"""Physical scalars of one state, in the units of their names, in the order they are reported."""
+
+HERTZ_SCALARS: dict[str, str] = {
+    "hertz_a_mm": "Hertz semi-axis along x",
+    "hertz_b_mm": "Hertz semi-axis along y",
+    "hertz_p0_MPa": "Hertz peak pressure",
+    "peclet_lower": "Péclet number V a0/κ, lower body",
+    "peclet_upper": "Péclet number V a0/κ, upper body",
+}
+"""Scalars that belong to the inputs and not to a state."""
+
+
+@dataclass(frozen=True)
+class State:
+    """One steady state on the grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny)),
+    `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or nan."""
+
+    fields: Mapping[str, NDArray[Any]]
+    scalars: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Result:
+    """Outcome of one solve.
+
+    `coupled` is the state with thermal deformation, `isothermal` the state on the isothermal geometry; they are the
+    same object when nothing feeds back. `x`, `y` are the element centres in m. `error` maps scalar names to
+    the estimated relative discretisation error. `work` holds plain JSON types: grid, iterations, operator
+    applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
+    """
+
+    problem: Problem
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    coupled: State
+    isothermal: State
+    hertz: Mapping[str, float]
+    converged: bool
+    reason: str
+    error: Mapping[str, float]
+    work: Mapping[str, Any]
+    history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        return "converged" if self.converged else "not_converged"
+
+    def summary(self) -> dict[str, Any]:
+        """All scalars under the public names of the interface (plain Python types, nan where not computed)."""
+        return {
+            "status": self.status,
+            "reason": self.reason,
+            **self.coupled.scalars,
+            **self.hertz,
+            "isothermal": dict(self.isothermal.scalars),
+            "error": dict(self.error),
+            "work": dict(self.work),
+            "warnings": list(self.warnings),
+        }

@@ -1,0 +1,1 @@
+"""From coarse grids to fine ones: the plan, the starts, the error estimates."""

@@ -1,0 +1,115 @@
+"""Discretisation error of every scalar, and better values of some, from the grids that were solved on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.result import SCALARS
+
+Levels = Sequence[Mapping[str, float]]
+
+ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "gamma_c", "gamma_st", "gamma_p",
+                 "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
+"""Scalars whose error has to fall below `numerics.accuracy`."""
+
+EXTRAPOLATED = ("Q_F_W", "force_x_N", "force_y_N", "spin_moment_Nmm")
+"""Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit."""
+
+FLOOR = 2e-5
+"""No estimate is smaller: rounding and solver tolerances are of this order."""
+
+UNCHANGED = 1e-6
+"""What changes by less than this from grid to grid is given or vanishes by symmetry."""
+
+WEIGHTS = {
+    "Q_F_W": (0.52, 1.0 / 16.0),
+    "force_x_N": (0.52, 1.0 / 8.0),
+    "force_y_N": (0.52, 1.0 / 8.0),
+    "spin_moment_Nmm": (0.52, 1.0 / 8.0),
+    "gamma_c": (1.0, 1.0 / 16.0),
+    "contact_area_mm2": (1.0, 1.0 / 16.0),
+    "gamma_st": (1.0, 1.0 / 8.0),
+    "gamma_p": (1.0, 1.0 / 16.0),
+    "temperature_rise_max_lower_K": (1.0, 1.0 / 8.0),
+    "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
+}
+"""Safety factor, and weight of the change between the two coarser grids, of each estimate. Calibrated on random cases
+(round and elliptic, creepage and spin, a third of them coupled, N = 32 and 64 against N = 256 extrapolated); the test of
+honesty uses others. Anything not named here scatters more and takes `OTHERWISE`."""
+OTHERWISE = (1.5, 1.0 / 8.0)
+
+STICK_BORDER = 0.015
+"""The border of stick and slip is located to a few hundredths of an element, but not where stick begins behind slip or the
+border runs along the rolling direction: the stick fraction scatters by about this over N."""
+UNSEEN = 1.5
+"""A single element's share of the contact, times N²: a slip zone, or the stick around the pole of the spin, may be smaller."""
+CONTACT_BORDER = 0.025
+"""The contact border is located to a few hundredths of an element: where the contact is not Hertz's, its area scatters by about
+this over N."""
+FIRST_ORDER = 0.002
+"""What is left of first order in integrals, over N: two changes can be smaller by accident. Round and wide contacts have none;
+elements longer than twice their width keep some (`EdgeCompliance`)."""
+FIRST_ORDER_DISSIMILAR = 0.1
+"""The same between different bodies, whose tractions begin like √s ln s (two cases up to N = 512)."""
+
+
+def estimates(levels: Levels, derived: DerivedQuantities, elements: int) -> dict[str, float]:
+    """Estimated relative error of each reported scalar on the last of `levels` (coarse to fine, each side doubled).
+
+    The change over the last doubling, over 2^p − 1 with the order p that the last three grids show (between 1 and 2), but not
+    less than a share of the change before: two values may agree by accident. `elements` is the number per side of the last
+    grid. Forces are relative to μW at least, the spin moment to μW sqrt(a0 b0), the stick fraction is absolute. nan for one
+    grid alone.
+    """
+    return {name: _estimate(name, [level.get(name, math.nan) for level in levels], derived, elements) for name in SCALARS}
+
+
+def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
+    """Scalars of the last of `levels`, those in `EXTRAPOLATED` by Richardson where the last three grids converge one way."""
+    values = dict(levels[-1])
+    motion = derived.problem.motion
+    given = {"force_x_N": motion.force_x, "force_y_N": motion.force_y}
+    if len(levels) < 3:
+        return values
+    for name in EXTRAPOLATED:
+        before, middle, last = (level[name] for level in levels[-3:])
+        if given.get(name) is None and (last - middle) * (middle - before) > 0.0 and abs(last - middle) < abs(middle - before):
+            values[name] = last + (last - middle) / 3.0
+    return values
+
+
+def _scale(name: str, value: float, derived: DerivedQuantities) -> float:
+    limit = derived.problem.traction_limit
+    if name in ("force_x_N", "force_y_N"):
+        return max(abs(value), limit)
+    if name == "spin_moment_Nmm":
+        return max(abs(value), limit * 1e3 * derived.hertz.mean_radius)
+    if name in ("gamma_st", "power_balance_error"):
+        return 1.0
+    return abs(value)
+
+
+def _estimate(name: str, values: list[float], derived: DerivedQuantities, elements: int) -> float:
+    if len(values) < 2 or math.isnan(values[-1]) or math.isnan(values[-2]):
+        return math.nan
+    scale = _scale(name, values[-1], derived)
+    if scale == 0.0:
+        return 0.0
+    last = abs(values[-1] - values[-2])
+    before = abs(values[-2] - values[-3]) if len(values) > 2 and not math.isnan(values[-3]) else 4.0 * last
+    order = min(max(math.log2(before / last), 1.0), 2.0) if before > 0.0 and last > 0.0 else 2.0
+    safety, share = WEIGHTS.get(name, OTHERWISE)
+    error = safety * max(last / (2.0**order - 1.0), share * before) / scale
+    if name == "gamma_st":
+        if 0.0 < values[-1] < 1.0:
+            error = max(error, STICK_BORDER / elements)
+        elif values[-1] >= 1.0 or derived.problem.motion.spin != 0.0:
+            error = max(error, UNSEEN / elements**2)
+    # Hertz's area is exact, but for the quadrature of covered fractions.
+    if name in ("gamma_c", "contact_area_mm2") and last + before > FLOOR * scale:
+        error = max(error, CONTACT_BORDER / elements)
+    if name in EXTRAPOLATED and last + before > UNCHANGED * scale:
+        error = max(error, (FIRST_ORDER_DISSIMILAR if derived.dissimilar else FIRST_ORDER) / elements)
+    return max(error, FLOOR)

@@ -1,0 +1,52 @@
+"""The thermo-elastic limit: how fast a contact can roll before its own heat leaves it no steady state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from thermoroll_cli.model.problem import Numerics, Problem
+from thermoroll_cli.model.result import Result
+
+COARSE = (32, 32)
+HALVINGS = 14
+BISECTIONS = 5
+
+
+def last_steady_state(problem: Problem, failed: Result, solve_once: Callable[[Problem], Result]) -> Result:
+    """The state at the largest speed for which one is found, instead of `failed`; marked as not converged, with the reason.
+
+    Speed, and with it heat, is lowered until a coarse grid has a steady state, then the largest such speed is bracketed; the
+    requested grid is solved there. Returns `failed` where nothing is found.
+    """
+    wanted = problem.motion.speed
+    # Not finer than what is asked for: then the bracket would take longer than the solution.
+    nx, ny = problem.numerics.grid or COARSE
+    coarse = replace(problem, numerics=Numerics((min(nx, COARSE[0]), min(ny, COARSE[1])), extent=problem.numerics.extent))
+
+    def steady(speed: float) -> bool:
+        return solve_once(at_speed(coarse, speed)).converged
+
+    low, high = 0.5 * wanted, wanted
+    for _ in range(HALVINGS):
+        if steady(low):
+            break
+        low, high = 0.5 * low, low
+    else:
+        return failed
+    for _ in range(BISECTIONS):
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if steady(middle) else (low, middle)
+    # The fine grid may stop a little earlier than the coarse one.
+    for speed in (low, 0.9 * low, 0.7 * low):
+        found = solve_once(at_speed(problem, speed))
+        if found.converged:
+            reason = (f"no steady state found beyond V = {speed:.3g} m/s (asked for {wanted:g} m/s): frictional heat drives "
+                      f"the contact past its thermo-elastic limit; the fields and scalars are those at {speed:.3g} m/s")
+            return replace(found, problem=problem, converged=False, reason=reason)
+    return failed
+
+
+def at_speed(problem: Problem, speed: float) -> Problem:
+    """The same problem at another rolling speed."""
+    return replace(problem, motion=replace(problem.motion, speed=speed))

@@ -1,0 +1,107 @@
+"""The result of a solve from its levels: error estimates, self-checks, account of the work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.assessment.checks import failures
+from thermoroll_cli.assessment.thermal_stretch import thermal_stretch_warning
+from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported
+from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
+
+
+def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) -> Result:
+    last = levels[-1]
+    derived = last.discretisation.derived
+    coupled, isothermal = scalars_by_level(levels)
+    errors = estimates(coupled, derived, min(last.discretisation.grid.shape))
+    reasons = failures(derived, last.discretisation, last.isothermal, last.coupled, last.feedback)
+    warnings = list(plan.warnings)
+    heat = last.discretisation.heat(last.contact) if plan.runs("heat") else None
+    if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
+        warnings.append(sideways)
+    rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
+    if rises and derived.has_traction and (stretch := thermal_stretch_warning(derived, *rises)):
+        warnings.append(stretch)
+    wanted = problem.numerics.accuracy
+    if wanted is not None:
+        missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
+        if missed:
+            worst = max(missed, key=lambda k: errors[k])
+            elements = last.discretisation.grid.nx
+            reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried, {elements} elements per side: "
+                           f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
+    hertz = {k: plan.facts[k] for k in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper")}
+    history: dict[str, Any] = {}
+    if last.coupled is not None:
+        history["coupling_residual"] = np.array(last.coupled.history)
+    if last.feedback is not None:
+        history[f"{_feedback_name(last)}_residual"] = np.array(last.feedback.history)
+    isothermal_state = replace(last.isothermal_state, scalars=reported(isothermal, derived))
+    same = last.coupled_state is last.isothermal_state
+    return Result(
+        problem=problem,
+        x=last.discretisation.grid.x,
+        y=last.discretisation.grid.y,
+        coupled=isothermal_state if same else replace(last.coupled_state, scalars=reported(coupled, derived)),
+        isothermal=isothermal_state,
+        hertz=hertz,
+        converged=not reasons,
+        reason="; ".join(reasons),
+        error=errors,
+        work=_work(plan, levels, seconds) | ({} if heat is None else account(heat)),
+        history=history,
+        warnings=tuple(warnings),
+    )
+
+
+def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
+    """Scalars of the coupled and of the isothermal state on each grid, coarse to fine."""
+    return [r.coupled_state.scalars for r in levels], [r.isothermal_state.scalars for r in levels]
+
+
+def _feedback_name(level: RefinementLevel) -> str:
+    """What the state without thermal deformation iterates on."""
+    return "warm_friction" if level.discretisation.derived.problem.friction_falls else "elastic_coupling"
+
+
+def _work(plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) -> dict[str, Any]:
+    entries = []
+    for r in levels:
+        entry: dict[str, Any] = {
+            "grid": list(r.discretisation.grid.shape),
+            "newton_steps": (r.feedback or r.isothermal.tangential).newton_steps,
+            "applications": (r.feedback or r.isothermal.tangential).applications,
+            "transforms": r.discretisation.transforms,
+        }
+        if r.feedback is not None:
+            entry |= {
+                f"{_feedback_name(r)}_iterations": r.feedback.iterations,
+                "normal_iterations": r.feedback.normal_iterations,
+            }
+        if r.coupled is not None:
+            entry |= {
+                "coupling_iterations": r.coupled.iterations,
+                "coupled_normal_iterations": r.coupled.normal_iterations,
+                "coupled_newton_steps": r.coupled.newton_steps,
+                "coupled_applications": r.coupled.applications,
+            }
+        entries.append(entry)
+    last = levels[-1].discretisation.grid
+    return {
+        "grid": list(last.shape),
+        "extent": plan.extent,
+        "iterations": {k: entries[-1][k] for k in entries[-1] if k.endswith(("iterations", "steps"))},
+        "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),
+        "levels": entries,
+        "seconds": {k: round(v, 6) for k, v in seconds.items()},
+        "extrapolated": list(EXTRAPOLATED) if len(entries) > 2 else [],
+        "skipped": dict(plan.skipped),
+    }

@@ -1,0 +1,211 @@
+"""Decided before solving: which stages run, which are skipped and why, on which grids, at what cost."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.frictional_heat import divide
+
+COARSEST = 8
+FINEST_FOR_ACCURACY = 512
+SMALLEST_EXTENT = 2.1
+"""The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
+
+BULGE_EFFECT = 1.5
+"""Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
+
+STANDARD_ACCURACY = 1e-3
+"""Relative accuracy aimed at where a case asks for none."""
+
+HALF_SPACE_LIMIT = 0.3
+"""Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
+    before solving; `memory_bytes` and `seconds` are estimates for the finest grid."""
+
+    grids: tuple[tuple[int, int], ...]
+    extent: float
+    run: list[str]
+    skipped: dict[str, str]
+    warnings: list[str]
+    facts: dict[str, float] = field(default_factory=dict)
+    memory_bytes: int = 0
+    seconds: float = 0.0
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """The finest grid (the largest allowed one where an accuracy is asked for)."""
+        return self.grids[-1]
+
+    def runs(self, stage: str) -> bool:
+        return stage in self.run
+
+
+def make_plan(problem: Problem) -> Plan:
+    """Plan of a problem. Raises ValueError where no steady state can exist (|F| > μW)."""
+    if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
+        raise ValueError(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
+                         f"{problem.traction_limit:g} N")
+    derived = DerivedQuantities(problem)
+    grids = grid_ladder(problem)
+    run, skipped, warnings = [], {}, []
+    heating = problem.heating
+    if derived.feeds_back:
+        run.append("elastic coupling")
+    else:
+        skipped["elastic coupling"] = _why_uncoupled(derived)
+        skipped["normal (isothermal)"] = "smooth bodies without thermal bulge: Hertz's closed form is exact"
+    if not derived.moves:
+        skipped["tangential"] = "no creepage, spin or force: everything sticks without traction"
+    elif problem.friction == 0.0:
+        skipped["tangential"] = "no friction: the surfaces slide freely"
+    else:
+        run.append("tangential")
+        if derived.mirror_on(grids[-1][1], heated=False) is not None:
+            skipped["tangential, y < 0"] = "the mirror image of y > 0" + (
+                "" if derived.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt")
+    if not heating.heat:
+        skipped["heat"] = "switched off or no thermal constants: purely mechanical"
+    elif not derived.has_traction and not heating.conducts:
+        skipped["heat"] = "nothing rubs: no frictional heat"
+    else:
+        run.append("heat")
+    if "heat" in run and heating.partition == "matched":
+        if (share := _even_share(derived)) is None:
+            run.append("partition")
+        else:
+            skipped["partition"] = f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
+    if problem.friction_falls and derived.has_traction:
+        run.append("warm friction")
+    elif problem.friction_slope:
+        skipped["warm friction"] = "no friction and heat that could change it"
+    if "heat" not in run:
+        skipped["deformation"] = "no heat"
+    elif not heating.deformation:
+        skipped["deformation"] = "switched off"
+    else:
+        wanted = problem.numerics.accuracy or STANDARD_ACCURACY
+        bulge = bulge_bound(derived) / derived.hertz.approach
+        if BULGE_EFFECT * bulge < wanted:
+            skipped["deformation"] = (f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing "
+                                      f"by more than {wanted:g}")
+        else:
+            run.append("deformation")
+    extent = problem.numerics.extent
+    if extent < SMALLEST_EXTENT:
+        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
+        extent = SMALLEST_EXTENT
+    warnings += _half_space_warnings(derived)
+    return Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
+
+
+def _why_uncoupled(derived: DerivedQuantities) -> str:
+    """Why pressure and shear do not act on each other."""
+    lower, upper = derived.problem.lower, derived.problem.upper
+    if derived.dissimilar:
+        return "no friction: there is no shear to act on the pressure"
+    if (lower.youngs_modulus, lower.poisson_ratio) == (upper.youngs_modulus, upper.poisson_ratio):
+        return "both bodies have the same elastic constants"
+    return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
+
+
+def grid_ladder(problem: Problem) -> tuple[tuple[int, int], ...]:
+    """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as many where three
+    grids are left without it."""
+    wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
+    coarsest = COARSEST if max(wish) < 8 * COARSEST else 2 * COARSEST
+    ladder = [wish]
+    while max(ladder[0]) >= 2 * coarsest:
+        nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in ladder[0])
+        ladder.insert(0, (nx, ny))
+    return tuple(ladder)
+
+
+def bulge_bound(derived: DerivedQuantities) -> float:
+    """Estimate from above of the thermal expansion's variation over the contact in m.
+
+    The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the
+    expansion of that heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few
+    times the saturation creepage at most."""
+    problem, motion = derived.problem, derived.problem.motion
+    discretisation = _preview(derived)
+    rigid = discretisation.driving_slip(discretisation.hertz)
+    for i, force in enumerate((motion.force_x, motion.force_y)):
+        if force is not None:
+            rigid[i] += 3.0 * derived.saturation_creepage
+    slip = np.hypot(rigid[0], rigid[1])
+    flux = problem.friction * discretisation.hertz.pressure * slip * motion.speed
+    response = discretisation.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
+    inside = discretisation.hertz.contact
+    bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
+    if not problem.heating.conducts:
+        return float(np.ptp(bulge[inside]))
+    # Friction that turns out smaller must not have hidden what conduction does.
+    conducted = divide(problem.heating, response, np.zeros(discretisation.grid.shape), inside).expansion()
+    return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
+
+
+def _preview(derived: DerivedQuantities) -> Discretisation:
+    """A grid coarse enough for estimates."""
+    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+
+
+def _even_share(derived: DerivedQuantities) -> float | None:
+    """Share of the lower body with which both surfaces get equally warm everywhere; None if that takes a solution."""
+    motion = derived.problem.motion
+    if derived.problem.heating.conducts:
+        return None
+    if derived.problem.heating.peclet == "rolling" and (motion.force_x, motion.force_y) != (None, None):
+        return None
+    discretisation = _preview(derived)
+    creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
+    return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
+
+
+def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
+    hertz, geometry = derived.hertz, derived.problem.geometry
+    out = []
+    for axis, half, radii in (
+        ("x", hertz.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
+        ("y", hertz.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
+    ):
+        smallest = min(abs(r) for r in radii)
+        if half / smallest > HALF_SPACE_LIMIT:
+            out.append(f"contact half-width along {axis} is {half / smallest:.2f} of the smallest radius: "
+                       f"the half-space assumption is doubtful above {HALF_SPACE_LIMIT:g}")
+    return out
+
+
+def _facts(derived: DerivedQuantities) -> dict[str, float]:
+    hertz, problem = derived.hertz, derived.problem
+    return {
+        "hertz_a_mm": hertz.semi_axis_x * 1e3,
+        "hertz_b_mm": hertz.semi_axis_y * 1e3,
+        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+        "approach_um": hertz.approach * 1e6,
+        "peclet_lower": derived.peclet(problem.lower),
+        "peclet_upper": derived.peclet(problem.upper),
+        "friction_limit_N": problem.traction_limit,
+        "saturation_creepage": derived.saturation_creepage,
+        "dundurs_beta": derived.dundurs_beta,
+    }
+
+
+def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) -> tuple[int, float]:
+    """Rough memory (bytes) and time (s, one core): counts of padded fields and transforms times their size."""
+    padded = 4 * shape[0] * shape[1]
+    fields = 12 + (90 if "tangential" in run else 0) // 2 + (12 if "heat" in run else 0)
+    fields += 8 if "elastic coupling" in run else 0
+    solves = (4 if "deformation" in run else 1) + ("elastic coupling" in run)
+    rolling = 140 if derived.mirror_on(shape[1], heated=False) is not None else 280
+    transforms = 10 + (rolling if "tangential" in run else 0) * solves
+    return 8 * padded * fields, 0.1 + transforms * padded * math.log2(padded) * 4e-10

@@ -1,0 +1,156 @@
+"""Solve a problem: coarse grids first, each the start of the next, isothermal and coupled state side by side."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from thermoroll_cli.assessment.checks import overheated
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.refinement.limit import last_steady_state
+from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
+from thermoroll_cli.refinement.plan import Plan, make_plan
+from thermoroll_cli.refinement.refinement_level import Neighbours, RefinementLevel, refinement_level
+from thermoroll_cli.steady_state.coupling import Tolerances, couple, on_finer_grid
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.mechanical import mechanical
+
+Report = Callable[[str, Mapping[str, Any]], None]
+
+GROWTH = 1.25
+"""Factor by which the domain grows when the contact reaches its rim."""
+LARGEST_EXTENT = 12.0
+
+
+@dataclass
+class _Stopwatch:
+    """Wall seconds by stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, stage: str) -> _Lap:
+        return _Lap(self.seconds, stage)
+
+
+@dataclass
+class _Lap:
+    seconds: dict[str, float]
+    stage: str
+    start: float = 0.0
+
+    def __enter__(self) -> None:
+        self.start = time.perf_counter()
+
+    def __exit__(self, *_: object) -> None:
+        self.seconds[self.stage] = self.seconds.get(self.stage, 0.0) + time.perf_counter() - self.start
+
+
+def solve(problem: Problem, *, threads: int = 1, report: Report | None = None) -> Result:
+    """Solve `problem` and return its coupled and isothermal states.
+
+    `threads` > 1 transforms the two traction components side by side (the result does not depend on it). `report` is
+    called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. Raises ValueError where
+    no steady state can exist; everything else that goes wrong is told in `Result.converged` and `Result.reason`.
+    """
+    return Solver(threads).solve(problem, report=report)
+
+
+class Solver:
+    """Solves problem after problem: each starts from the one before it where kernels and grids are the same.
+
+    Neighbouring points of a sweep share their kernels and need a fraction of the iterations."""
+
+    def __init__(self, threads: int = 1) -> None:
+        self.threads = threads
+        self._neighbours = Neighbours()
+
+    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
+        """As the function `solve`."""
+        result, too_hot = self._solve(problem, report)
+        if too_hot:
+            # Lower speeds have kernels of their own: a fresh solver each, and nothing of them is remembered.
+            result = last_steady_state(problem, result, lambda p: Solver(self.threads)._solve(p, report)[0])
+        return result
+
+    def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
+        """One attempt, and whether it failed for too much heat."""
+        plan = make_plan(problem)
+        while True:
+            levels, stopwatch = self._climb(problem, plan, report or (lambda stage, info: None))
+            last = levels[-1]
+            if not last.touches_rim or plan.extent > LARGEST_EXTENT:
+                break
+            grown = plan.extent * GROWTH
+            plan = replace(plan, extent=grown, warnings=[
+                *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
+        result = result_of(problem, plan, levels, stopwatch.seconds)
+        if result.converged:
+            self._neighbours.remember(levels)
+        return result, last.isothermal.tangential.converged and overheated(last.isothermal, last.coupled)
+
+    def _climb(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
+        derived = DerivedQuantities(problem)
+        stopwatch = _Stopwatch()
+        levels: list[RefinementLevel] = []
+        neighbour: RefinementLevel | None = None
+        for shape in plan.grids:
+            below, below_last = (levels[-1] if levels else None), neighbour
+            neighbour = self._neighbours.find(derived, shape, plan.extent)
+            if neighbour is not None:
+                discretisation = neighbour.discretisation
+                discretisation.show(derived)
+            else:
+                discretisation = Discretisation(derived, shape, plan.extent, self.threads)
+            tolerances = Tolerances()
+            # Pressure and shear that act on each other cost more turns from a looser start than it saves.
+            if shape != plan.grids[-1] and not derived.feeds_back:
+                tolerances = tolerances.on_the_way(problem.numerics.accuracy)
+            with stopwatch("isothermal"):
+                if neighbour is not None:
+                    starts = [self._neighbours.predict(neighbour, below, below_last)]
+                elif below is not None:
+                    starts = [discretisation.continue_from(below.discretisation, below.isothermal, discretisation.hertz)]
+                else:
+                    starts = []
+                before = neighbour or below
+                iso, feedback = mechanical(discretisation, starts, tolerances,
+                                           None if before is None else (before.discretisation, before.isothermal))
+            report("tangential", {"grid": list(shape), "applications": (feedback or iso.tangential).applications,
+                                  "residual": iso.tangential.residual})
+            coupled = None
+            if plan.runs("deformation"):
+                with stopwatch("coupling"):
+                    # The coarser grid of the same problem starts a coupled state better than the neighbour on this grid.
+                    if below is not None and below.coupled is not None:
+                        start, offset = on_finer_grid(discretisation, below.discretisation, below.coupled.contact)
+                    elif neighbour is not None and neighbour.coupled is not None:
+                        start = neighbour.coupled.contact
+                        offset = start.offset
+                    else:
+                        start, offset = iso, iso.offset
+                    coupled = couple(discretisation, start, offset, tolerances)
+                report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
+            with stopwatch("temperature"):
+                levels.append(refinement_level(discretisation, iso, coupled, plan, feedback))
+            if levels[-1].touches_rim:
+                break
+            if shape != plan.grids[-1] and _accurate_enough(problem, levels):
+                break
+        return levels, stopwatch
+
+
+def _accurate_enough(problem: Problem, levels: list[RefinementLevel]) -> bool:
+    wanted = problem.numerics.accuracy
+    if wanted is None or len(levels) < 3:
+        return False
+    derived, elements = levels[-1].discretisation.derived, min(levels[-1].discretisation.grid.shape)
+    # Of the state that is asked for; the isothermal one beside it has its own estimates.
+    scalars, _ = scalars_by_level(levels)
+    errors = estimates(scalars, derived, elements)
+    return all(errors[k] <= wanted for k in ERROR_SCALARS if not math.isnan(errors[k]))

@@ -1,0 +1,1 @@
+"""Algorithms that know nothing of contacts: mixing of fixed points, Krylov iterations, interpolation between grids."""

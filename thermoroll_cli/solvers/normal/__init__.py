@@ -1,0 +1,1 @@
+"""Pressure from the gap: Eqs. 1–6."""

@@ -1,0 +1,1 @@
+"""Temperature and thermal expansion from heat: Eqs. 17–20."""

@@ -1,0 +1,1 @@
+"""The steady state on one grid: press, roll, heat, expand (Fig. 2)."""

@@ -1,0 +1,197 @@
+"""All stages on one grid, with the kernels and plans that they share."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.model.contact import Contact, Pressure, Traction
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
+from thermoroll_cli.solvers.normal.active_set import NormalSolution, NormalSolver
+from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
+from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
+from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.steady_state.frictional_heat import Heat, divide
+from thermoroll_cli.steady_state.traction import Rolling
+
+Array = NDArray[np.float64]
+
+
+class Discretisation:
+    """The solvers of one derived on one grid; each is built when a stage first needs it."""
+
+    def __init__(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1) -> None:
+        self.derived = derived
+        self.grid: Grid = derived.grid(shape, extent)
+        self.extent = extent
+        self.rolling = Rolling(self.grid, threads)
+        self._heat: HeatResponse | None = None
+        self._heats: list[tuple[Traction, Heat]] = []
+
+    def serves(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
+        """Whether the kernels built here are those of another derived: same bodies, same Hertz contact, same grid."""
+        return (self.grid.shape == shape and self.extent == extent and self.derived.hertz == derived.hertz
+                and self.derived.shear_compliance == derived.shear_compliance
+                and self.derived.coupling_constant == derived.coupling_constant)
+
+    def show(self, derived: DerivedQuantities) -> None:
+        """Turn to another derived that the kernels serve (see `serves`)."""
+        self.derived = derived
+        self._heats.clear()
+
+    # --- normal --------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def undeformed_gap(self) -> Array:
+        return self.derived.undeformed_gap(self.grid)
+
+    @cached_property
+    def normal_solver(self) -> NormalSolver:
+        return NormalSolver(self.grid, self.derived.problem.contact_modulus)
+
+    @cached_property
+    def hertz(self) -> Pressure:
+        """The isothermal pressure: smooth bodies without thermal bulge are in Hertz contact exactly, so nothing is solved."""
+        hertz, grid = self.derived.hertz, self.grid
+        # One quadrant tells the others.
+        x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
+        quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
+        pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+        displacement = self.normal_solver.displacement(pressure)
+        gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
+        return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
+                        hertz.peak_pressure)
+
+    def press(self, offset: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
+        """Contact pressure on bodies whose gap is closed by `offset` (m) beforehand (thermal expansion, lift by shear),
+        starting from the pressure `start`."""
+        gap, force = self.undeformed_gap - offset, self.derived.problem.normal_force
+        solution = self.normal_solver.solve(gap, force, start, tolerance)
+        refined = self.normal_solver.refine(solution, gap, force, tolerance)
+        pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
+        if self.derived.mirror_on(self.grid.ny, heated=True) is not None:
+            # So they are but for rounding, which must not decide about an element of the border on one side only.
+            pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
+        normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset)
+        return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
+
+    @property
+    def _rim_tells(self) -> bool:
+        """Whether contact in the outermost elements means that the domain is too small: on coarse grids they also hold the
+        border of Hertz's contact, so their centres must lie in the outer half of the room around it."""
+        grid, hertz = self.grid, self.derived.hertz
+        half_room = 0.5 * (1.0 + 0.5 * self.extent)
+        return bool(grid.x[-1] > half_room * hertz.semi_axis_x and grid.y[-1] > half_room * hertz.semi_axis_y)
+
+    # --- dissimilar bodies ---------------------------------------------------------------------------------------
+
+    @cached_property
+    def normal_shear(self) -> NormalShearCoupling:
+        return NormalShearCoupling(self.grid, self.derived.coupling_constant)
+
+    # --- tangential ----------------------------------------------------------------------------------------------
+
+    def driving_slip(self, normal: Pressure) -> Array:
+        """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x where the bodies stretch differently."""
+        rigid = self.derived.rigid_slip(self.grid)
+        if self.derived.dissimilar:
+            rigid -= self.normal_shear.stretch(normal.pressure)
+        return rigid
+
+    def roll(
+        self, normal: Pressure, starts: Sequence[Traction], tolerance: float, friction: Array | None = None
+    ) -> Traction:
+        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick).
+
+        `friction` is the local coefficient (nx, ny), if it is not the same everywhere."""
+        rigid = self.driving_slip(normal)
+        zero = np.zeros((2, *self.grid.shape))
+        if not self.derived.has_traction:
+            # Nothing to solve: without friction the surfaces slide freely, without creepage they stick.
+            sliding = self.derived.moves
+            motion = self.derived.problem.motion
+            given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
+            return Traction(zero, rigid * normal.contact if sliding else zero,
+                            normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
+        return self.rolling.solve(self.derived, normal, rigid, starts, tolerance, friction, undisturbed=normal is self.hertz)
+
+    # --- heat ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _sliding(self) -> SlidingKernels:
+        return SlidingKernels(self.grid)
+
+    def heat_response(self, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
+        """Thermal response of both bodies at the given creepages and `slip` s/V (2, nx, ny), which only matters where the
+        Péclet number is made with it. Kernels are kept, and built again only when speeds change."""
+        lower, upper = self.derived.heated_bodies(*creepage)
+        problem = self.derived.problem
+        if problem.heating.peclet == "sliding":
+            return SlidingHeatResponse(self._sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
+        if self._heat is None or self._heat.bodies != (lower, upper):
+            self._heat = HeatResponse(self.grid, lower, upper)
+        return self._heat
+
+    def heat_flux(self, tangential: Traction) -> Array:
+        """Frictional heat flux q in W/m², (nx, ny)."""
+        return self.derived.problem.motion.speed * tangential.heat
+
+    def heat(self, contact: Contact) -> Heat:
+        """The heat of a state, divided between the bodies. Those of the last two states asked for are kept."""
+        tangential = contact.tangential
+        known = next((heat for traction, heat in self._heats if traction is tangential), None)
+        if known is None:
+            response = self.heat_response(tangential.creepage, tangential.slip)
+            known = divide(self.derived.problem.heating, response, self.heat_flux(tangential), contact.normal.contact)
+            self._heats = [*self._heats[-1:], (tangential, known)]
+        return known
+
+    # --- between grids -------------------------------------------------------------------------------------------
+
+    def continue_from(self, coarse: Discretisation, contact: Contact, normal: Pressure) -> Traction:
+        """Tractions of a coarser grid as a first guess under the pressure `normal` of this one."""
+        prolong = Prolongation(coarse.grid, self.grid)
+        old = contact.tangential
+        traction = prolong.traction(old.traction, contact.normal.pressure, normal.pressure)
+        nothing = np.zeros(self.grid.shape)
+        return Traction(traction, traction, nothing > 0.0, old.creepage, nothing, 0.0, 0.0, 0, 0, True)
+
+    @property
+    def transforms(self) -> int:
+        """Padded transforms done on this discretisation by all stages."""
+        total = self.normal_solver.transforms if "normal_solver" in self.__dict__ else 0
+        total += self.rolling.transforms
+        total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
+        total += self._sliding.transforms if "_sliding" in self.__dict__ else 0
+        return total + (self._heat.transforms if self._heat is not None else 0)
+
+
+def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
+    """A field even in x and y on the whole grid; the quadrant holds the middle elements where their number is odd."""
+    nx, ny = shape
+    half = np.concatenate([quadrant[nx % 2 :][::-1], quadrant])
+    return np.concatenate([half[:, ny % 2 :][:, ::-1], half], axis=1)
+
+
+def peak_value(field: Array) -> float:
+    """Maximum of a smooth field given by element averages: the top of the parabolas through the largest element and its
+    neighbours, or that element's value at the edge of the field's support."""
+    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
+    top = float(field[i, j])
+    rise = 0.0
+    for axis, k in ((0, i), (1, j)):
+        line = field[:, j] if axis == 0 else field[i, :]
+        if 0 < k < len(line) - 1 and min(line[k - 1], line[k + 1]) > 0.0:
+            bend = float(line[k - 1] - 2.0 * top + line[k + 1])
+            slope = 0.5 * float(line[k + 1] - line[k - 1])
+            if bend < 0.0:
+                # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
+                rise += -0.5 * slope**2 / bend - bend / 24.0
+    return top + rise

@@ -1,0 +1,90 @@
+"""The heat of one state: how much is made where, how it divides between the bodies, what it does to both surfaces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.contact import Mask
+from thermoroll_cli.model.problem import Heating
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
+from thermoroll_cli.solvers.thermal.partition import Partition, match
+from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
+
+Array = NDArray[np.float64]
+
+SIDEWAYS_SHARE = 0.1
+SLOW_PECLET = 0.03
+"""Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
+
+
+@dataclass(frozen=True)
+class Heat:
+    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`."""
+
+    flux: Array
+    partition: Partition
+    response: ThermalResponse
+
+    @property
+    def into(self) -> DividedHeat:
+        """Heat flux into each body."""
+        return self.partition.heat
+
+    @property
+    def is_zero(self) -> bool:
+        return not (self.into.lower.any() or self.into.upper.any())
+
+    @property
+    def mean_share(self) -> float:
+        """Share of all heat that enters the lower body; nan if there is none."""
+        total = float(self.flux.sum())
+        if total == 0.0:
+            return np.nan
+        return self.into.share if self.into.share is not None else float(self.into.lower.sum()) / total
+
+    def expansion(self) -> Array:
+        """u_z^t > 0 of both bodies towards each other in m, up to a constant where sources are at rest."""
+        return np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
+
+    def temperatures(self) -> tuple[Array, Array]:
+        """Surface temperature rise of the lower and the upper body above their bulk temperatures in K."""
+        if self.is_zero:
+            return np.zeros(self.flux.shape), np.zeros(self.flux.shape)
+        return self.response.temperatures(self.into)
+
+
+def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Mask) -> Heat:
+    """Divide the frictional heat `flux` between the bodies, as `heating.partition` says."""
+    if heating.partition == "matched":
+        return Heat(flux, match(response, flux, contact, heating.bulk_difference), response)
+    return Heat(flux, Partition(DividedHeat.evenly(flux, heating.partition), 0.0, 0), response)
+
+
+def account(heat: Heat) -> dict[str, dict[str, float]]:
+    """What the response took: terms and error of sliding Péclet numbers, applications and mismatch of a matched partition."""
+    result: dict[str, dict[str, float]] = {}
+    if isinstance(heat.response, SlidingHeatResponse):
+        result["sliding"] = heat.response.report()
+    if heat.partition.applications:
+        result["partition"] = {"applications": heat.partition.applications, "mismatch": heat.partition.mismatch}
+    return result
+
+
+def sideways_warning(heat: Heat, slip: Array) -> str:
+    """Told where sliding Péclet numbers carry heat of sideways slip along x (`solvers.thermal.sliding_heat`), or nothing.
+
+    `slip` has the shape (2, nx, ny)."""
+    total = float(heat.flux.sum())
+    if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
+        return ""
+    share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
+    peclet = heat.response.mean_peclet(heat.flux)
+    if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
+        return ""
+    return (
+        f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+        'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip'
+    )

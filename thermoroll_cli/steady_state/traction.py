@@ -1,0 +1,142 @@
+"""The tangential problem of one grid: on which window it is solved, with what at the leading edge, by which solver."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.exact.hertz_shear import shear_gradients
+from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.mirror import Parities, unfolded
+from thermoroll_cli.model.contact import Pressure, Traction
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
+from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_WEIGHTS, MARGIN, RollingGradient, difference
+from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem, TangentialSolution
+from thermoroll_cli.steady_state.window import Window, window_around
+
+Array = NDArray[np.float64]
+
+
+class Rolling:
+    """Solves tangential problems of scenes that share kernels (see `Discretisation.serves`); keeps solvers while they serve."""
+
+    def __init__(self, grid: Grid, threads: int) -> None:
+        self.grid = grid
+        self._threads = threads
+        self._windows: dict[Parities | None, Window] = {}
+        self._solvers: dict[Parities | None, RollingSolver] = {}
+        self._undisturbed_leading: tuple[Window, Array] | None = None
+
+    @property
+    def transforms(self) -> int:
+        return sum(solver.gradient.transforms for solver in self._solvers.values())
+
+    def solve(
+        self, derived: DerivedQuantities, normal: Pressure, rigid: Array, starts: Sequence[Traction], tolerance: float,
+        friction: Array | None, *, undisturbed: bool,
+    ) -> Traction:
+        """Tractions and slip under the pressure `normal` (`undisturbed`: it is Hertz's), driven by the slip `rigid`
+        (2, nx, ny); `friction` as in `Discretisation.roll`."""
+        problem, motion = derived.problem, derived.problem.motion
+        mirror = derived.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
+        window = self.window_around(normal.contact, mirror, derived)
+        solver = self._solvers[mirror]
+        before = solver.gradient.applications
+        cell = TangentialProblem(
+            bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
+            covered=window.cut(normal.covered),
+            rigid_slip=window.cut(rigid),
+            element_area=self.grid.element_area * window.weight,
+            force=(motion.force_x, motion.force_y),
+            # Dissimilar bodies: there tractions begin like sqrt(s) ln s and have no given shape.
+            leading=None if derived.dissimilar else self.leading(derived, normal, window, undisturbed=undisturbed),
+        )
+        solution = solver.solve(
+            cell,
+            [(window.cut(start.traction), start.creepage) for start in starts],
+            tolerance * (0.4 if cell.free else 1.0),
+        )
+        creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
+        creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
+        rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
+        work = float((solution.traction * rigid_inner).sum()) * cell.element_area
+        return Traction(window.vector(solution.traction), window.vector(solution.slip * (cell.covered > 0.0)),
+                        window.scalar(solution.stick), (creepage_x, creepage_y),
+                        window.scalar(_dissipated(solution, rigid_inner)), work, solution.residual,
+                        solution.newton_steps, solver.gradient.applications - before, solution.converged)
+
+    # --- the window ----------------------------------------------------------------------------------------------
+
+    def window_around(self, contact: NDArray[np.bool_], mirror: Parities | None, derived: DerivedQuantities) -> Window:
+        """Where the contact lies; the solver of the last window is kept while that still holds the contact."""
+        need, last = window_around(contact, mirror), self._windows.get(mirror)
+        if last is not None and last.holds(need):
+            return last
+        window = need if last is None else last.grown(need)
+        self._windows[mirror] = window
+        self._solvers[mirror] = RollingSolver(RollingGradient(
+            window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror))
+        return window
+
+    def solver_of(self, window: Window) -> RollingSolver:
+        """The solver of the window that was asked for last, with its symmetry."""
+        return self._solvers[window.mirror]
+
+    # --- the leading edge --------------------------------------------------------------------------------------
+
+    def leading(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
+        """What the difference formula misses at the leading edge (`leading_edge`), (3, n, m) in the window."""
+        if not undisturbed:
+            return self._missed(derived, normal, window, undisturbed=False)
+        if self._undisturbed_leading is None or self._undisturbed_leading[0] != window:
+            self._undisturbed_leading = window, self._missed(derived, normal, window, undisturbed=True)
+        return self._undisturbed_leading[1]
+
+    def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
+        """`leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
+        grid, compliance = self.grid, derived.shear_compliance
+        found = self._solvers[window.mirror].gradient.of_shape(window.cut(normal.pressure))
+        both = window.both_sides
+        if window.mirror is not None:
+            found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
+        pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
+        if undisturbed:
+            along, across, mixed = shear_gradients(derived.hertz, compliance.isotropic, compliance.directional)
+            x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
+            exact = np.stack([along * x, across * x, mixed * y])
+        else:
+            closed = self._closing(derived, normal)[both.rows.start : both.rows.stop + 2 * MARGIN, both.columns]
+            isotropic = np.pi * derived.problem.contact_modulus * difference(closed, DIFFERENCE_WEIGHTS, grid.dx)
+            exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
+        return known_gradient(pressure, found, exact, covered)[:, :, -window.shape[1] :]
+
+    def _closing(self, derived: DerivedQuantities, normal: Pressure) -> Array:
+        """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either
+        end: (nx+4, ny)."""
+        grid = self.grid
+        x = (np.arange(-MARGIN, grid.nx + MARGIN) - 0.5 * (grid.nx - 1)) * grid.dx
+        closing = -derived.hertz.undeformed_gap(x[:, None], grid.y[None, :])
+        if normal.offset is not None:
+            # Rows beyond the domain matter on the coarsest grids alone.
+            closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
+        return closing
+
+
+def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
+    """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
+
+    The upstream difference and the border compliance take up that power where it is lost; it is given back in proportion
+    to their local share."""
+    resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
+    missing = float((solution.traction * rigid).sum() - resolved.sum())
+    if missing < 0.0 and resolved.any():
+        # What stands in for the border's compliance is no resistance everywhere: full sliding may dissipate 1e-5 too much.
+        return np.asarray(resolved * (1.0 + missing / float(resolved.sum())))
+    taken = np.maximum(solution.lost, 0.0)
+    total = float(taken.sum())
+    if missing <= 0.0 or total <= 0.0:
+        return resolved
+    return np.asarray(resolved + taken * (missing / total))
