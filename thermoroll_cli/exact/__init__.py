@@ -2,6 +2,7 @@
 
 Every module is one solution; import what you need from it (this package itself imports nothing):
 
+    heated_sphere      round contact that slides and heats itself, sources at rest: the coupled thermo-elastic state
     hertz              elliptic normal contact: semi-axes, pressure, displacement and gap everywhere on the surface
     cattaneo_mindlin   tangential loading of a Hertz contact: full slip and partial slip, no rolling
     carter             tractive rolling of cylinders (2-D): creepage, force, traction, slip, heat
