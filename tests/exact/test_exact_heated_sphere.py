@@ -40,14 +40,15 @@ def test_closes_the_gap_and_has_converged():
     assert found.peak_ratio == pytest.approx(fewer.peak_ratio, rel=1e-6)
     assert np.all(found.pressure(inside) > 0.0)
     carried = quad(lambda r: 2 * math.pi * r * float(found.pressure(r)), 0.0, found.radius)[0]
-    assert carried == pytest.approx(65.0, rel=1e-9)
+    assert carried == pytest.approx(65.0, rel=1e-6)
 
 
 def test_without_heat_it_is_hertz():
     found, hertz = state(0.0), hertz_contact(CURVATURE, CURVATURE, MODULUS, 65.0)
     assert found.radius == pytest.approx(hertz.semi_axis_x, rel=1e-9)
-    assert found.pressure(0.0) == pytest.approx(hertz.peak_pressure, rel=1e-9)
-    assert found.coefficients[1:] == pytest.approx(np.zeros(11), abs=1e-4 * hertz.peak_pressure)
+    assert found.peak_ratio == pytest.approx(1.0, rel=1e-8)
+    r = np.linspace(0.0, 0.99, 30) * hertz.semi_axis_x
+    assert found.pressure(r) == pytest.approx(hertz.pressure(r, 0.0), rel=1e-6)
 
 
 def test_bad_input_is_named():
