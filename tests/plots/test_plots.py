@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import os
 import pathlib
 import shutil
@@ -19,7 +20,7 @@ from matplotlib.testing.compare import compare_images
 from tests.support import synthetic
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.model.result import Result
-from thermoroll_cli.plots import run_figures, sheet
+from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
 from thermoroll_cli.plots.run_figures import write_figures
@@ -182,6 +183,8 @@ LOOKS: dict[str, tuple[dict[str, Any], set[str]]] = {
     "tall": ({"shape": (24, 64), "aspect": 5.0, "deformation": False}, {"traction", "summary"}),
     "unfinished": ({"shape": (20, 20), "heat": False, "converged": False}, {"traction"}),
     "normalised": ({"shape": (48, 32), "aspect": 2.0}, {"traction", "centreline"}),
+    "line": ({"shape": (64, 32), "aspect": 1.0 / 41.0}, {"summary", "traction"}),
+    "cooled": ({"shape": (24, 24), "upper_heating": -0.8, "deformation": False}, {"summary", "temperature", "centreline"}),
 }
 
 
@@ -333,6 +336,66 @@ def test_sweeps_look_as_they_did(tmp_path: pathlib.Path, monkeypatch: pytest.Mon
     check(write_sweep_figure(table(), over, tmp_path / "sweep.png", title="A sweep_of $two"), "sweep")
 
 
+def drawn(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path, columns: dict[str, list[Any]], over: list[str]) -> Any:
+    """The figure of a sweep, as it is saved."""
+    figures = []
+    monkeypatch.setattr(sweep_figures, "save", lambda figure, path: figures.append(figure))
+    write_sweep_figure(columns, over, tmp_path / "a.png")
+    return figures[0]
+
+
+OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
+
+
+def test_every_line_of_a_sweep_has_a_colour_of_its_own(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    radii = [float(k) for k in range(1, 31)]
+    rows = [(radius, speed) for radius in radii for speed in (10.0, 20.0, 50.0)]
+    columns = {OVER[0]: [v for _, v in rows], OVER[1]: [r for r, _ in rows], "Q_F_W": [r * v for r, v in rows]}
+    figure = drawn(monkeypatch, tmp_path, columns, OVER)
+    assert len({line.get_color() for line in figure.axes[0].get_lines()}) == 30
+    assert len(figure.legends[0].get_texts()) == 15
+
+
+def test_failed_points_are_marked_where_they_were_asked_for(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    columns = table()
+    columns["status"][3] = columns["status"][7] = "not_converged"
+    axes = drawn(monkeypatch, tmp_path, columns, OVER).axes[0]
+    marks = [line for line in axes.get_lines() if line.get_marker() == "x"]
+    assert [list(line.get_xdata()) for line in marks] == [[100.0]]
+    assert max(x for line in axes.get_lines() if line not in marks for x in line.get_xdata()) == 50.0
+
+
+def test_an_axis_does_not_zoom_into_the_error_of_its_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    wobbling = [0.5 + 1e-3 * (-1) ** row for row in range(8)]
+    columns = table(gamma_st=wobbling, **{"error.gamma_st": [0.01] * 8})
+    figure = drawn(monkeypatch, tmp_path, columns, OVER)
+    (axes,) = (axes for axes in figure.axes if "gamma_{st}" in axes.get_ylabel())
+    low, high = axes.get_ylim()
+    assert high - low >= 6.0 * 0.01 * 0.5
+
+
+def test_a_mechanical_sweep_shows_what_changes(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    """Ratios that only heat can change, and a state without heat equal to the one with it, are not drawn."""
+    columns = table(gamma_c=[1.0] * 8, gamma_p=[1.0] * 8)
+    columns["isothermal.Q_F_W"] = list(columns["Q_F_W"])
+    figure = drawn(monkeypatch, tmp_path, columns, OVER)
+    assert not any("gamma" in axes.get_ylabel() for axes in figure.axes)
+    assert "isothermal" not in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("top", [40.0, 300.0, 5000.0, 1e6])
+def test_numbers_on_a_logarithmic_axis_keep_apart(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path, top: float) -> None:
+    columns = {OVER[0]: list(np.geomspace(2.0, top, 5)), "Q_F_W": [1.0, 2.0, 3.0, 4.0, 5.0]}
+    figure = drawn(monkeypatch, tmp_path, columns, OVER[:1])
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    left, right = axes.get_xlim()
+    boxes = [label.get_window_extent() for label, place in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True)
+             if left <= place <= right and label.get_text()]
+    assert len(boxes) >= 2
+    assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
+
+
 @pytest.mark.usefixtures("coarse")
 def test_failed_points_are_left_out(tmp_path: pathlib.Path) -> None:
     columns = table()
@@ -366,4 +429,5 @@ def test_case_keys_become_words() -> None:
     assert words_of("creepage.spin_rad_mm") == "spin (rad/mm)"
     assert words_of("material.lower.diffusivity_mm2_s") == "diffusivity (mm²/s)"
     assert words_of("load.normal_N") == "normal load (N)"
-    assert words_of("load.friction_coefficient") == "friction coefficient load"
+    assert words_of("load.friction_coefficient") == "friction coefficient"
+    assert words_of("force.lateral_N") == "lateral force (N)"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.plots.field_figures import UPPER, temperatures
+from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales
@@ -55,13 +55,13 @@ def centreline_figure(view: RunView, normalised: bool) -> Figure | None:
         axes = add_axes(figure, LEFT + column * (WIDTH + GAP_X), BOTTOM + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT)
         # Its x axis is labelled unless another diagram stands below.
         draw_diagram(axes, view, quantity, curves, normalised, labelled=place + columns >= len(diagrams))
-    _legend(figure, [curve for _, curves in diagrams for curve in curves])
+    draw_legend(figure, [curve for _, curves in diagrams for curve in curves], (width / 2, 0.0))
     add_headline(figure, view, ", on y = 0")
     return figure
 
 
-def _legend(figure: Figure, curves: list[Curve]) -> None:
-    """One legend for all diagrams, below them: each kind of line once."""
+def draw_legend(figure: Figure, curves: list[Curve], place: tuple[float, float]) -> None:
+    """One legend for all diagrams, each kind of line once, with the middle of its lower side at `place` in inches."""
     from matplotlib.lines import Line2D
 
     kinds = {curve.label: curve for curve in curves if curve.label}
@@ -70,7 +70,11 @@ def _legend(figure: Figure, curves: list[Curve]) -> None:
             Line2D([], [], color=kind.colour, linestyle=kind.dashes, linewidth=kind.weight, label=label)
             for label, kind in kinds.items()
         ]
-        figure.legend(handles=handles, loc="lower center", ncols=len(handles), handlelength=2.6, borderpad=0.2)
+        width, height = figure.get_size_inches()
+        anchor = (place[0] / width, place[1] / height)
+        figure.legend(
+            handles=handles, loc="lower center", bbox_to_anchor=anchor, ncols=len(handles), handlelength=2.6, borderpad=0.2
+        )
 
 
 def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
@@ -81,7 +85,7 @@ def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
         for body, values in _values(view, state, quantity):
             label = ", ".join(filter(None, (state.label, body)))
             curves.append(Curve(on_centreline(view, values), _shade(colour, body), dashes, label))
-    if not any(curve.values.max() > 0.0 for curve in curves):
+    if not any(curve.values.any() for curve in curves):
         return []
     friction = float(view.problem.get("friction") or 0.0)
     if quantity is TRACTION and friction > 0.0:
@@ -105,8 +109,8 @@ def draw_diagram(
     axes: Axes, view: RunView, quantity: Quantity, curves: list[Curve], normalised: bool, *, labelled: bool = True
 ) -> str:
     """Draw `curves` against x and return the label of the vertical axis, which is set already."""
-    largest = max(float(curve.values.max()) for curve in curves)
-    scale, label = quantity.scale(view, largest, normalised)
+    low, high = limits_of([curve.values for curve in curves], 1.0)
+    scale, label = quantity.scale(view, max(high, -low), normalised)
     (factor, x_label), _ = axes_scales(view, normalised)
     x = view.x * factor
     for curve in curves:
@@ -115,7 +119,7 @@ def draw_diagram(
             label=curve.label or None,
         )  # fmt: skip
     axes.set_xlim(x[0], x[-1])
-    axes.set_ylim(0.0, 1.06 * largest * scale.factor)
+    axes.set_ylim(1.06 * low * scale.factor, 1.06 * high * scale.factor)
     few_ticks(axes, 5, 5)
     axes.grid(color="0.9", linewidth=0.5)
     axes.set_axisbelow(True)

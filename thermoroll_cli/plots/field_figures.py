@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -10,17 +11,23 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView, StateView
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
 TITLE_ROOM = 0.24
 NARROWEST = 1.45
+COOLING = "coolwarm"
+NEGLIGIBLE = 1e-3
+"""Share of the largest value below which a temperature is drawn and told as zero."""
+REMARK_ROW, SMALL_PER_INCH = 0.13, 16
+"""Height of a line of remarks at the foot, and how many of its small letters an inch holds."""
 LOWER, UPPER = "lower body", "upper body"
 
 
@@ -79,7 +86,7 @@ def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
     fields = [[state.field(name) for state in states] for name, _ in (lower, upper)]
     there = [all(values is not None for values in each) for each in fields]
     if all(there):
-        top = max(float(np.max(values)) for each in fields for values in each if values is not None)
+        top = max(float(np.abs(values).max()) for each in fields for values in each if values is not None)
         same = all(
             np.allclose(one, other, rtol=0.0, atol=1e-3 * top)
             for one, other in zip(*fields, strict=True)
@@ -87,6 +94,22 @@ def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
         )
         return [(lower[0], "")] if same else [lower, upper]
     return [body for body, exists in zip((lower, upper), there, strict=True) if exists]
+
+
+def limits_of(fields: list[NDArray[np.float64]], factor: float) -> tuple[float, float]:
+    """Smallest and largest value of the colours or an axis: from zero, unless a body cools; `factor` turns SI into what is
+    drawn. What is rounding beside the largest value counts as zero."""
+    low, high = min(float(f.min()) for f in fields) * factor, max(float(f.max()) for f in fields) * factor
+    rounding = NEGLIGIBLE * max(high, -low)
+    return low if low < -rounding else 0.0, high if high > rounding else 0.0
+
+
+def colours_of(quantity: Quantity, limits: tuple[float, float]) -> tuple[str, tuple[float, float]]:
+    """Colour map and the values at its ends: where a body cools, blue is colder and red warmer, alike from zero."""
+    if limits[0] >= 0.0:
+        return quantity.colours, limits
+    reach = max(limits[1], -limits[0])
+    return COOLING, (-reach, reach)
 
 
 def grid_for(count: int, states: int, aspect: float) -> Grid:
@@ -119,10 +142,11 @@ def _figure(
     whole_domain: bool = False,
 ) -> Figure | None:
     panels = [panel for panel in found if panel is not None]
-    largest = max((float(panel.values.max()) for panel in panels), default=0.0)
+    largest = max((float(np.abs(panel.values).max()) for panel in panels), default=0.0)
     if not largest > 0.0:
         return None
     scale, label = quantity.scale(view, largest, normalised)
+    colours, limits = colours_of(quantity, limits_of([panel.values for panel in panels], scale.factor))
     grid = grid_for(len(panels), len({panel.state for panel in panels}), frame.aspect(whole_domain))
     slot = max(grid.width, NARROWEST)
     # Narrow maps have their words above the number, not before it.
@@ -131,7 +155,9 @@ def _figure(
     width = LEFT + grid.columns * slot + (grid.columns - 1) * GAP + BAR_GAP + BAR_WIDTH + BAR_LABELS
     entries = legend_entries(view, any(border.stick for border in frame.borders))
     entry_columns = len(entries) if width > 6.0 or len(entries) * 1.3 < width else 2 if width > 3.6 else 1
-    foot = AXIS_ROOM + LEGEND_ROW * -(-len(entries) // entry_columns)
+    remarks = _directions(width, arrows=arrows)
+    legend_foot = REMARK_ROW * len(remarks) + 0.04
+    foot = AXIS_ROOM + LEGEND_ROW * -(-len(entries) // entry_columns) + legend_foot
     # Ticks and label of x stand below the lowest row only.
     head = HEAD if grid.true_shape else HEAD + NOTE_ROOM
     height = foot + grid.rows * room + head
@@ -141,37 +167,49 @@ def _figure(
         row, column = divmod(place, grid.columns)
         x = LEFT + column * (slot + GAP) + (slot - grid.width) / 2
         axes = add_axes(figure, x, foot + (grid.rows - 1 - row) * room, grid.width, grid.height)
-        image = draw_map(
-            axes,
-            frame,
-            panel.values * scale.factor,
-            state=panel.state,
-            colours=quantity.colours,
-            limits=(0.0, largest * scale.factor),
-            clipped=not whole_domain,
-            whole_domain=whole_domain,
-        )
+        image = draw_map(axes, frame, panel.values * scale.factor, state=panel.state, colours=colours, limits=limits,
+                         clipped=not whole_domain, whole_domain=whole_domain)
         if arrows:
             draw_arrows(axes, view, frame, panel.state, (grid.width, grid.height))
-        few_ticks(axes, *(max(2, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
-        peak = f"max {panel.values.max() * scale.factor:.4g}"
-        axes.set_title(separator.join(filter(None, (panel.words, peak))), y=1.0, pad=4.0)
-        axes.tick_params(labelbottom=row == grid.rows - 1, labelleft=column == 0)
-        if row == grid.rows - 1:
-            axes.set_xlabel(frame.x_label)
-        if column == 0:
-            axes.set_ylabel(frame.y_label)
+        axes.set_title(separator.join(filter(None, (panel.words, _extremes(panel.values, scale.factor)))), y=1.0, pad=4.0)
+        _label_sides(axes, frame, grid, lowest=row == grid.rows - 1, leftmost=column == 0)
     bar_height = grid.rows * room - title_room
     bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height)
     if image is not None:
         figure.colorbar(image, cax=bar, label=label)
     few_ticks(bar, y=max(3, min(8, int(bar_height / 0.4))))
     add_headline(figure, view, note="" if grid.true_shape else "axes not to scale")
-    _legend(figure, entries, entry_columns)
+    _legend(figure, entries, entry_columns, legend_foot)
+    for row, text in enumerate(reversed(remarks)):
+        add_text(figure, width / 2, 0.05 + REMARK_ROW * row, text, ha="center", va="bottom", color="0.25", fontsize=7.0)
     return figure
 
 
-def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: int) -> None:
+def _label_sides(axes: Axes, frame: Frame, grid: Grid, *, lowest: bool, leftmost: bool) -> None:
+    """Ticks on all sides, numbers and labels on the outer ones."""
+    few_ticks(axes, *(max(1, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
+    axes.tick_params(labelbottom=lowest, labelleft=leftmost)
+    if lowest:
+        axes.set_xlabel(frame.x_label)
+    if leftmost:
+        axes.set_ylabel(frame.y_label)
+
+
+def _directions(width: float, *, arrows: bool) -> list[str]:
+    """Which way the bodies roll, and on which of them the `arrows` act, on lines that fit a figure of `width` inches."""
+    texts = ["material of both bodies flows to the right, the leading edge is on the left"]
+    if arrows:
+        texts.append("arrows: traction on the upper body; its opposite acts on the lower one")
+    return [line for text in texts for line in textwrap.wrap(text, max(20, int(width * SMALL_PER_INCH)))]
+
+
+def _extremes(values: NDArray[np.float64], factor: float) -> str:
+    """The largest value, and the smallest where a body cools."""
+    low, high = limits_of([values], factor)
+    return ", ".join(f"{word} {value:.4g}" for word, value in (("min", low), ("max", high)) if value != 0.0)
+
+
+def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: int, bottom: float) -> None:
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], linewidth=1.1, label=words, **look) for words, look in entries]
@@ -180,7 +218,7 @@ def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: 
         handles=handles,
         loc="lower center",
         ncols=columns,
-        bbox_to_anchor=(0.5, 0.0),
+        bbox_to_anchor=(0.5, bottom / figure.get_size_inches()[1]),
         frameon=True,
         facecolor="0.72",
         edgecolor="none",

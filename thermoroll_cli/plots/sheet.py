@@ -81,14 +81,19 @@ def add_text(figure: Figure, left: float, bottom: float, text: str, **options: A
 
 
 def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
-    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). Few of them, also because
-    they are what a picture spends most of its time on."""
-    from matplotlib.ticker import MaxNLocator
+    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is; limits have to be set). Few of
+    them, also because they are what a picture spends most of its time on."""
+    from matplotlib.ticker import FixedLocator, MaxNLocator
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
-        if intervals:
-            fewest = min(intervals, 2)
-            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=fewest))
+        if intervals > 1:
+            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
+        elif intervals == 1:
+            # A single number tells no scale: on a short axis the outermost two of the round numbers stand alone.
+            low, high = sorted(axis.get_view_interval())
+            ticks = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+            inside = [tick for tick in ticks if low <= tick <= high]
+            axis.set_major_locator(FixedLocator([inside[0], inside[-1]] if len(inside) > 1 else inside))
 
 
 def one_line(text: str, length: int) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.plots.centreline import curves_of, draw_diagram
-from thermoroll_cli.plots.field_figures import temperatures
+from thermoroll_cli.plots.centreline import curves_of, draw_diagram, draw_legend
+from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, one_line
@@ -22,10 +23,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.2, 0.35, 0.65
-DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.45
+LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.4, 0.35, 0.65
+DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.65
 WIDTH, TOP = 10.6, 0.4
 TABLE_LEFT, TABLE_SIZE, TABLE_SPACING, ROW, REMARK_ROW = 6.2, 7.5, 1.85, 0.194, 0.17
+REMARK_LENGTH, REMARK_LINES = 76, 5
+"""Characters on a line below the table, and lines that one remark may take."""
 COLUMNS = (0.0, 2.75, 3.5, 4.25)
 """Where the table's columns are aligned: the words at their left end, the numbers at their right ends."""
 
@@ -36,7 +39,8 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
     """The summary sheet. Maps show the final (coupled) state; the table has both states and the error estimates."""
     maps = _maps(view)
     rows, remarks = _rows(view), _remarks(view)
-    columns, box = _arrangement(len(maps), frame.aspect(False))
+    aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    columns, box = _arrangement(len(maps), aspect)
     step_x, step_y = MAPS_WIDTH / columns, box[1] + TITLE_ROOM
     height = max(
         MAPS_BOTTOM + -(-len(maps) // columns) * step_y + TOP,
@@ -47,9 +51,11 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         row, column = divmod(place, columns)
         corner = (LEFT + column * step_x, height - TOP - 0.15 - box[1] - row * step_y)
         draw = _draw_map(figure, view, frame, quantity, values, body, (*corner, *box), normalised)
-        if place + columns >= len(maps):
+        lowest = place + columns >= len(maps)
+        if lowest:
             draw.set_xlabel(frame.x_label, labelpad=1.5)
-        draw.tick_params(labelleft=column == 0)
+        # Flat maps below each other share their axis.
+        draw.tick_params(labelleft=column == 0, labelbottom=lowest or columns > 1)
         if column == 0:
             draw.set_ylabel(frame.y_label, labelpad=1.5)
     curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
@@ -58,8 +64,7 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         label = draw_diagram(axes, view, quantity, lines, normalised)
         axes.set_ylabel("")
         axes.set_title(f"{label} on y = 0", y=1.0, pad=3.0)
-        if quantity is PRESSURE and len(view.states) > 1:
-            axes.legend(loc="lower center", handlelength=2.6)
+    draw_legend(figure, [curve for _, lines in curves for curve in lines], (LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH), 0.02))
     _write_table(figure, rows, remarks, height)
     add_headline(figure, view)
     return figure
@@ -68,14 +73,17 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
 def _maps(view: RunView) -> list[tuple[Quantity, NDArray[np.float64], str]]:
     """Quantity, values and body of the maps worth drawing."""
     state = view.states[-1]
-    thermal = temperatures(view.states)[:1]
+    # Two bodies that both get warmer look alike: the hotter one tells enough.
+    fields = [(values, body) for name, body in temperatures(view.states) if (values := state.field(name)) is not None]
+    cools = any(limits_of([values], 1.0)[0] < 0.0 for values, _ in fields)
+    thermal = fields if cools else sorted(fields, key=lambda field: -float(field[0].max()))[:1]
     found = [
         (PRESSURE, state.field("pressure"), ""),
         (TRACTION, state.magnitude("shear"), ""),
         (HEAT_FLUX, state.field("heat_flux"), ""),
-        *((TEMPERATURE, state.field(name), body) for name, body in thermal),
+        *((TEMPERATURE, values, body) for values, body in thermal),
     ]
-    return [(quantity, values, body) for quantity, values, body in found if values is not None and values.max() > 0.0]
+    return [(quantity, values, body) for quantity, values, body in found if values is not None and values.any()]
 
 
 def _arrangement(count: int, aspect: float) -> tuple[int, tuple[float, float]]:
@@ -103,14 +111,14 @@ def _draw_map(
     width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
     x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
     axes = add_axes(figure, x, y, width, height)
-    scale, label = quantity.scale(view, float(values.max()), normalised)
-    limits = (0.0, float(values.max()) * scale.factor)
+    scale, label = quantity.scale(view, float(np.abs(values).max()), normalised)
+    colours, limits = colours_of(quantity, limits_of([values], scale.factor))
     image = draw_map(
         axes,
         frame,
         values * scale.factor,
         state=number,
-        colours=quantity.colours,
+        colours=colours,
         limits=limits,
         clipped=quantity is not TEMPERATURE,
     )
@@ -153,7 +161,7 @@ def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) 
         )  # fmt: skip
     y = height - TOP - (len(rows) + 1) * ROW
     for text in remarks:
-        add_text(figure, TABLE_LEFT, y, one_line(text, 78), va="baseline", fontsize=7.0, color="0.25")
+        add_text(figure, TABLE_LEFT, y, text, va="baseline", fontsize=7.0, color="0.25")
         y -= REMARK_ROW
 
 
@@ -189,8 +197,16 @@ def _remarks(view: RunView) -> list[str]:
     grid = view.summary.get("work", {}).get("grid", [view.x.size, view.y.size])
     remarks = [
         f"W = {problem.get('normal_force', math.nan):.4g} N,  μ = {problem.get('friction', math.nan):.4g},  "
-        f"V = {motion.get('speed', math.nan):.4g} m/s,  grid {' × '.join(str(n) for n in grid)}"
+        f"V = {motion.get('speed', math.nan):.4g} m/s,  grid {' × '.join(str(n) for n in grid)}",
+        "material flows to the right; arrows: traction on the upper body",
     ]
     if view.summary.get("reason"):
         remarks.append(str(view.summary["reason"]))
-    return remarks + [f"Warning: {text}" for text in view.summary.get("warnings", [])][:3]
+    remarks += [f"Warning: {text}" for text in view.summary.get("warnings", [])][:3]
+    return [line for text in remarks for line in _lines(text)]
+
+
+def _lines(text: str) -> list[str]:
+    """A remark on a few lines as wide as the table."""
+    lines = textwrap.wrap(one_line(text, 2000), REMARK_LENGTH, subsequent_indent="   ")
+    return lines if len(lines) <= REMARK_LINES else [*lines[: REMARK_LINES - 1], lines[REMARK_LINES - 1] + " …"]

@@ -22,7 +22,13 @@ LEGEND_ROW = 0.19
 COLUMNS = 3
 
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
-"""Colours that the colour-blind can tell apart (Okabe and Ito)."""
+"""Colours that the colour-blind can tell apart (Okabe and Ito); more lines than these take theirs in order from `MANY`."""
+MANY = "viridis"
+LISTED = 24
+"""Lines that the legend names; of more, every second, third … one."""
+FAILED = "#c00000"
+FLAT = 3.0
+"""An axis spans at least this many times the estimated error: what is smaller is no change."""
 
 DIAGRAMS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("frictional heat $Q_F$ (W)", ("Q_F_W",)),
@@ -43,6 +49,9 @@ PREFIXES = ("isothermal.", "isothermal_")
 
 NEGLIGIBLE = 1e-9
 """A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
+
+STEADY = 1e-6
+"""A creepage that is given, and ratios that only heat could change, get no diagram while they change by no more than this."""
 
 FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
 
@@ -78,14 +87,18 @@ def write_sweep_figure(
     """Draw the scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
 
     There is one line for each combination of the further quantities. Columns with the prefix `isothermal.` (or
-    `isothermal_`) are dashed beside the solid coupled ones. Points that failed (nan, None, text) are left out. The
-    axis is logarithmic where the values are spaced so. Quantities that do not change or were not computed get no
-    diagram. The format follows from the ending of `path`.
+    `isothermal_`) are dashed beside the solid coupled ones where they differ. Points whose `status` is not "converged" are
+    left out, and marked at the foot. The axis is logarithmic where the values are spaced so. Quantities that do not change
+    or were not computed get no diagram. The format follows from the ending of `path`.
 
     Raises ValueError (nothing swept, a column missing, unknown format), OSError.
     """
+    failed = _failed(table)
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
+    every = _numbers(table[over[0]])
+    missed = np.unique(every[failed & np.isfinite(every)])
+    table = {name: [value for value, bad in zip(column, failed, strict=True) if not bad] for name, column in table.items()}
     x = _numbers(table[over[0]])
     if not np.any(np.isfinite(x)):
         raise ValueError(f"the column {over[0]} holds no numbers")
@@ -93,8 +106,8 @@ def write_sweep_figure(
     diagrams = [(label, names) for label, names in DIAGRAMS if _worth_drawing(table, names, over)]
     columns = min(COLUMNS, max(1, len(diagrams)))
     rows = max(1, -(-len(diagrams) // columns))
-    states = [prefix for prefix in ("", *PREFIXES) if any(prefix + name in table for _, names in diagrams for name in names)]
-    legend = _legend_entries(lines, states)
+    states = _states(table, [name for _, names in diagrams for name in names])
+    legend = _legend_entries(lines, states, missed)
     legend_rows = -(-len(legend) // columns)
     width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.15
     bottom = BOTTOM + legend_rows * LEGEND_ROW
@@ -109,6 +122,8 @@ def write_sweep_figure(
                 values = _merged(table, [prefix + name for name in names])
                 if values is not None:
                     _draw(axes, x, values, lines, dashed=bool(prefix))
+            _not_closer_than(axes, _uncertainty(table, names))
+            _mark_failed(axes, missed)
             _finish(axes, x, label, over[0] if place + columns >= len(diagrams) else "")
         if legend:
             _legend(figure, legend, columns)
@@ -132,12 +147,25 @@ def is_logarithmic(values: Column) -> bool:
 
 def _lines(table: Mapping[str, Sequence[Any]], over: Sequence[str], x: Column) -> list[Line]:
     keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
+    distinct = list(dict.fromkeys(keys))
+    colours = _colours(len(distinct))
     lines = []
-    for number, key in enumerate(dict.fromkeys(keys)):
+    for key, colour in zip(distinct, colours, strict=True):
         rows = np.array([row for row, other in enumerate(keys) if other == key and math.isfinite(x[row])], dtype=int)
         names = (f"{words_of(name)} = {_cell(value)}" for name, value in zip(over[1:], key, strict=True))
-        lines.append(Line(rows[np.argsort(x[rows], kind="stable")], ", ".join(names), PALETTE[number % len(PALETTE)]))
+        lines.append(Line(rows[np.argsort(x[rows], kind="stable")], ", ".join(names), colour))
     return lines
+
+
+def _colours(count: int) -> Sequence[str]:
+    """A colour for each line, none of them twice."""
+    if count <= len(PALETTE):
+        return PALETTE[:count]
+    from matplotlib import colormaps
+    from matplotlib.colors import to_hex
+
+    # Not to the end of the map: its yellow hardly shows on white.
+    return [to_hex(colormaps[MANY](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
 
 
 def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], over: Sequence[str]) -> bool:
@@ -145,7 +173,7 @@ def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], o
     if values is None:
         return False
     finite = values[np.isfinite(values)]
-    if names[0].startswith("creepage") and np.ptp(finite) <= 1e-6 * np.abs(finite).max():
+    if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and np.ptp(finite) <= STEADY * np.abs(finite).max():
         return False
     if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
         # The swept creepage against itself.
@@ -176,6 +204,7 @@ def _draw(axes: Axes, x: Column, values: Column, lines: list[Line], *, dashed: b
 def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
     if is_logarithmic(x):
         axes.set_xscale("log")
+        _few_logarithmic_ticks(axes, x)
         few_ticks(axes, y=5)
     else:
         few_ticks(axes, 5, 5)
@@ -187,12 +216,64 @@ def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
         axes.set_xlabel(words_of(x_label), parse_math=False)
 
 
-def _legend_entries(lines: list[Line], states: list[str]) -> list[tuple[str, dict[str, Any]]]:
+def _few_logarithmic_ticks(axes: Axes, x: Column) -> None:
+    """Numbers at 1, 2, 5 of each decade, at 1 and 3 or at 1 alone, as many as have room; small ticks without numbers."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    points = x[np.isfinite(x) & (x > 0.0)]
+    decades = math.log10(float(points.max()) / float(points.min()))
+    steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
+    axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=7))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _uncertainty(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
+    """Largest estimated error of the quantity over the sweep, in its own unit; 0 where there is none."""
+    values, errors = _merged(table, names), _merged(table, ["error." + name for name in names])
+    if values is None or errors is None:
+        return 0.0
+    return float(np.nanmax(np.abs(values * errors), initial=0.0, where=np.isfinite(values * errors)))
+
+
+def _not_closer_than(axes: Axes, error: float) -> None:
+    """Widen the vertical axis where what it shows is smaller than the error of the numbers."""
+    low, high = axes.get_ylim()
+    middle, half = 0.5 * (low + high), max(0.5 * (high - low), FLAT * error, 5e-4 * max(abs(low), abs(high)))
+    axes.set_ylim(middle - half, middle + half)
+
+
+def _failed(table: Mapping[str, Sequence[Any]]) -> NDArray[np.bool_]:
+    """Points that did not converge: their scalars are none, or those of another state than the one asked for."""
+    rows = len(next(iter(table.values()), ()))
+    return np.array([said != "converged" for said in table.get("status", ["converged"] * rows)], dtype=bool)
+
+
+def _mark_failed(axes: Axes, failed: Column) -> None:
+    if failed.size:
+        # At the foot of the diagram, whatever its scale: a point that failed has no value there.
+        axes.plot(failed, np.full(failed.size, 0.04), "x", color=FAILED, markersize=4.0, transform=axes.get_xaxis_transform())
+
+
+def _states(table: Mapping[str, Sequence[Any]], names: list[str]) -> list[str]:
+    """Prefixes of the states that differ from each other in what is drawn."""
+    states = [""]
+    for prefix in PREFIXES:
+        both = [name for name in names if name in table and prefix + name in table]
+        pairs = ((_numbers(table[name]), _numbers(table[prefix + name])) for name in both)
+        if any(not np.allclose(one, other, rtol=1e-9, atol=0.0, equal_nan=True) for one, other in pairs):
+            states.append(prefix)
+    return states
+
+
+def _legend_entries(lines: list[Line], states: list[str], failed: Column) -> list[tuple[str, dict[str, Any]]]:
     entries: list[tuple[str, dict[str, Any]]] = []
     if len(states) > 1:
         entries += [("coupled", {"color": "0.2", "linewidth": 1.3})]
         entries += [("isothermal", {"color": "0.2", "linewidth": 0.9, "linestyle": (0, (4.0, 1.6))})]
-    shown = lines if len(lines) > 1 else []
+    if failed.size:
+        entries += [("not converged", {"color": FAILED, "linestyle": "none", "marker": "x", "markersize": 4.0})]
+    shown = lines[:: -(-len(lines) // LISTED)] if len(lines) > 1 else []
     return entries + [(line.label, {"color": line.colour, "linewidth": 1.3}) for line in shown]
 
 
@@ -236,7 +317,7 @@ def words_of(key: str) -> str:
     section, _, name = key.rpartition(".")
     suffix = next((suffix for suffix in UNITS if name.endswith(suffix)), "")
     words = name.removesuffix(suffix).replace("_", " ")
-    if section in ("creepage", "force", "load") and section not in words and words != "spin":
+    if (section in ("creepage", "force") and words != "spin") or words == "normal":
         words = f"{words} {section}"
     elif section == "rolling":
         words = f"{section} {words}"

@@ -104,11 +104,12 @@ def draw(rows: Iterable[Row], axes: Sequence[Axis], path: pathlib.Path, title: s
     picture, where nothing converged or nothing varies. Raises OSError."""
     from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 
-    good = [cells(row, axes) for row in rows if row.converged]
+    drawn = list(rows)
     varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
-    if not varying or not any(math.isfinite(row[varying[0]]) for row in good):
+    table = {name: [cell[name] for cell in (cells(row, axes) for row in drawn)] for name in columns(axes)}
+    if not varying or not any(row.converged and math.isfinite(x) for row, x in zip(drawn, table[varying[0]], strict=True)):
         return False
-    write_sweep_figure({name: [row[name] for row in good] for name in columns(axes)}, varying, path, title=title)
+    write_sweep_figure(table, varying, path, title=title)
     return True
 
 
