@@ -95,7 +95,7 @@ class NormalSolver:
         hat = self._convolution.forward(pressure, out=self._hat)
         return self._convolution.inverse(multiply(hat, self._kernel, out=hat))
 
-    def _precondition(self, residual: Array, contact: Mask) -> Array:
+    def precondition(self, residual: Array, contact: Mask) -> Array:
         nx, ny = self.grid.shape
         self._field[nx:, :] = 0.0
         self._field[:nx, ny:] = 0.0
@@ -127,7 +127,7 @@ class NormalSolver:
         rz_old = 0.0
         history: list[float] = []
         while error > goal and len(history) < max_iterations:
-            z = self._precondition(residual, free)
+            z = self.precondition(residual, free)
             rz = float(np.vdot(residual, z))
             if rz <= 0.0:  # the circulant inverse is only nearly positive: plain CG for this step
                 z, rz_old = residual, 0.0
