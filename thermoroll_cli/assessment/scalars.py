@@ -8,16 +8,41 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.model.contact import Contact, Traction
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.model.result import State
 from thermoroll_cli.solvers.tangential.stick_border import stick_surplus
-from thermoroll_cli.steady_state.discretisation import Discretisation, peak_value
+from thermoroll_cli.steady_state.discretisation import Discretisation
 
 Array = NDArray[np.float64]
 
 OUT, STICK, SLIP = 0, 1, 2
 VANISHING = 1e-13
 """Over μW: no force."""
+COOLED = 1e-12
+"""Rise over the largest change of temperature: none. Rounding leaves this much ahead of a contact that only cools."""
+
+
+def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
+    """The scalars of `HERTZ_SCALARS`: known before anything is solved."""
+    problem, hertz = derived.problem, derived.hertz
+    lower, upper = problem.lower, problem.upper
+    _, poisson_ratio = combined_constants(
+        lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
+    return {
+        "hertz_a_mm": hertz.semi_axis_x * 1e3,
+        "hertz_b_mm": hertz.semi_axis_y * 1e3,
+        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+        "friction_limit_N": problem.traction_limit,
+        "peclet_lower": derived.peclet(lower),
+        "peclet_upper": derived.peclet(upper),
+        "kalker_C11": kalker.c11,
+        "kalker_C22": kalker.c22,
+        "kalker_C23": kalker.c23,
+    }
 
 
 def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
@@ -47,6 +72,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
         "force_x_N": float(force[0]),
         "force_y_N": float(force[1]),
         "spin_moment_Nmm": moment * 1e3,
+        "T_gamma_N": tangential.work,
         "creepage_longitudinal": tangential.creepage[0],
         "creepage_lateral": tangential.creepage[1],
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
@@ -102,7 +128,10 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
             fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))
-    scalars["temperature_rise_max_lower_K"], scalars["temperature_rise_max_upper_K"] = rises
+    heating = discretisation.derived.problem.heating
+    for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
+        scalars[f"temperature_rise_max_{body}_K"] = rise
+        scalars[f"surface_temperature_max_{body}_K"] = bulk + rise
     scalars["thermal_displacement_max_um"] = math.nan
     if expansion is not None:
         fields["displacement_thermal"] = expansion
@@ -111,4 +140,5 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
 
 
 def _hottest(rise: Array) -> float:
-    return peak_value(rise) if rise.max() > 0.0 else 0.0
+    """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
+    return peak_value(rise) if rise.max() > COOLED * np.abs(rise).max() else 0.0

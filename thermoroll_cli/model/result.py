@@ -36,9 +36,12 @@ SCALARS: dict[str, str] = {
     "gamma_p": "maximum pressure / Hertz peak pressure",
     "temperature_rise_max_lower_K": "maximum temperature rise, lower body",
     "temperature_rise_max_upper_K": "maximum temperature rise, upper body",
+    "surface_temperature_max_lower_K": "hottest surface temperature, lower body",
+    "surface_temperature_max_upper_K": "hottest surface temperature, upper body",
     "force_x_N": "longitudinal creep force",
     "force_y_N": "lateral creep force",
     "spin_moment_Nmm": "spin moment",
+    "T_gamma_N": "wear number Tγ, frictional heat over rolling speed",
     "creepage_longitudinal": "longitudinal creepage",
     "creepage_lateral": "lateral creepage",
     "creepage_spin_rad_mm": "spin",
@@ -58,8 +61,12 @@ HERTZ_SCALARS: dict[str, str] = {
     "hertz_a_mm": "Hertz semi-axis along x",
     "hertz_b_mm": "Hertz semi-axis along y",
     "hertz_p0_MPa": "Hertz peak pressure",
+    "friction_limit_N": "friction limit μW",
     "peclet_lower": "Péclet number V a0/κ, lower body",
     "peclet_upper": "Péclet number V a0/κ, upper body",
+    "kalker_C11": "Kalker's longitudinal creepage coefficient",
+    "kalker_C22": "Kalker's lateral creepage coefficient",
+    "kalker_C23": "Kalker's coefficient of spin and lateral force",
 }
 """Scalars that belong to the inputs and not to a state."""
 
@@ -79,8 +86,8 @@ class Result:
 
     `coupled` is the state with thermal deformation, `isothermal` the state on the isothermal geometry; they are the
     same object when nothing feeds back. `x`, `y` are the element centres in m. `error` maps scalar names to
-    the estimated relative discretisation error. `work` holds plain JSON types: grid, iterations, operator
-    applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
+    the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON types: grid,
+    iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
     """
 
     problem: Problem

@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
+from thermoroll_cli.assessment.scalars import input_scalars
 from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.error_scale import error_scale
 from thermoroll_cli.model.result import SCALARS
 
 Levels = Sequence[Mapping[str, float]]
 
-ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "gamma_c", "gamma_st", "gamma_p",
-                 "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
-"""Scalars whose error has to fall below `numerics.accuracy`."""
+ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "creepage_longitudinal", "creepage_lateral", "gamma_c", "gamma_st",
+                 "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
+"""Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 
-EXTRAPOLATED = ("Q_F_W", "force_x_N", "force_y_N", "spin_moment_Nmm")
+EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "force_x_N", "force_y_N", "spin_moment_Nmm")
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit."""
 
 FLOOR = 2e-5
@@ -25,6 +27,7 @@ UNCHANGED = 1e-6
 
 WEIGHTS = {
     "Q_F_W": (0.52, 1.0 / 16.0),
+    "T_gamma_N": (0.52, 1.0 / 16.0),
     "force_x_N": (0.52, 1.0 / 8.0),
     "force_y_N": (0.52, 1.0 / 8.0),
     "spin_moment_Nmm": (0.52, 1.0 / 8.0),
@@ -34,6 +37,8 @@ WEIGHTS = {
     "gamma_p": (1.0, 1.0 / 16.0),
     "temperature_rise_max_lower_K": (1.0, 1.0 / 8.0),
     "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
+    "surface_temperature_max_lower_K": (1.0, 1.0 / 8.0),
+    "surface_temperature_max_upper_K": (1.0, 1.0 / 8.0),
 }
 """Safety factor, and weight of the change between the two coarser grids, of each estimate. Calibrated on random cases
 (round and elliptic, creepage and spin, a third of them coupled, N = 32 and 64 against N = 256 extrapolated); the test of
@@ -56,14 +61,29 @@ FIRST_ORDER_DISSIMILAR = 0.1
 
 
 def estimates(levels: Levels, derived: DerivedQuantities, elements: int) -> dict[str, float]:
-    """Estimated relative error of each reported scalar on the last of `levels` (coarse to fine, each side doubled).
+    """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
+    `error_scale`. nan for what is given.
 
     The change over the last doubling, over 2^p − 1 with the order p that the last three grids show (between 1 and 2), but not
     less than a share of the change before: two values may agree by accident. `elements` is the number per side of the last
-    grid. Forces are relative to μW at least, the spin moment to μW sqrt(a0 b0), the stick fraction is absolute. nan for one
-    grid alone.
+    grid. nan for one grid alone.
     """
-    return {name: _estimate(name, [level.get(name, math.nan) for level in levels], derived, elements) for name in SCALARS}
+    summary = {**levels[-1], **input_scalars(derived)}
+    given = _given(derived)
+    return {
+        name: math.nan if name in given else _estimate(
+            name, [level.get(name, math.nan) for level in levels], error_scale(name, summary), derived, elements)
+        for name in SCALARS
+    }
+
+
+def _given(derived: DerivedQuantities) -> set[str]:
+    """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
+    motion, heating = derived.problem.motion, derived.problem.heating
+    given = {"creepage_spin_rad_mm", "power_balance_error"}
+    given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
+    given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
+    return given if heating.partition == "matched" else given | {"partition_mean"}
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
@@ -80,21 +100,9 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
     return values
 
 
-def _scale(name: str, value: float, derived: DerivedQuantities) -> float:
-    limit = derived.problem.traction_limit
-    if name in ("force_x_N", "force_y_N"):
-        return max(abs(value), limit)
-    if name == "spin_moment_Nmm":
-        return max(abs(value), limit * 1e3 * derived.hertz.mean_radius)
-    if name in ("gamma_st", "power_balance_error"):
-        return 1.0
-    return abs(value)
-
-
-def _estimate(name: str, values: list[float], derived: DerivedQuantities, elements: int) -> float:
+def _estimate(name: str, values: list[float], scale: float, derived: DerivedQuantities, elements: int) -> float:
     if len(values) < 2 or math.isnan(values[-1]) or math.isnan(values[-2]):
         return math.nan
-    scale = _scale(name, values[-1], derived)
     if scale == 0.0:
         return 0.0
     last = abs(values[-1] - values[-2])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.assessment.checks import failures
+from thermoroll_cli.assessment.scalars import input_scalars
 from thermoroll_cli.assessment.thermal_stretch import thermal_stretch_warning
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
@@ -38,7 +39,6 @@ def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], secon
             elements = last.discretisation.grid.nx
             reasons.append(f"accuracy {wanted:g} not reached on the finest grid tried, {elements} elements per side: "
                            f"{worst} is good to {errors[worst]:.1e}; ask for less or set numerics.grid")
-    hertz = {k: plan.facts[k] for k in ("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa", "peclet_lower", "peclet_upper")}
     history: dict[str, Any] = {}
     if last.coupled is not None:
         history["coupling_residual"] = np.array(last.coupled.history)
@@ -52,7 +52,7 @@ def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], secon
         y=last.discretisation.grid.y,
         coupled=isothermal_state if same else replace(last.coupled_state, scalars=reported(coupled, derived)),
         isothermal=isothermal_state,
-        hertz=hertz,
+        hertz=input_scalars(derived),
         converged=not reasons,
         reason="; ".join(reasons),
         error=errors,

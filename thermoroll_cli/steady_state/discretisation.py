@@ -13,6 +13,7 @@ from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.model.contact import Contact, Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
 from thermoroll_cli.solvers.normal.active_set import NormalSolution, NormalSolver
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
@@ -178,20 +179,3 @@ def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
     nx, ny = shape
     half = np.concatenate([quadrant[nx % 2 :][::-1], quadrant])
     return np.concatenate([half[:, ny % 2 :][:, ::-1], half], axis=1)
-
-
-def peak_value(field: Array) -> float:
-    """Maximum of a smooth field given by element averages: the top of the parabolas through the largest element and its
-    neighbours, or that element's value at the edge of the field's support."""
-    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
-    top = float(field[i, j])
-    rise = 0.0
-    for axis, k in ((0, i), (1, j)):
-        line = field[:, j] if axis == 0 else field[i, :]
-        if 0 < k < len(line) - 1 and min(line[k - 1], line[k + 1]) > 0.0:
-            bend = float(line[k - 1] - 2.0 * top + line[k + 1])
-            slope = 0.5 * float(line[k + 1] - line[k - 1])
-            if bend < 0.0:
-                # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
-                rise += -0.5 * slope**2 / bend - bend / 24.0
-    return top + rise
