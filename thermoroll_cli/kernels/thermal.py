@@ -72,10 +72,18 @@ def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float,
 
     Offsets need not be whole elements, but must keep off the lines through the edges of the source element.
     """
-    peclet = math.hypot(peclet_x, peclet_y)
-    if peclet * _extent(x, y, aspect) < SLOW:
-        return stationary_temperature(x, y, aspect)
-    return 2.0 / math.sqrt(math.pi) * _time_integral(x, y, aspect, peclet_x, peclet_y, power=0)
+    return temperature_at_depths(x, y, np.zeros(1), aspect, peclet_x, peclet_y)[0]
+
+
+def temperature_at_depths(
+    x: FloatArray, y: FloatArray, depths: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0
+) -> FloatArray:
+    """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
+
+    In time a depth only weights what has arrived: the integrand of T gains the factor exp(−z²/4τ²)."""
+    if math.hypot(peclet_x, peclet_y) * _extent(x, y, aspect) < SLOW:
+        return np.stack([stationary_temperature_below(x, y, float(z), aspect) for z in depths])
+    return 2.0 / math.sqrt(math.pi) * _time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
 
 def displacement_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
@@ -128,7 +136,7 @@ def advected_expansion(
     if peclet * _extent(x, y, aspect) < SLOW:
         constant = aspect / (2.0 * math.pi) * (math.log(4.0) - math.log(peclet) - np.euler_gamma)
         return stationary_displacement(x, y, aspect) + constant
-    return 2.0 * _time_integral(x, y, aspect, peclet_x, peclet_y, power=1)
+    return 2.0 * _time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
 
 
 def stationary_temperature(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
@@ -136,6 +144,19 @@ def stationary_temperature(x: FloatArray, y: FloatArray, aspect: float) -> Float
 
     def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
         return xi * np.arcsinh(eta / np.abs(xi)) + eta * np.arcsinh(xi / np.abs(eta))
+
+    return _between_corners(corner, x, y, aspect) / (2.0 * math.pi)
+
+
+def stationary_temperature_below(x: FloatArray, y: FloatArray, z: float, aspect: float) -> FloatArray:
+    """1/2π√(r² + z²) integrated over the element, in q dx/k: `stationary_temperature` with depth, less z atan(ξη/zρ)."""
+    if z == 0.0:
+        return stationary_temperature(x, y, aspect)
+
+    def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
+        along, across = np.hypot(xi, z), np.hypot(eta, z)
+        rho = np.sqrt(xi**2 + eta**2 + z * z)
+        return xi * np.arcsinh(eta / along) + eta * np.arcsinh(xi / across) - z * np.arctan(xi * eta / (z * rho))
 
     return _between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
@@ -180,12 +201,12 @@ def _extent(x: FloatArray, y: FloatArray, aspect: float) -> float:
 
 
 def _time_integral(
-    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float, power: int
+    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: FloatArray
 ) -> FloatArray:
-    """∫ τ^power gx gy dτ over all times, at offsets x × y."""
+    """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y below the surface by each of `depths`."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
-    tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power)
-    table = np.zeros((len(x), len(y)))
+    tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths)
+    table = np.zeros((len(depths), len(x), len(y)))
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
     starts = np.unique(np.concatenate((np.arange(0, len(tau), CHUNK), breaks, [len(tau)])))
     for start, stop in pairwise(starts):
@@ -194,15 +215,15 @@ def _time_integral(
         columns = _window(y, aspect, peclet_y, times)
         along = _cell_average(x[rows], 1.0, peclet_x, times)
         across = _cell_average(y[columns], aspect, peclet_y, times)
-        across *= weights[start:stop, None]
-        table[rows, columns] += along.T @ across
+        for layer, arrived in zip(table, weights[:, start:stop], strict=True):
+            layer[rows, columns] += along.T @ (across * arrived[:, None])
     return table
 
 
 def _time_rule(
-    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int
+    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Nodes and weights of ∫ τ^power … dτ: the trapezoidal rule in u = ln(sτ) + sτ, with s ∝ P.
+    """Nodes, and for each depth weights, of ∫ τ^power exp(−z²/4τ²) … dτ: trapezoidal in u = ln(sτ) + sτ, with s ∝ P.
 
     Steps are proportional to τ while the Gaussians only spread, and constant once they drift.
     """
@@ -226,9 +247,11 @@ def _time_rule(
     count = early + max(math.ceil((stop - start) / LOG_STEP), 0) + 1
     scaled = wrightomega(start + LOG_STEP * (np.arange(count) - early))
     tau = scaled / scale
-    weights = LOG_STEP * tau ** (1 + power) / (1.0 + scaled)
-    weights[early] = weights[: early + 1].sum()
-    return tau[early:], weights[early:]
+    # At the surface the factor is 1; far from it, squares would overflow where the weight is zero anyway.
+    arrived = np.exp(-np.minimum(0.5 * depths[:, None] / tau, 30.0) ** 2)
+    weights = arrived * (LOG_STEP * tau ** (1 + power) / (1.0 + scaled))
+    weights[:, early] = weights[:, : early + 1].sum(axis=1)
+    return tau[early:], weights[:, early:]
 
 
 def _window(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> slice:
