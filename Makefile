@@ -10,7 +10,7 @@ PACKAGES := thermoroll_cli tests scripts
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
-	@echo "make test     install and run the tests"
+	@echo "make test     install, check the code with ruff and mypy, and run the tests on all cores"
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff and mypy"
@@ -26,7 +26,9 @@ run: install
 	@echo "Pictures: $(CURDIR)/results/article_4_1_*.png, numbers: results/article_4_1.h5"
 
 test: $(VENV)/.installed-test
-	$(BIN)/python -m pytest
+	$(BIN)/ruff check $(PACKAGES)
+	$(BIN)/mypy thermoroll_cli
+	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
 
 format: $(VENV)/.installed-test
 	$(BIN)/ruff format $(PACKAGES)

@@ -15,15 +15,13 @@ import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from scripts.problems import spin_ellipse
 from thermoroll_cli import Case
 from thermoroll_cli.model.problem import Heating, Numerics, Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import solve
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-from tests.support.scenes import spin_ellipse  # noqa: E402
-
 FOLDER = ROOT / "benchmarks"
 REFERENCE = ROOT / "tests" / "reference"
 
@@ -37,7 +35,7 @@ WORST = "article_4_1_mechanical"
 """The case of the cost measurements."""
 
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
-"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`scenes.spin_ellipse`)."""
+"""Elliptic contacts, by a0/b0, in which spin makes most of the slip: references for tests (`scripts.problems.spin_ellipse`)."""
 
 FORCES = ("force_x_N", "force_y_N")
 COUPLED_SCALARS = ("Q_F_W", "force_x_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K")

@@ -19,7 +19,7 @@ from nothing: no kernel and no plan is kept between them. Times in other columns
 whatever else the machine does; ratios are taken between runs that alternate.
 From N = 512 on fewer runs are made than stated (one, for all isothermal cases but one).
 
-True errors are taken against N = 1024, extrapolated (`benchmarks/references.json`, written by `scripts/bench_references.py`).
+True errors are against N = 1024, extrapolated (`benchmarks/references.json` by `scripts/references/bench_references.py`).
 Errors below about 1e-5, and those at N = 512, are of the size of the reference's own. `γ_st` errors are absolute, forces are
 over μW, the rest is relative.
 """

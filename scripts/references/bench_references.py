@@ -1,6 +1,6 @@
 """Write benchmarks/references.json: the benchmark's cases on the finest grids, against which its errors are taken.
 
-    python scripts/bench_references.py [--grid N]
+    python -m scripts.references.bench_references [--grid N]
 
 Takes minutes and is no part of `make bench`. All scalars are extrapolated from the last two grids.
 """
@@ -34,7 +34,7 @@ def main() -> None:
         log(f"{case}: {cases[case]}")
     lines = ",\n".join(f"  {json.dumps(case)}: {json.dumps(values)}" for case, values in cases.items())
     about = json.dumps(f"Scalars of the benchmark's cases with N = {grid}, extrapolated from N = {grid // 2}. "
-                       "Written by scripts/bench_references.py.")
+                       "Written by scripts/references/bench_references.py.")
     (FOLDER / "references.json").write_text(f'{{\n "about": {about},\n "cases": {{\n{lines}\n }}\n}}\n', encoding="utf-8")
 
 

@@ -1,6 +1,6 @@
 """Write tests/reference/estimate_references.json: random rolling cases and finely solved scalars for each.
 
-    python scripts/estimate_references.py [--cases N] [--grid N]
+    python -m scripts.references.estimate_references [--cases N] [--grid N]
 
 Each is solved with 128 and 256 (or N/2 and N) elements per side and extrapolated, f256 + (f256 − f128)/3. Takes a
 few minutes.
@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from scripts.references.estimate_cases import SCALARS, problem_of
+from scripts.references.fine_values import extrapolated
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.refinement.plan import bulge_bound
+from thermoroll_cli.refinement.solve import solve
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-
-from scripts.references.fine_values import extrapolated  # noqa: E402
-from tests.support.estimate_cases import SCALARS, problem_of  # noqa: E402
-from thermoroll_cli.model.derived import DerivedQuantities  # noqa: E402
-from thermoroll_cli.refinement.plan import bulge_bound  # noqa: E402
-from thermoroll_cli.refinement.solve import solve  # noqa: E402
-
 OUTPUT = ROOT / "tests" / "reference" / "estimate_references.json"
 SEED = 5077
 """Another one than that of the cases with which the estimates were calibrated."""
@@ -32,7 +31,7 @@ SEED = 5077
 ABOUT = (
     "Random rolling cases (equal bodies, E = 210 GPa, heated ones with k = 50.2 W/mK and 10 mm2/s) and their scalars from "
     "N = {coarse} and {fine}, f{fine} + (f{fine} - f{coarse})/3. "
-    "Written by scripts/estimate_references.py."
+    "Written by scripts/references/estimate_references.py."
 )
 
 

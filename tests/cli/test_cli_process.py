@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import os
-import pty
-import resource
+import shlex
 import signal
 import subprocess
 import sys
@@ -13,7 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.command_line import COMMAND, MECHANICAL, call, environment, thermoroll
+from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, on_terminal, thermoroll
+from tests.support.cost import process_cost_ratio
 
 HEAVY = ("numpy", "scipy", "matplotlib", "h5py", "pyfftw", "rich")
 
@@ -55,13 +55,8 @@ def test_light_commands_load_nothing_heavy(arguments: list[str]) -> None:
 
 
 def test_help_takes_little_processor_time() -> None:
-    def measured() -> float:
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run([*COMMAND, "--help"], stdout=subprocess.DEVNULL, check=True)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        return (after.ru_utime + after.ru_stime) - (before.ru_utime + before.ru_stime)
-
-    assert min(measured() for _ in range(3)) < 0.3
+    """Hardly more than the library that reads the command line: measured 1.2 to 1.5 times as much; with NumPy 2.8."""
+    assert process_cost_ratio([*COMMAND, "--help"], "import typer") < 2.2
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129)])
@@ -73,7 +68,7 @@ def test_signals_stop_without_a_trace(name: str, code: int, tmp_path: Path) -> N
     process.send_signal(getattr(signal, name))
     rest = process.stderr.read()
     process.stderr.close()
-    assert process.wait(timeout=30) == code
+    assert process.wait(timeout=PATIENCE) == code
     assert line.startswith("long: ")
     assert name in rest and "Traceback" not in rest
     assert list((tmp_path / "results").iterdir()) == []
@@ -85,7 +80,7 @@ def test_interrupted_at_any_moment(tmp_path: Path) -> None:
         process = subprocess.Popen([*COMMAND, "run", "case.toml", "-q"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         time.sleep(delay)
         process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=30)
+        _, error = process.communicate(timeout=PATIENCE)
         assert process.returncode in (130, 0)  # it may have been done
         assert "Traceback" not in error
         results = tmp_path / "results"
@@ -93,7 +88,7 @@ def test_interrupted_at_any_moment(tmp_path: Path) -> None:
 
 
 def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:
-    script = f"trap '' INT; kill -INT 0; exec {' '.join(COMMAND)} --version"
+    script = f"trap '' INT; kill -INT 0; exec {shlex.join(COMMAND)} --version"
     done = subprocess.run(["sh", "-c", script], capture_output=True, text=True, start_new_session=True)
     assert done.returncode == 0
 
@@ -111,16 +106,16 @@ def test_closed_standard_output(tmp_path: Path) -> None:
 
 
 def test_head_reads_what_it_wants() -> None:
-    done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} schema | head -n 1"], capture_output=True, text=True)
+    done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} schema | head -n 1"], capture_output=True, text=True)
     assert (done.stdout, done.stderr) == ("{\n", "")
 
 
 def test_standard_streams_may_be_missing(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     for streams in (">&-", "2>&-", ">&- 2>&- <&-"):
-        done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} run case.toml --no-plots {streams}"], cwd=tmp_path)
+        done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} run case.toml --no-plots {streams}"], cwd=tmp_path)
         assert done.returncode == 0
-    done = subprocess.run(["sh", "-c", f"{' '.join(COMMAND)} validate - <&-"], capture_output=True, text=True)
+    done = subprocess.run(["sh", "-c", f"{shlex.join(COMMAND)} validate - <&-"], capture_output=True, text=True)
     assert done.returncode == 3
     assert "standard input" in done.stderr or "<stdin>" in done.stderr
 
@@ -145,31 +140,6 @@ def test_no_home(tmp_path: Path) -> None:
 def test_terminals_without_unicode(locale: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     assert thermoroll("run", "case.toml", "--no-plots", cwd=tmp_path, env=locale).returncode == 0
-
-
-def on_terminal(arguments: list[str], cwd: Path, **variables: str) -> str:
-    """What the command shows on a terminal."""
-    controller, terminal = pty.openpty()
-    process = subprocess.Popen(
-        [*COMMAND, *arguments],
-        cwd=cwd,
-        stdout=terminal,
-        stderr=terminal,
-        env=environment({"TERM": "xterm", "NO_COLOR": None, **variables}),
-    )
-    os.close(terminal)
-    shown = b""
-    while True:
-        try:
-            chunk = os.read(controller, 65536)
-        except OSError:  # the other end is closed
-            break
-        if not chunk:
-            break
-        shown += chunk
-    os.close(controller)
-    process.wait(timeout=30)
-    return shown.decode()
 
 
 def test_colour_on_terminals_only_and_never_with_no_color(tmp_path: Path) -> None:

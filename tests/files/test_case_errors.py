@@ -6,17 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.cases import findings
 from tests.support.command_line import MECHANICAL, THERMAL
-from thermoroll_cli.files.case.case import Case, CaseError, Override
+from thermoroll_cli.files.case.case import Case, CaseError
 from thermoroll_cli.files.case.case_errors import Finding
 from thermoroll_cli.files.case.case_source import SIZE_LIMIT
 from thermoroll_cli.files.case.toml_positions import Span
-
-
-def findings(text: str, *overrides: str) -> tuple[Finding, ...]:
-    with pytest.raises(CaseError) as caught:
-        Case.parse(text, name="bad.toml", overrides=[Override.parse(override) for override in overrides])
-    return caught.value.findings
 
 
 def changed(key: str, line: str) -> str:

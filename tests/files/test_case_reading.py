@@ -8,13 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.cases import parse
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.files.case.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case.case_hints import TABLES
-
-
-def parse(text: str, *overrides: str) -> Case:
-    return Case.parse(text, overrides=[Override.parse(override) for override in overrides])
 
 
 def test_units_are_converted_to_si() -> None:

@@ -102,6 +102,15 @@ def test_the_command_line_starts_light(path: Path) -> None:
         assert imported.split(".")[0] not in LIGHT, f"import {imported} where it is needed, inside the command"
 
 
+@pytest.mark.parametrize(("folder", "forbidden"), [("tests", "tests"), ("scripts", "tests"), ("thermoroll_cli", "scripts")])
+def test_what_is_shared_has_a_place_of_its_own(folder: str, forbidden: str) -> None:
+    """Tests share through tests/support, or use what scripts use; scripts use no tests, and the package neither."""
+    for path in sorted((ROOT / folder).rglob("*.py")):
+        for imported in imports(ast.parse(path.read_text())):
+            parts = imported.split(".")
+            assert parts[0] != forbidden or (parts[1] == "support" and folder == "tests"), f"{path}: {imported}"
+
+
 def test_package_folders_do_nothing_on_import() -> None:
     for init in PACKAGE.rglob("*/__init__.py"):
         tree = ast.parse(init.read_text())

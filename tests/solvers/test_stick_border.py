@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.solvers.test_tangential import CYLINDERS, carter_strip
 from tests.support.scenes import CASES, article_4_1, elastic, reference_problem, rolling, saturation, solved
+from tests.support.strips import CYLINDERS, carter_strip
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.tangential.stick_border import stick_surplus

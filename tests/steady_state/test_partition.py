@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.files.test_case_errors import findings
-from tests.files.test_case_reading import THERMAL, parse
+from tests.support.cases import findings, parse
+from tests.support.command_line import THERMAL
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_ellipse import circle_mean_temperature
 from thermoroll_cli.exact.source_limits import band_temperature, effusivity

@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.files.test_case_errors import findings
-from tests.files.test_case_reading import parse
+from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
 from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, saturation, solved
 from thermoroll_cli.kernels.grid import Grid

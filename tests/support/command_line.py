@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import pty
 import subprocess
 import sys
 from collections.abc import Mapping
@@ -42,6 +43,9 @@ THERMAL = MECHANICAL.replace(
 ENTRY_POINT = Path(sys.executable).with_name("thermoroll")
 COMMAND = [str(ENTRY_POINT)] if ENTRY_POINT.exists() else [sys.executable, "-m", "thermoroll_cli"]
 
+PATIENCE = 300.0
+"""Seconds after which a process that should have ended is given up: far more than it takes on a machine that is busy."""
+
 
 def thermoroll(
     *arguments: str | Path, cwd: Path | None = None, stdin: str = "", env: Mapping[str, str | None] | None = None
@@ -55,7 +59,7 @@ def thermoroll(
         capture_output=True,
         text=True,
         encoding="utf-8",
-        timeout=120,
+        timeout=PATIENCE,
     )
     assert "Traceback" not in done.stderr
     return done
@@ -90,3 +94,28 @@ def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Ca
         stack.enter_context(mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode()))))
         code = main()
     return Called(code, out.getvalue(), err.getvalue())
+
+
+def on_terminal(arguments: list[str], cwd: Path, **variables: str) -> str:
+    """What the command shows on a terminal."""
+    controller, terminal = pty.openpty()
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=cwd,
+        stdout=terminal,
+        stderr=terminal,
+        env=environment({"TERM": "xterm", "NO_COLOR": None, **variables}),
+    )
+    os.close(terminal)
+    shown = b""
+    while True:
+        try:
+            chunk = os.read(controller, 65536)
+        except OSError:  # the other end is closed
+            break
+        if not chunk:
+            break
+        shown += chunk
+    os.close(controller)
+    process.wait(timeout=PATIENCE)
+    return shown.decode()

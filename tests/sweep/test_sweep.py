@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.support.command_line import COMMAND, THERMAL, Called, call, environment, thermoroll
+from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 
@@ -183,7 +183,7 @@ def started(case: Path, folder: Path, *options: str) -> Iterator[subprocess.Pope
 
 
 def wait_for(happened: Callable[[], bool], process: subprocess.Popen[str]) -> None:
-    deadline = time.monotonic() + 60
+    deadline = time.monotonic() + PATIENCE
     while not happened():
         assert process.poll() is None, f"ended too early: {process.communicate()}"
         assert time.monotonic() < deadline
@@ -202,7 +202,7 @@ def test_a_killed_process_loses_no_point(case: Path, serial: Swept, tmp_path: Pa
         for enough in (2, 8):
             wait_for(lambda enough=enough: len(files(tmp_path)) >= enough, process)  # type: ignore[misc]
             os.kill(workers(process)[0], signal.SIGKILL)
-        _, err = process.communicate(timeout=60)
+        _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert err.count("a worker process died; its point is solved again") == 2
     assert_same(tmp_path, serial)
@@ -215,7 +215,7 @@ def test_a_killed_sweep_is_resumed(name: str, jobs: str, code: int, case: Path, 
         # SIGINT comes from a terminal, which sends it to all processes.
         send = os.killpg if name == "SIGINT" else os.kill
         send(process.pid, getattr(signal, name))
-        out, err = process.communicate(timeout=10)
+        out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, out) == (code, "")
     assert "Traceback" not in err
     if code > 0:
@@ -247,7 +247,7 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: P
     with started(case, tmp_path, "--dask", cluster.scheduler_address, "--json") as process:
         wait_for(lambda: len(files(tmp_path)) >= 1, process)
         os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
-        out, err = process.communicate(timeout=60)
+        out, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, len(out.splitlines())) == (0, POINTS), err
     assert_same(tmp_path, serial)
 

@@ -19,8 +19,7 @@ from typing import Any
 
 import pytest
 
-from tests.cli.test_cli_process import on_terminal
-from tests.support.command_line import COMMAND, MECHANICAL, THERMAL, call, environment
+from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
 from thermoroll_cli.files.atomic import WriteError
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.refinement.solve import Solver
@@ -283,7 +282,7 @@ def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
     done = subprocess.run(
         [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--jobs", "2"],
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (5000, 5000)),
-        env=environment({}), capture_output=True, text=True, timeout=60,
+        env=environment({}), capture_output=True, text=True, timeout=PATIENCE,
     )  # fmt: skip
     assert (done.returncode, done.stdout) == (5, "")
     assert "spheres_0001.h5: the file would be larger than allowed" in done.stderr

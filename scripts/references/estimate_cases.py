@@ -1,11 +1,11 @@
 """The cases on which the error estimates are tested for honesty: their inputs and fine references are kept in
-reference/estimate_references.json, written by scripts/estimate_references.py."""
+tests/reference/estimate_references.json, written by scripts/references/estimate_references.py."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from tests.support.scenes import ellipse, on_grid
+from scripts.problems import ellipse, on_grid
 from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
 
 SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K",
