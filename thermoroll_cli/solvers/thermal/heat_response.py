@@ -72,6 +72,10 @@ class ThermalResponse(Protocol):
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
 
+    def gap_patterns(self, columns: NDArray[np.bool_]) -> tuple[Array, Array] | None:
+        """What `gap_symbol` lacks on the `columns` (ny,) of a contact, if anything does: u and v, (ny, n), with which u vᵀ acts
+        on fluxes summed over rows and adds the same to all rows."""
+
 
 class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
@@ -146,6 +150,10 @@ class HeatResponse:
             spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
             self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
+
+    def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
+        """As `ThermalResponse`: nothing is lacking."""
+        return None
 
     def _rise(self, body: HeatedBody, flux_hat: Spectrum) -> Array:
         rise = self.convolution.inverse(flux_hat * self._temperature_spectrum(body))

@@ -5,12 +5,14 @@ lower body solves, on the contact,
 
     (K_1 + K_2) q_1 = K_2 q + B_2 − B_1,     q_2 = q − q_1.
 
-The local share η = q_1/q is an outcome. It leaves [0, 1] where one surface warms the other: near the border, and in the
-stick area, where there is no friction but heat still crosses.
+where K_i includes what a body brings back from earlier turns, if it does. The local share η = q_1/q is an outcome. It leaves
+[0, 1] where one surface warms the other: near the border, and in the stick area, where there is no friction but heat still
+crosses.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,8 +58,6 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
         return Partition(even, 0.0, 0)
     lower, upper = response.temperatures(even)
     peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
-    convolution, spectrum = response.gap_symbol()
-    inverse = 1.0 / spectrum
 
     def on_grid(values: Vector) -> Array:
         field = np.zeros(contact.shape)
@@ -67,11 +67,7 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
     def gap(exchange: Vector) -> Vector:
         return response.temperature_gap(on_grid(exchange))[contact]
 
-    def precondition(residual: Vector) -> Vector:
-        hat = convolution.forward(on_grid(residual))
-        hat *= inverse
-        return convolution.inverse(hat)[contact]
-
+    precondition = _preconditioner(response, contact)
     mismatch = (upper - lower)[contact] + bulk_difference
     exchange = np.zeros(mismatch.size)
     applications = 0
@@ -85,6 +81,34 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
     exchanged = on_grid(exchange)
     heat = DividedHeat(even.lower + exchanged, even.upper - exchanged)
     return Partition(heat, float(np.abs(mismatch).max()) / peak, applications)
+
+
+def _preconditioner(response: ThermalResponse, contact: NDArray[np.bool_]) -> Callable[[Vector], Vector]:
+    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution, and by Woodbury's
+    formula what tracks bring back, u vᵀ between columns summed and spread over rows."""
+    convolution, spectrum = response.gap_symbol()
+    inverse = 1.0 / spectrum
+
+    def passing(residual: Vector) -> Vector:
+        field = np.zeros(contact.shape)
+        field[contact] = residual
+        hat = convolution.forward(field)
+        hat *= inverse
+        return convolution.inverse(hat)[contact]
+
+    patterns = response.gap_patterns(np.asarray(contact.any(axis=0)))
+    if patterns is None:
+        return passing
+    column = np.nonzero(contact)[1]
+    left, right = (pattern[column] for pattern in patterns)
+    spread = np.stack([passing(one) for one in left.T], axis=1)
+    small = np.eye(left.shape[1]) + right.T @ spread
+
+    def returning(residual: Vector) -> Vector:
+        value = passing(residual)
+        return np.asarray(value - spread @ np.linalg.solve(small, right.T @ value))
+
+    return returning
 
 
 def _as_it_is(_: Vector, image: Vector) -> Vector:

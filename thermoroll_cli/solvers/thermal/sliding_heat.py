@@ -150,6 +150,10 @@ class SlidingHeatResponse:
             self._symbol = self._kernels.convolution.spectrum(table)
         return self._kernels.convolution, self._symbol
 
+    def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
+        """As `ThermalResponse`: nothing that is known is lacking."""
+        return None
+
     def mean_peclet(self, flux: Array) -> float:
         """Mean of |ṡ| l/κ, weighted with `flux`, of the body where it is larger; l is half the side of the grid."""
         size = 0.5 * math.sqrt(self.grid.nx * self.grid.dx * self.grid.ny * self.grid.dy)
