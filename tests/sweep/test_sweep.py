@@ -20,6 +20,7 @@ import pytest
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.sweep.table import OVER_LIMIT
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\n'
 """The article's hot spheres: everything is coupled."""
@@ -96,8 +97,11 @@ def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
 
 def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
-    expected = [KEY, "status", "reason", *SCALARS, *HERTZ_SCALARS, *states, "work.grid", "work.applications", "file"]
-    assert list(serial.rows[0]) == expected
+    scalars = [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT]
+    assert list(serial.rows[0]) == [KEY, "status", "reason", *scalars, *states, "work.grid", "work.applications", "file"]
+    for row in serial.rows:
+        assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / 19.5
+        assert row["speed_solved_m_s"] == "100.0"
 
 
 def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:
@@ -143,7 +147,9 @@ def test_several_keys_a_printed_table_and_other_pictures(case: Path, tmp_path: P
     rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
     swept = [(row["load.normal_N"], row["rolling.speed_m_s"]) for row in rows]
     assert swept == [("50", "1"), ("50", "4"), ("100", "1"), ("100", "4")]
-    assert done.stdout.splitlines()[0].split()[:3] == ["load.normal_N", "rolling.speed_m_s", "Q_F_W"]
+    header = done.stdout.splitlines()[:2]
+    assert header[0].split() == ["load.", "rolling."]
+    assert header[1].split()[:3] == ["normal_N", "speed_m_s", "Q_F_W"]
     assert "4 of 4 points converged" in done.stdout
     assert (tmp_path / "sweep.svg").read_text().startswith("<?xml")
 

@@ -42,6 +42,8 @@ def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
         "kalker_C11": kalker.c11,
         "kalker_C22": kalker.c22,
         "kalker_C23": kalker.c23,
+        # Beyond the thermo-elastic limit a lower speed is solved than the one asked for (`limit.last_steady_state`).
+        "speed_solved_m_s": problem.motion.speed,
     }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -64,6 +64,13 @@ def tell_invalid(errors: Sequence[CaseError], closing: str = "") -> int:
     count = f"{len(texts)} error{'s' if len(texts) > 1 else ''}"
     streams.note(f"thermoroll: {count}{closing}")
     return ExitCode.INVALID_CASE
+
+
+def tell_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
+    """Tell which of `pictures` were there before and do not show what has been `written` beside them now."""
+    stale = sorted(str(path) for path in set(pictures) - set(written) if path.exists())
+    if stale:
+        streams.note(f"thermoroll: of an earlier run, and left as it was: {', '.join(stale)}")
 
 
 def check_writable(folder: Path) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -120,6 +120,8 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
     code = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED
     try:
         files = _write_files(case, result, wishes)
+        if not wishes.quiet:
+            options.tell_stale(_pictures_of(case, wishes.folder), files)
     except OSError as cause:
         # What was computed is still worth printing.
         streams.error(f"{case.name}: {cause}")
@@ -144,6 +146,15 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
     stem = wishes.folder / case.name
     pictures = write_figures(result, stem, image_format=wishes.image_format, normalised=wishes.normalised)
     return [target, *pictures]
+
+
+def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
+    """Every picture that a run of `case` may write."""
+    from thermoroll_cli.plots.run_figures import PICTURES
+
+    for name in PICTURES:
+        for image_format in options.ImageFormat:
+            yield folder / f"{case.name}_{name}.{image_format.value}"
 
 
 def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -> None:

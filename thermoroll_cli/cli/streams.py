@@ -77,6 +77,13 @@ def is_terminal(stream: TextIO | None) -> bool:
         return False
 
 
+def width() -> int:
+    """Characters of a line on standard output: of the terminal, or as COLUMNS says, or 80."""
+    import shutil
+
+    return shutil.get_terminal_size((80, 24)).columns
+
+
 def coloured(stream: TextIO | None) -> bool:
     """Whether to colour what goes to `stream` (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")

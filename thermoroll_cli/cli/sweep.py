@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from thermoroll_cli.sweep.points import Point
     from thermoroll_cli.sweep.table import Row
 
-SHOWN_SCALARS = ("Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "force_x_N", "force_y_N")
-NOISE = 1e-5
-SHOWN_ROWS = 40
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
 
@@ -79,6 +76,8 @@ def sweep(
     picture = None
     if not no_plots and _plots_wanted(points[0]):
         picture = _draw(rows, axes, output / f"sweep.{image_format.value}")
+    if not quiet:
+        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), [picture] if picture else [])
     if not (as_json or quiet):
         for line in _report(rows, axes, output, picture):
             streams.write(line)
@@ -166,29 +165,15 @@ def _values(row: Row, axes: Sequence[Axis]) -> dict[str, int | float]:
 
 
 def _report(rows: Sequence[Row], axes: Sequence[Axis], folder: Path, picture: Path | None) -> Iterator[str]:
-    from thermoroll_cli.cli.table import align, number
+    from thermoroll_cli.cli.sweep_table import table_lines
     from thermoroll_cli.sweep.sweep import TABLE_NAME
 
-    names = [name for name in SHOWN_SCALARS if _worth_showing(name, rows)]
-    if len(rows) <= SHOWN_ROWS:
-        table = [["", *(axis.key for axis in axes), *names, ""]]
-        for row in rows:
-            numbers = [number(value) for value in (*row.point.values, *(row.summary[name] for name in names))]
-            table.append([row.point.name, *numbers, "" if row.converged else "NOT CONVERGED"])
-        yield from align(table)
+    yield from table_lines(rows, axes, streams.width())
     converged = sum(row.converged for row in rows)
     yield f"{converged} of {len(rows)} points converged"
     files = sum(row.file is not None for row in rows)
     also = f", {picture}" if picture else ""
     yield f"  wrote {folder / TABLE_NAME}{also} and {files} result files"
-
-
-def _worth_showing(name: str, rows: Sequence[Row]) -> bool:
-    """Whether any point has the scalar `name`, other than as what rounding leaves of a zero force."""
-    largest = {key: max((abs(row.summary[key]) for row in rows if row.summary[key] == row.summary[key]), default=0.0)
-               for key in (name, "force_x_N", "force_y_N")}  # fmt: skip
-    computed = any(row.summary[name] == row.summary[name] for row in rows)
-    return computed and (not name.startswith("force_") or largest[name] > NOISE * max(largest.values()))
 
 
 def _tell_failures(rows: Sequence[Row]) -> int:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -26,6 +28,10 @@ SHORT = (
 _SIGNIFICANT_DIGITS = 5
 _NEGLIGIBLE_ERROR = 1e-6
 _NOISE = 1e-6
+_NARROWEST = 9
+"""A header is not broken into less."""
+_HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
+"""A word of a name; the last one with its unit."""
 
 
 def scalar_table(summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool) -> list[str]:
@@ -54,6 +60,21 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     return [
         "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True) if width).rstrip() for row in rows
     ]
+
+
+def folded(text: str, width: int) -> list[str]:
+    """`text` as indented lines of at most `width` characters."""
+    return textwrap.wrap(text, max(width, 40), initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
+
+
+def wrapped(name: str, width: int) -> list[str]:
+    """The lines of `name` as a header above a column `width` wide: broken behind `_` and `.`, where a part does not fit."""
+    lines = [""]
+    for part in re.findall(_HEADER_PART, name):
+        if lines[-1] and len(lines[-1] + part) > max(width, _NARROWEST):
+            lines.append("")
+        lines[-1] += part
+    return lines
 
 
 def with_error(value: float, relative_error: float) -> str:

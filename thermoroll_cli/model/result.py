@@ -67,6 +67,7 @@ HERTZ_SCALARS: dict[str, str] = {
     "kalker_C11": "Kalker's longitudinal creepage coefficient",
     "kalker_C22": "Kalker's lateral creepage coefficient",
     "kalker_C23": "Kalker's coefficient of spin and lateral force",
+    "speed_solved_m_s": "rolling speed of the state",
 }
 """Scalars that belong to the inputs and not to a state."""
 

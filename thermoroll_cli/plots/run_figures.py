@@ -12,6 +12,9 @@ from thermoroll_cli.plots.sheet import FORMATS, save, style
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.view import Stored, view_of
 
+PICTURES = ("pressure", "traction", "heat_flux", "temperature", "centreline", "summary")
+"""What the pictures of a run are called: STEM_pressure.png, …"""
+
 
 def write_figures(
     result: Result | Stored, stem: pathlib.Path, *, image_format: str = "png", normalised: bool = False
@@ -29,14 +32,15 @@ def write_figures(
     written = []
     with style():
         frame = frame_of(view, normalised)
-        for name, draw in (
-            ("pressure", lambda: pressure_figure(view, frame, normalised)),
-            ("traction", lambda: traction_figure(view, frame, normalised)),
-            ("heat_flux", lambda: heat_flux_figure(view, frame, normalised)),
-            ("temperature", lambda: temperature_figure(view, frame, normalised)),
-            ("centreline", lambda: centreline_figure(view, normalised)),
-            ("summary", lambda: summary_figure(view, frame, normalised)),
-        ):
+        drawing = (
+            lambda: pressure_figure(view, frame, normalised),
+            lambda: traction_figure(view, frame, normalised),
+            lambda: heat_flux_figure(view, frame, normalised),
+            lambda: temperature_figure(view, frame, normalised),
+            lambda: centreline_figure(view, normalised),
+            lambda: summary_figure(view, frame, normalised),
+        )
+        for name, draw in zip(PICTURES, drawing, strict=True):
             figure = draw()
             if figure is not None:
                 written.append(save(figure, stem.with_name(f"{stem.name}_{name}.{image_format}")))

@@ -146,7 +146,9 @@ def _rows(view: RunView) -> Rows:
             rows.append((_words(SCALARS[name], name), first, _number(values[-1]), _error(error.get(name, math.nan))))
     rows.append(("", "", "", ""))
     for name in HERTZ_SCALARS:
-        if math.isfinite(view.summary.get(name, math.nan)):
+        # The speed stands below the table; here only where a lower one had to be solved.
+        asked = name == "speed_solved_m_s" and view.summary.get(name) == view.problem.get("motion", {}).get("speed")
+        if math.isfinite(view.summary.get(name, math.nan)) and not asked:
             rows.append((_words(HERTZ_SCALARS[name], name), "", _number(view.summary[name]), ""))
     return rows
 
@@ -165,7 +167,7 @@ def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) 
         y -= REMARK_ROW
 
 
-_UNITS = ("W_mm2", "rad_mm", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N")
+_UNITS = ("W_mm2", "rad_mm", "m_s", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N")
 _SHORT = {
     "partition_mean": "heat share of the lower body",
     "thermal_displacement_max_um": "maximum thermal displacement",
@@ -177,7 +179,7 @@ _SHORT = {
 
 def _words(long_name: str, name: str) -> str:
     unit = next((unit for unit in _UNITS if name.endswith("_" + unit)), "")
-    shown = {"W_mm2": "W/mm²", "rad_mm": "rad/mm", "mm2": "mm²", "Nmm": "N mm", "um": "µm"}.get(unit, unit)
+    shown = {"W_mm2": "W/mm²", "rad_mm": "rad/mm", "m_s": "m/s", "mm2": "mm²", "Nmm": "N mm", "um": "µm"}.get(unit, unit)
     words = _SHORT.get(name, long_name)
     return f"{words} ({shown})" if shown else words
 

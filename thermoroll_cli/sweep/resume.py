@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
@@ -31,6 +32,15 @@ def finished_points(folder: pathlib.Path, points: Sequence[Point], note: Callabl
         if point is None and path.stem in names:
             note(f"{path}: of another case; replaced")
     return found
+
+
+def unlisted_files(folder: pathlib.Path, points: Sequence[Point]) -> list[pathlib.Path]:
+    """Files in `folder` that are called like points of this sweep and are none of `points`: an earlier, larger sweep left
+    them, and the table will not list them."""
+    stem = points[0].name.rpartition("_")[0]
+    names = {point.name for point in points}
+    numbered = re.compile(re.escape(stem) + r"_\d{4,}")
+    return [path for path in sorted(folder.glob("*.h5")) if numbered.fullmatch(path.stem) and path.stem not in names]
 
 
 def named(points: Sequence[Point], finished: Mapping[int, str]) -> tuple[Point, ...]:

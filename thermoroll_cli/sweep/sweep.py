@@ -12,7 +12,7 @@ from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
 from thermoroll_cli.sweep.axis import Axis
 from thermoroll_cli.sweep.lock import sole_sweep
 from thermoroll_cli.sweep.points import Point, Stretch, stretches
-from thermoroll_cli.sweep.resume import finished_points, named
+from thermoroll_cli.sweep.resume import finished_points, named, unlisted_files
 from thermoroll_cli.sweep.stretch import Outcome, Target, solve_into
 from thermoroll_cli.sweep.table import Row, TableFile, failed_row, row_of
 
@@ -50,6 +50,10 @@ def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callab
     with sole_sweep(sweep.folder):
         finished = finished_points(sweep.folder, sweep.points, note) if sweep.resume else {}
         points = named(sweep.points, finished)
+        if unlisted := unlisted_files(sweep.folder, points):
+            which = unlisted[0].name + (f" … {unlisted[-1].name}" if len(unlisted) > 1 else "")
+            count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"
+            note(f"{sweep.folder} has {count} of another sweep, {which}: left alone, and not in {TABLE_NAME}")
         table = TableFile(sweep.folder / TABLE_NAME, sweep.axes)
         target = Target(sweep.folder, sweep.command_line, sweep.threads)
         for point in points:

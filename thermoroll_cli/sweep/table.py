@@ -19,14 +19,16 @@ from thermoroll_cli.sweep.points import Point
 CONVERGED, NOT_CONVERGED = "converged", "not_converged"
 STATUS = ("status", "reason")
 STATES = {"isothermal": SCALARS, "error": SCALARS}
+OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
+"""Creep forces over μW, as railway engineers plot them: column → scalar in N."""
 WORK = ("grid", "applications")
 """What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one point. `summary` has the shape of `Result.summary()`, its numbers are nan for a point that has
-    no `file`."""
+    """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, its numbers are
+    nan for a point that has no `file`."""
 
     point: Point
     summary: Mapping[str, Any]
@@ -46,29 +48,36 @@ def row_of(point: Point, path: pathlib.Path) -> Row:
     stored = read_result(path, with_fields=False).summary
     scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
     states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
+    scalars |= _over_limit(scalars)
     return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
 
 
 def failed_row(point: Point, reason: str) -> Row:
     """The row of a point that has no result."""
-    scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS), math.nan)
+    scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT), math.nan)
     states = {state: dict.fromkeys(names, math.nan) for state, names in STATES.items()}
     outcome = {"status": NOT_CONVERGED, "reason": reason}
     return Row(point, outcome | scalars | states | {"work": {}, "warnings": []}, None)
 
 
+def _over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
+    limit = scalars["friction_limit_N"]
+    return {name: scalars[force] / limit if limit > 0.0 else math.nan for name, force in OVER_LIMIT.items()}
+
+
 def columns(axes: Sequence[Axis]) -> list[str]:
-    """Names of the columns: swept keys, status and reason, scalars, `isothermal.` and `error.` scalars, work, file."""
+    """Names of the columns: swept keys, status and reason, scalars, forces over μW, `isothermal.` and `error.` scalars, work,
+    file."""
     prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names]
     swept = [axis.key for axis in axes]
-    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *prefixed, *(f"work.{name}" for name in WORK), "file"]
+    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *prefixed, *(f"work.{name}" for name in WORK), "file"]
 
 
 def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
     """The values of a row by column."""
     summary = row.summary
     found: dict[str, Any] = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
-    found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
+    found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT)}
     found |= {f"{state}.{name}": summary[state][name] for state, names in STATES.items() for name in names}
     work = summary["work"] or {}
     found["work.grid"] = "x".join(str(side) for side in work.get("grid", ()))

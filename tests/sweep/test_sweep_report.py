@@ -1,0 +1,103 @@
+"""What a sweep prints, and what it says about files that were there before."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.cli.sweep_table import FAILED
+from thermoroll_cli.cli.table import wrapped
+from thermoroll_cli.files.result.hdf5 import read_result
+
+HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
+
+
+@pytest.fixture
+def case(tmp_path: Path) -> Path:
+    path = tmp_path / "spheres.toml"
+    path.write_text(MECHANICAL.replace("grid = 16", "grid = 8"))
+    return path
+
+
+@pytest.fixture(autouse=True)
+def ordinary_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+
+
+def printed_columns(stdout: str, name: str = "spheres_0001") -> list[str]:
+    """The headers of the printed table, put together again, in their order."""
+    lines = stdout.splitlines()
+    row = next(index for index, line in enumerate(lines) if name in line)
+    starts = [index for index, letter in enumerate(lines[row]) if letter != " " and lines[row][index - 1] == " "]
+    ends = [*starts[1:], None]
+    return ["".join(line[start:end].strip() for line in lines[:row]) for start, end in zip(starts, ends, strict=True)][1:]
+
+
+def test_a_swept_force_shows_the_creepage_found(case: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, "--over", "force.longitudinal_N=5,10", "-o", tmp_path / "out", "--no-plots")
+    columns = printed_columns(done.stdout)
+    assert columns[:3] == ["force.longitudinal_N", "creepage_longitudinal", "Q_F_W"]
+    assert "force_x_N" not in columns and "force_x_over_friction_limit" in columns
+    rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    shown = [line.split()[2] for line in done.stdout.splitlines() if line.startswith("  spheres_")]
+    assert shown == [f"{float(row['creepage_longitudinal']):.5g}" for row in rows]
+
+
+def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(case: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", tmp_path / "out", "--no-plots")
+    assert "creepage_longitudinal" not in printed_columns(done.stdout)
+    (told,) = (line for line in done.stdout.splitlines() if line.startswith("  at all points: "))
+    assert "gamma_p = 1," in told and "gamma_c = 1" in told and "gamma_p" not in printed_columns(done.stdout)
+
+
+def test_beyond_the_thermal_limit_the_speed_solved_is_shown(tmp_path: Path) -> None:
+    (tmp_path / "spheres.toml").write_text(HOT)
+    over = ("--over", "rolling.speed_m_s=100,1e4")
+    done = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--no-plots")
+    assert done.returncode == 4
+    assert printed_columns(done.stdout)[:3] == ["rolling.speed_m_s", "speed_solved_m_s", "Q_F_W"]
+    fine, hot = csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines())
+    assert (fine["status"], fine["speed_solved_m_s"]) == ("converged", "100.0")
+    assert (hot["status"], hot["rolling.speed_m_s"]) == ("not_converged", "10000.0")
+    speed = float(hot["speed_solved_m_s"])
+    assert 100.0 < speed < 1e4 and f"V = {speed:.3g} m/s" in hot["reason"]
+    assert f"{FAILED}  10000" in done.stdout
+    assert read_result(tmp_path / "out" / "spheres_0002.h5").summary["speed_solved_m_s"] == speed
+    # The scalars belong to that speed.
+    settings = ("--set", f"rolling.speed_m_s={speed!r}", "--no-plots", "--json", "-q", "-o", tmp_path / "single")
+    single = json.loads(call("run", tmp_path / "spheres.toml", *settings).stdout)
+    assert single["status"] == "converged"
+    assert float(hot["Q_F_W"]) == pytest.approx(single["Q_F_W"], rel=1e-9)
+    assert float(hot["peclet_lower"]) == pytest.approx(single["peclet_lower"], rel=1e-12)
+
+
+@pytest.mark.parametrize("columns", [80, 60, 200])
+def test_tables_fit_the_terminal(columns: int, case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    over = ("--over", "force.longitudinal_N=5,10", "--over", "force.lateral_N=1,2")
+    done = call("sweep", case, *over, "-o", "out", "--no-plots", cwd=tmp_path)
+    assert max(map(len, done.stdout.splitlines())) <= columns
+    assert ("more in the file" in done.stdout) == (columns < 200)
+
+
+def test_headers_break_where_words_end() -> None:
+    assert wrapped("rolling.speed_m_s", 5) == ["rolling.", "speed_m_s"]
+    assert wrapped("Q_F_W", 6) == ["Q_F_W"]
+    assert wrapped("temperature_rise_max_lower_K", 7) == ["temperature_", "rise_max_", "lower_K"]
+    assert wrapped("gamma_c", 20) == ["gamma_c"]
+
+
+def test_files_of_another_sweep_are_told_and_left(case: Path, tmp_path: Path) -> None:
+    over = ("--over", "creepage.longitudinal=1e-3,2e-3,3e-3")
+    first = call("sweep", case, *over, "-o", "out", cwd=tmp_path)
+    assert "another sweep" not in first.stderr and "earlier run" not in first.stderr
+    done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", cwd=tmp_path)
+    assert "out has 2 files of another sweep, spheres_0002.h5 … spheres_0003.h5: left alone, and not in" in done.stderr
+    assert "of an earlier run, and left as it was: out/sweep.png" in done.stderr
+    assert len(list((tmp_path / "out").glob("*.h5"))) == 3
+    quiet = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "-q", cwd=tmp_path)
+    assert quiet.stderr == ""
