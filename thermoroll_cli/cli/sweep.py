@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Override
     from thermoroll_cli.sweep.axis import Axis
     from thermoroll_cli.sweep.points import Point
+    from thermoroll_cli.sweep.scalars_only import ScalarSweep
     from thermoroll_cli.sweep.table import Row
 
 SHOWN_ERRORS = 10
@@ -39,6 +40,9 @@ def sweep(
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
     dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
     resume: Annotated[bool, typer.Option("--resume", help="Leave out points that DIR has already.")] = False,
+    scalars_only: Annotated[
+        bool, typer.Option("--scalars-only", help="No file per point: all rows in DIR/sweep.h5, for very many points.")
+    ] = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
@@ -53,7 +57,13 @@ def sweep(
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
-    axes, overrides = _asked(over, settings, jobs=jobs, dask=dask, threads=threads)
+    axes, overrides = _asked(over, settings, jobs=jobs, dask=dask, threads=threads, scalars_only=scalars_only)
+    if scalars_only:
+        from thermoroll_cli.cli.scalar_sweep import solve_scalars_only
+
+        picture_path = None if no_plots else output / f"sweep.{image_format.value}"
+        rows_only = _scalar_sweep(case, axes, overrides, output, jobs=jobs, dask=dask, resume=resume, threads=threads)
+        raise typer.Exit(solve_scalars_only(rows_only, as_json=as_json, picture=picture_path, quiet=quiet))
     points = _points(case, axes, overrides)
     options.check_writable(output)
     from thermoroll_cli.sweep.sweep import Sweep, run_sweep
@@ -85,14 +95,14 @@ def sweep(
 
 
 def _asked(
-    over: Sequence[str], settings: Sequence[str] | None, *, jobs: int, dask: str, threads: int
+    over: Sequence[str], settings: Sequence[str] | None, *, jobs: int, dask: str, threads: int, scalars_only: bool = False
 ) -> tuple[tuple[Axis, ...], list[Override]]:
     """What the options ask for. Ends the program (usage) where they make no sense."""
-    from thermoroll_cli.sweep.axis import parse_axes
+    from thermoroll_cli.sweep.axis import MOST_POINTS, MOST_ROWS, parse_axes
 
     overrides = options.parse_overrides(settings)
     try:
-        axes = parse_axes(over)
+        axes = parse_axes(over, MOST_ROWS if scalars_only else MOST_POINTS)
     except ValueError as cause:
         raise typer.BadParameter(str(cause), param_hint="--over") from None
     both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
@@ -110,6 +120,22 @@ def _asked(
         except NoDask as cause:
             raise typer.BadParameter(str(cause), param_hint="--dask") from None
     return axes, overrides
+
+
+def _scalar_sweep(path: Path, axes: Sequence[Axis], overrides: Sequence[Override], folder: Path, **wishes: Any) -> ScalarSweep:
+    """The sweep without files for points. Ends the program (invalid case) if the case cannot be read."""
+    from thermoroll_cli.files.case.case import CaseError, case_name
+    from thermoroll_cli.files.case.case_source import read_source
+    from thermoroll_cli.sweep.points import PointMaker
+    from thermoroll_cli.sweep.scalars_only import ScalarSweep
+
+    try:
+        source = read_source(path)
+    except CaseError as cause:
+        raise typer.Exit(options.tell_invalid([cause], "; nothing was computed")) from None
+    options.check_writable(folder)
+    maker = PointMaker(source.text, source.name, case_name(path), tuple(axes), tuple(overrides))
+    return ScalarSweep(maker, folder, shlex.join(["thermoroll", *sys.argv[1:]]), **wishes)
 
 
 def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> tuple[Point, ...]:

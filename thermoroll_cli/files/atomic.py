@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import hashlib
 import os
 import pathlib
 import platform
 import secrets
+from collections.abc import Iterator
 
 _EXPLANATIONS = {
     errno.ENOSPC: "no space left on the device",
@@ -77,9 +79,30 @@ def _alive(pid: int) -> bool:
     return True
 
 
-def _replace(target: pathlib.Path, content: bytes | memoryview) -> None:
+@contextlib.contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
+    """The name of a temporary file beside `path`, for files too large to be held in memory: what is written there takes the
+    place of `path` at the end, or nothing does. Raises WriteError."""
+    target = pathlib.Path(os.path.realpath(path))
+    temporary = _temporary(target)
+    try:
+        yield temporary
+        with open(temporary, "rb+") as stream:
+            os.fsync(stream.fileno())
+        os.replace(temporary, target)
+    except OSError as cause:
+        raise cause if isinstance(cause, WriteError) else WriteError(pathlib.Path(path), cause) from cause
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _temporary(target: pathlib.Path) -> pathlib.Path:
     # The name does not derive from the target's: that one may already be as long as the file system allows.
-    temporary = target.with_name(f".thermoroll-{_node()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+    return target.with_name(f".thermoroll-{_node()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+
+
+def _replace(target: pathlib.Path, content: bytes | memoryview) -> None:
+    temporary = _temporary(target)
     try:
         # Not tempfile: its files are private (0600), results should follow the user's umask.
         _write_all(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), content, durable=True)

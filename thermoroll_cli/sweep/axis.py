@@ -10,6 +10,8 @@ Number = int | float
 
 MOST_POINTS = 100_000
 """Far beyond what anybody waits for; a COUNT with too many zeros should not fill the memory first."""
+MOST_ROWS = 2_000_000
+"""The same where points become rows of one file."""
 
 FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
 
@@ -40,16 +42,17 @@ class Axis:
         return tuple(part.strip() for part in self.key.split("."))
 
 
-def parse_axes(texts: Sequence[str]) -> tuple[Axis, ...]:
-    """The axes of a sweep. Raises ValueError: wrong form, the same key twice, too many points."""
+def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...]:
+    """The axes of a sweep. Raises ValueError: wrong form, the same key twice, more than `most` points."""
     axes = tuple(Axis.parse(text) for text in texts)
     keys = [axis.key for axis in axes]
     twice = next((key for key in keys if keys.count(key) > 1), None)
     if twice is not None:
         raise ValueError(f"{twice} is swept twice")
     count = math.prod(len(axis.values) for axis in axes)
-    if count > MOST_POINTS:
-        raise ValueError(f"{count} points are too many: at most {MOST_POINTS}")
+    if count > most:
+        hint = ", or 2000000 with --scalars-only" if most < MOST_ROWS else ""
+        raise ValueError(f"{count} points are too many: at most {most}{hint}")
     return axes
 
 

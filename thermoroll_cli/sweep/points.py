@@ -5,10 +5,13 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import json
-from collections.abc import Iterable, Sequence
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
+from thermoroll_cli.files.case.case_source import CaseSource, parse_source
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.sweep.axis import Axis, Number
 
@@ -63,31 +66,72 @@ def identity(case_json: str) -> str:
     return json.dumps(content, sort_keys=True)
 
 
+@dataclass(frozen=True)
+class PointMaker:
+    """Makes the points of a sweep one by one, so that a hundred thousand of them need not be held at once.
+
+    The values of `axes` are put into the case `text` (read from `source`) after `settings`; the last axis varies fastest.
+    Points are called `stem` and their number. Plain enough to be sent to another process."""
+
+    text: str
+    source: str
+    stem: str
+    axes: tuple[Axis, ...]
+    settings: tuple[Override, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return tuple(len(axis.values) for axis in self.axes)
+
+    @property
+    def count(self) -> int:
+        return math.prod(self.shape)
+
+    def values(self, number: int) -> tuple[Number, ...]:
+        """The swept values of the point `number` (from 1)."""
+        rest, values = number - 1, []
+        for axis in reversed(self.axes):
+            rest, index = divmod(rest, len(axis.values))
+            values.append(axis.values[index])
+        return tuple(reversed(values))
+
+    def name(self, number: int) -> str:
+        return f"{self.stem}_{number:0{max(4, len(str(self.count)))}d}"
+
+    def point(self, number: int) -> Point:
+        """The checked point `number`. Raises CaseError, which names --over where a swept value is to blame."""
+        values = self.values(number)
+        swept = [Override(a.path, v, f"{a.key}={v!r}") for a, v in zip(self.axes, values, strict=True)]
+        try:
+            case = Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
+        except CaseError as cause:
+            raise CaseError([_blame(finding, swept) for finding in cause.findings]) from None
+        return Point(number, self.name(number), values, case.problem, case.text, case.to_json())
+
+    def points(self) -> Iterator[Point]:
+        """All points. Raises CaseError at the end, with the errors of all of them, each told once."""
+        findings: dict[tuple[str, str, str], Finding] = {}
+        for number in range(1, self.count + 1):
+            try:
+                yield self.point(number)
+            except CaseError as cause:
+                # What is wrong with a key rather than its value is wrong at every point.
+                new = ((f.key, f.message, f.value) for f in cause.findings)
+                findings |= {key: f for key, f in zip(new, cause.findings, strict=True) if key not in findings}
+        if findings:
+            raise CaseError(list(findings.values()))
+
+
+@lru_cache(maxsize=1)
+def _parsed(text: str, source: str) -> CaseSource:
+    return parse_source(text, source)
+
+
 def make_points(
     text: str, source: str, stem: str, axes: Sequence[Axis], settings: Sequence[Override] = ()
 ) -> tuple[Point, ...]:
-    """All combinations of the values of `axes` put into the case `text` (read from `source`) after `settings`; the last
-    axis varies fastest. Files are called `stem` and the point's number.
-
-    Raises CaseError with the errors of all points, each told once.
-    """
-    combinations = list(itertools.product(*(axis.values for axis in axes)))
-    digits = max(4, len(str(len(combinations))))
-    points: list[Point] = []
-    findings: dict[tuple[str, str, str], Finding] = {}
-    for number, values in enumerate(combinations, start=1):
-        swept = [Override(a.path, v, f"{a.key}={v!r}") for a, v in zip(axes, values, strict=True)]
-        try:
-            case = Case.parse(text, name=source, overrides=[*settings, *swept])
-        except CaseError as cause:
-            blamed = (_blame(finding, swept) for finding in cause.findings)
-            # What is wrong with a key rather than its value is wrong at every point.
-            findings |= {(f.key, f.message, f.value): f for f in blamed if (f.key, f.message, f.value) not in findings}
-            continue
-        points.append(Point(number, f"{stem}_{number:0{digits}d}", values, case.problem, case.text, case.to_json()))
-    if findings:
-        raise CaseError(list(findings.values()))
-    return tuple(points)
+    """All points of a sweep (see `PointMaker`). Raises CaseError with the errors of all points, each told once."""
+    return tuple(PointMaker(text, source, stem, tuple(axes), tuple(settings)).points())
 
 
 def _blame(finding: Finding, swept: Iterable[Override]) -> Finding:
@@ -98,13 +142,16 @@ def _blame(finding: Finding, swept: Iterable[Override]) -> Finding:
 
 
 def stretches(points: Sequence[Point], axes: Sequence[Axis]) -> list[Stretch]:
-    """Divide `points` into stretches along the axis that varies fastest, none longer than `LONGEST_STRETCH`."""
+    """Divide `points` into stretches (see `stretch_numbers`)."""
+    return [Stretch(tuple(points[number - 1] for number in numbers)) for numbers in stretch_numbers(axes)]
+
+
+def stretch_numbers(axes: Sequence[Axis]) -> Iterator[range]:
+    """The numbers of the points of each stretch: along the axis that varies fastest, none longer than `LONGEST_STRETCH`."""
     # Axes of one value do not vary.
     row = next((len(axis.values) for axis in reversed(axes) if len(axis.values) > 1), 1)
     parts = -(-row // LONGEST_STRETCH)
     ends = [row * part // parts for part in range(parts + 1)]
-    return [
-        Stretch(tuple(points[first + start : first + end]))
-        for first in range(0, len(points), row)
-        for start, end in itertools.pairwise(ends)
-    ]
+    for first in range(1, math.prod(len(axis.values) for axis in axes) + 1, row):
+        for start, end in itertools.pairwise(ends):
+            yield range(first + start, first + end)

@@ -42,10 +42,10 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
         while waiting or running:
             while waiting and len(running) < jobs:
                 if not idle:
-                    idle.append(_one_process(leash))
+                    idle.append(one_process(leash))
                     pools.append(idle[-1])
                 run = _Run.of(waiting.popleft(), target, idle.pop())
-                with _fit_for_children():
+                with fit_for_children():
                     running[run.pool.submit(solve_all_into, run.stretch, target)] = run
             done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
             for future in done:
@@ -115,12 +115,13 @@ def _after_death(run: _Run, deaths: Counter[int]) -> tuple[Stretch, list[Outcome
     return replace(stretch, given_up=stretch.given_up | {number}), [Outcome(number, reason)]
 
 
-def _one_process(leash: Connection) -> ProcessPoolExecutor:
+def one_process(leash: Connection) -> ProcessPoolExecutor:
+    """A process that ends when the other side of `leash` is closed."""
     return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_prepare, initargs=(leash,))
 
 
 @contextlib.contextmanager
-def _fit_for_children() -> Iterator[None]:
+def fit_for_children() -> Iterator[None]:
     """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C, which the terminal
     sends to all: only this process decides what it means."""
     one_thread()

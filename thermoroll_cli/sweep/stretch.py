@@ -41,7 +41,7 @@ class Outcome:
 
 def solve_into(stretch: Stretch, target: Target) -> Iterator[Outcome]:
     """Solve the pending points of `stretch` and write each when it is solved. Raises OSError."""
-    for point, result, reason in _solved(stretch, target.threads):
+    for point, result, reason in solved(stretch, target.threads):
         if result is not None:
             _write(target.path(point), point, result, target.command_line)
         yield Outcome(point.number, reason)
@@ -72,7 +72,7 @@ def solve_away(stretch: Stretch, command_line: str) -> list[Outcome]:
     return outcomes
 
 
-def _solved(stretch: Stretch, threads: int) -> Iterator[tuple[Point, Result | None, str]]:
+def solved(stretch: Stretch, threads: int) -> Iterator[tuple[Point, Result | None, str]]:
     """Each pending point with its result, or with the reason why it has none."""
     solver: Solver | None = None
     pending = {point.number for point in stretch.pending}

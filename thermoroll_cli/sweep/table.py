@@ -101,7 +101,7 @@ class TableFile:
         writer.writerow(names)
         for row in self.in_order():
             found = cells(row, self.axes)
-            writer.writerow([_cell(found[name]) for name in names])
+            writer.writerow([cell(found[name]) for name in names])
         write_bytes(self.path, text.getvalue().encode("utf-8", "backslashreplace"))
 
     def in_order(self) -> list[Row]:
@@ -111,18 +111,23 @@ class TableFile:
 def draw(rows: Iterable[Row], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
     """Draw the scalars over the axis that varies fastest, a curve for each combination of the others. False, and no
     picture, where nothing converged or nothing varies. Raises OSError."""
+    return draw_cells([cells(row, axes) for row in rows], axes, path, title)
+
+
+def draw_cells(rows: Sequence[Mapping[str, Any]], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
+    """As `draw`, from the values of the rows by column."""
     from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 
-    drawn = list(rows)
     varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
-    table = {name: [cell[name] for cell in (cells(row, axes) for row in drawn)] for name in columns(axes)}
-    if not varying or not any(row.converged and math.isfinite(x) for row, x in zip(drawn, table[varying[0]], strict=True)):
+    table = {name: [row[name] for row in rows] for name in columns(axes)}
+    if not varying or not any(
+            status == CONVERGED and math.isfinite(x) for status, x in zip(table["status"], table[varying[0]], strict=True)):
         return False
     write_sweep_figure(table, varying, path, title=title)
     return True
 
 
-def _cell(value: Any) -> str:
+def cell(value: Any) -> str:
     """A number with all its digits, nothing for one that was not computed."""
     if isinstance(value, float):
         return "" if math.isnan(value) else repr(value)

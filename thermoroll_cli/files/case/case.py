@@ -40,12 +40,12 @@ class Case:
 
         Raises CaseError, with all errors of the case, if it is missing, unreadable or invalid.
         """
-        return cls._from_source(read_source(path, overrides), case_name(path))
+        return cls.from_source(read_source(path, overrides), case_name(path))
 
     @classmethod
     def parse(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
         """The case that the TOML `text` describes. Raises CaseError."""
-        return cls._from_source(parse_source(text, name, overrides), name)
+        return cls.from_source(parse_source(text, name, overrides), name)
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
@@ -59,7 +59,8 @@ class Case:
         return cls.parse(_toml(content), name=name, overrides=overrides)
 
     @classmethod
-    def _from_source(cls, source: CaseSource, name: str) -> Case:
+    def from_source(cls, source: CaseSource, name: str) -> Case:
+        """The case of a text that is parsed already. Raises CaseError."""
         return cls(name, source.text, validate(source))
 
     def with_values(self, values: Mapping[str, Any]) -> Case:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 import os
 import re
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -82,6 +83,12 @@ class CaseSource:
         line_text = self._lines[span.line - 1]
         value = _shorten(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
         return Finding(message, key, value, allowed, hint, self.name, span, line_text)
+
+    def overridden(self, overrides: Sequence[Override]) -> CaseSource:
+        """The same text with `overrides` applied besides those it has; cheaper than parsing it again. Raises CaseError."""
+        content = copy.deepcopy(self.content)
+        apply_overrides(content, overrides)
+        return replace(self, content=content, overrides=(*self.overrides, *overrides))
 
     def line_of(self, path: KeyPath) -> str:
         """` (line 12)` for a key of the text, nothing for one that is not in it."""

@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, StoredResult, read_result
 from thermoroll_cli.model.result import FIELDS, Result, State
 
@@ -36,10 +37,6 @@ if TYPE_CHECKING:
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
-
-LAYOUT = ("v108", "v108")
-"""HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
-becomes an error message, where the HDF5 library would otherwise crash or hang on what it misreads."""
 
 __all__ = ["ResultFileError", "StoredResult", "read_result", "write_result"]
 
@@ -78,7 +75,7 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
 def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     file.attrs["converged"] = bool(result.converged)
-    _label(
+    label(
         file,
         program=PROGRAM,
         program_version=__version__,
@@ -91,7 +88,7 @@ def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
 def _write_texts(group: h5py.Group, **texts: str) -> None:
     # Datasets, because an attribute is held in memory whole and case files may be of any size.
     for name, text in texts.items():
-        _create(group, name, _text(text))
+        _create(group, name, fixed_text(text))
 
 
 def _write_state(group: h5py.Group, result: Result, state: State) -> None:
@@ -104,7 +101,7 @@ def _write_state(group: h5py.Group, result: Result, state: State) -> None:
         dataset = _create(group, name, np.asarray(values, dtype=dtype))
         dataset.dims[0].attach_scale(x)
         dataset.dims[1].attach_scale(y)
-        _label(dataset, units=units, long_name=long_name)
+        label(dataset, units=units, long_name=long_name)
 
 
 def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
@@ -119,7 +116,7 @@ def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
     dataset = _create(group, "points", points, chunks=True, compression="gzip", compression_opts=1)
     for dimension, scale in zip(dataset.dims, scales, strict=True):
         dimension.attach_scale(scale)
-    _label(dataset, units="m", long_name="x, y, z of the element centres")
+    label(dataset, units="m", long_name="x, y, z of the element centres")
 
 
 def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
@@ -129,9 +126,9 @@ def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
             for key, number in value.items():
                 subgroup.attrs[key] = _number(number)
         elif isinstance(value, (Mapping, list, tuple)):
-            _label(group, **{name: json.dumps(value, default=_plain)})
+            label(group, **{name: json.dumps(value, default=_plain)})
         elif isinstance(value, str):
-            _label(group, **{name: value})
+            label(group, **{name: value})
         else:
             group.attrs[name] = _number(value)
 
@@ -148,7 +145,7 @@ def _write_history(group: h5py.Group, history: Mapping[str, ArrayLike]) -> None:
 def _write_scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
     scale = _create(group, name, np.asarray(values))
     scale.make_scale(name)
-    _label(scale, units=units, long_name=long_name)
+    label(scale, units=units, long_name=long_name)
     return scale
 
 
@@ -157,22 +154,6 @@ def _create(group: h5py.Group, name: str, content: NDArray[Any], **options: Any)
     checked = content.ndim > 0 and content.size > 0
     options = {"chunks": content.shape if checked else None, "fletcher32": checked, **options}
     return group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
-
-
-def _label(item: h5py.HLObject, **texts: str) -> None:
-    for name, text in texts.items():
-        content = _text(text)
-        item.attrs.create(name, content, dtype=content.dtype)
-
-
-def _text(value: str) -> NDArray[np.bytes_]:
-    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them).
-
-    Of fixed length: HDF5 keeps variable ones in a heap without checksums and may loop forever on a damaged one."""
-    import h5py
-
-    encoded = value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace")
-    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, len(encoded))))
 
 
 def _number(value: float | None) -> float:

@@ -125,6 +125,8 @@ def _open_failure(path: pathlib.Path, cause: OSError) -> str:
 def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
     if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
         raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} result")
+    if "kind" in file.attrs:
+        raise ResultFileError(f"{path}: a {PROGRAM} {_python(file.attrs['kind'])} of many points, not the result of one")
     version = int(file.attrs["format_version"])
     if version != FORMAT_VERSION:
         written_by = _python(file.attrs.get("program_version", "unknown"))

@@ -1,0 +1,188 @@
+"""Sweeps without a file per point: the same rows however they are computed, interrupted and resumed."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from tests.support.command_line import COMMAND, MECHANICAL, call, environment
+from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, ScalarFile, ScalarRow
+
+KEYS = ("creepage.longitudinal", "creepage.lateral")
+LATERAL, LONGITUDINAL = 12, 6
+SWEEP = ("--over", f"{KEYS[0]}=0.0005:0.006:{LONGITUDINAL}", "--over", f"{KEYS[1]}=0.0001:0.002:{LATERAL}",
+         "--set", "numerics.grid=8", "--scalars-only", "--no-plots")  # fmt: skip
+COUNT = LATERAL * LONGITUDINAL
+
+
+@pytest.fixture(scope="module")
+def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("case") / "spheres.toml"
+    path.write_text(MECHANICAL)
+    return path
+
+
+@pytest.fixture(scope="module")
+def serial(case: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("serial")
+    assert call("sweep", case, *SWEEP, "-o", folder, "-q").returncode == 0
+    return folder
+
+
+def data(folder: Path) -> xarray.Dataset:
+    with xarray.open_dataset(folder / "sweep.h5", engine="h5netcdf") as opened:
+        return opened.load()
+
+
+def assert_same(folder: Path, serial: Path) -> None:
+    assert (folder / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
+    xarray.testing.assert_equal(data(folder), data(serial))
+    assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5"]
+
+
+def test_rows_are_those_of_a_sweep_with_files(case: Path, serial: Path, tmp_path: Path) -> None:
+    few = ("--over", f"{KEYS[0]}=0.0005,0.0016", "--over", SWEEP[3], "--set", "numerics.grid=8", "--no-plots", "-q")
+    call("sweep", case, *few, "-o", tmp_path)
+    with open(tmp_path / "sweep.csv") as one, open(serial / "sweep.csv") as other:
+        for mine, theirs in zip(csv.DictReader(other), csv.DictReader(one), strict=False):
+            assert {**mine, "file": ""} == {**theirs, "file": ""}
+
+
+def test_an_array_over_the_swept_keys(serial: Path) -> None:
+    found = data(serial)
+    assert dict(found.sizes) == {KEYS[0]: LONGITUDINAL, KEYS[1]: LATERAL}
+    np.testing.assert_allclose(found[KEYS[0]], np.linspace(0.0005, 0.006, LONGITUDINAL))
+    assert (found.status == b"converged").all()
+    with open(serial / "sweep.csv") as stream:
+        column = [float(row["force_y_N"]) for row in csv.DictReader(stream)]
+    np.testing.assert_array_equal(found.force_y_N.values.ravel(), column)
+    assert found.force_y_N.attrs["long_name"] == "lateral creep force"
+
+
+def test_two_processes_give_the_same_file(case: Path, serial: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "-q", "--jobs", "2")
+    assert done.returncode == 0
+    assert_same(tmp_path, serial)
+
+
+def test_a_cluster_that_loses_a_worker_gives_the_same_file(case: Path, serial: Path, tmp_path: Path) -> None:
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+    ) as cluster:
+
+        def kill_one() -> None:
+            while not (tmp_path / "sweep.h5").exists():
+                time.sleep(0.01)
+            os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill_one)
+        killer.start()
+        done = call("sweep", case, *SWEEP, "-o", tmp_path, "-q", "--dask", cluster.scheduler_address)
+        killer.join()
+    assert done.returncode == 0
+    assert_same(tmp_path, serial)
+
+
+def test_json_has_a_line_per_point_in_order(case: Path, serial: Path, tmp_path: Path) -> None:
+    (tmp_path / "sweep.h5").write_bytes((serial / "sweep.h5").read_bytes())
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume", "--json")
+    records = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [record["name"] for record in records] == [f"spheres_{n:04d}" for n in range(1, COUNT + 1)]
+    assert records[3]["work"]["grid"] == [8, 8]
+    assert records[3]["error"]["force_x_N"] is None  # one grid alone tells no error
+    assert records[3]["force_x_N"] == float(data(serial).force_x_N[0, 3])
+    assert_same(tmp_path, serial)
+
+
+def test_killed_and_resumed_gives_the_same_rows(case: Path, serial: Path, tmp_path: Path) -> None:
+    words = [*COMMAND, "sweep", str(case), *SWEEP, "-o", str(tmp_path)]
+    file = tmp_path / "sweep.h5"
+    with subprocess.Popen(words, env=environment({}), stderr=subprocess.DEVNULL, start_new_session=True) as process:
+        deadline = time.monotonic() + 60
+        while not file.exists() or not ScalarFile.open(file).finished().any():
+            assert process.poll() is None or file.exists()
+            assert time.monotonic() < deadline
+            time.sleep(0.005)
+        os.killpg(process.pid, signal.SIGKILL)
+    found = int(ScalarFile.open(file).finished().sum())
+    assert found > 0
+    data(tmp_path)  # readable in between, too
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
+    assert done.returncode == 0
+    assert f"{found} of {COUNT} points are finished already" in done.stderr
+    assert_same(tmp_path, serial)
+
+
+def test_a_torn_row_is_solved_again(case: Path, serial: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.h5"
+    file.write_bytes((serial / "sweep.h5").read_bytes())
+    with h5py.File(file, "r+") as stored:
+        stored["force_x_N"][2, 5] *= 1.5
+        stored["status"][4, 4] = b""
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
+    assert f"{COUNT - 2} of {COUNT} points are finished already" in done.stderr
+    assert_same(tmp_path, serial)
+
+
+def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path) -> None:
+    (tmp_path / "sweep.h5").write_bytes((serial / "sweep.h5").read_bytes())
+    more = ("--over", f"{KEYS[1]}=0.0001,0.002,0.003", "--over", f"{KEYS[0]}=0.0005,0.006", *SWEEP[4:])
+    done = call("sweep", case, *more, "-o", tmp_path, "--resume")
+    assert "4 of 6 points are finished already" in done.stderr
+    old, new = data(serial), data(tmp_path)
+    assert new.force_x_N.shape == (3, 2)
+    np.testing.assert_array_equal(new.force_x_N[:2], old.force_x_N[[0, -1]][:, [0, -1]].T)
+
+
+def test_what_cannot_be_resumed(case: Path, serial: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sweep.h5"
+    whole = (serial / "sweep.h5").read_bytes()
+    file.write_bytes(whole)
+    done = call("sweep", case, *SWEEP, "--set", "load.normal_N=70", "-o", tmp_path, "--resume")
+    assert (done.returncode, "of another case" in done.stderr) == (5, True)
+    for content, message in ((whole[:-5000], "not a whole sweep file"), (b"nonsense", "not a whole sweep file")):
+        file.write_bytes(content)
+        done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
+        assert (done.returncode, message in done.stderr) == (5, True)
+        assert file.read_bytes() == content
+    file.write_bytes(whole)
+    done = call("plot", file)
+    assert (done.returncode, "of many points" in done.stderr) == (5, True)
+
+
+def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_path: Path) -> None:
+    force = ("--over", "force.longitudinal_N=10,19,25", "--set", "numerics.grid=8", "--scalars-only", "--no-plots")
+    done = call("sweep", case, *force, "-o", tmp_path)
+    assert (done.returncode, "--over force.longitudinal_N=25" in done.stderr) == (3, True)
+    assert not (tmp_path / "sweep.h5").exists()
+    strict = ("--over", "load.normal_N=60,70", "--set", "numerics.grid=[8, 20]", "--set", "thermal.heat=true")
+    done = call("sweep", case, *strict, "--scalars-only", "-o", tmp_path)
+    assert done.returncode == 3
+
+
+def test_a_hundred_thousand_rows_are_found_in_no_time(tmp_path: Path) -> None:
+    """Counted in rows a second, against the time of writing them."""
+    coordinates = {"a": list(range(100)), "b": list(range(1000))}
+    file = ScalarFile.create(tmp_path / "sweep.h5", coordinates, "", texts={}, command_line="", title="")
+    numbers = tuple(float(i) for i in range(len(NUMBERS)))
+    began = time.process_time()
+    for first in range(0, 100_000, 20_000):
+        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "8x8")) for i in range(20_000)])
+    written = time.process_time() - began
+    began = time.process_time()
+    assert file.finished().all()
+    assert time.process_time() - began < written
+    assert all(block[CHECKSUM].all() for block in file.blocks())
