@@ -16,8 +16,10 @@ ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "creepage_longitudinal", "cr
                  "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 
-EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "force_x_N", "force_y_N", "spin_moment_Nmm")
-"""Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit."""
+EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "force_x_N", "force_y_N", "spin_moment_Nmm", "creepage_longitudinal",
+                "creepage_lateral")
+"""Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
+creepages that are found for forces."""
 
 FLOOR = 2e-5
 """No estimate is smaller: rounding and solver tolerances are of this order."""

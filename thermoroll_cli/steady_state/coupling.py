@@ -20,7 +20,7 @@ SETBACKS = 5
 """How often falling friction may be held back to carry a prescribed force, before there is no steady state."""
 
 
-COARSE_TOLERANCE = 10.0
+COARSE_TOLERANCE = 3.0
 """Factor by which coarser grids are solved less closely: half of their work, and the finest grid does not notice."""
 
 
