@@ -36,6 +36,7 @@ from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.model.contact import Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
@@ -45,8 +46,8 @@ from thermoroll_cli.solvers.tangential import leading_edge as leading_edge
 from thermoroll_cli.solvers.tangential.newton import RELAXATION
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
-from thermoroll_cli.steady_state.coupling import Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.turn import Tolerances
 
 Folder = pathlib.Path
 Rows = list[list[str]]
@@ -308,7 +309,8 @@ def newton(folder: Folder, grid: int) -> Numbers:
 
 def _one_grid(problem: Problem) -> Any:
     discretisation = Discretisation(DerivedQuantities(problem), problem.numerics.grid or (0, 0), problem.numerics.extent)
-    return discretisation.roll(discretisation.hertz, [], Tolerances().tangential)
+    start = Traction.unknown(discretisation.grid.shape)
+    return discretisation.roll(discretisation.isothermal_pressure, start, Tolerances().tangential)
 
 
 # --- heat ------------------------------------------------------------------------------------------------------------

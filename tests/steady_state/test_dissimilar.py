@@ -26,8 +26,8 @@ from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
-from thermoroll_cli.steady_state.coupling import Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.turn import Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)
@@ -363,7 +363,7 @@ def test_without_friction_the_pressure_is_hertz():
     plan, result = make_plan(problem), solve(problem)
     assert "no friction" in plan.skipped["elastic coupling"]
     discretisation = Discretisation(DerivedQuantities(problem), (32, 32), 2.2)
-    np.testing.assert_array_equal(result.coupled.fields["pressure"], discretisation.hertz.pressure)
+    np.testing.assert_array_equal(result.coupled.fields["pressure"], discretisation.isothermal_pressure.pressure)
     assert result.coupled.scalars["gamma_p"] == 1.0
     # and the surfaces slide past each other although there is no creepage
     assert result.coupled.fields["slip_x"].min() < -0.5 * 2.0 * math.pi * DerivedQuantities(problem).dundurs_beta * 1e-3
@@ -456,8 +456,8 @@ def test_sweeps_start_from_their_neighbour_but_never_from_other_bodies():
     assert warm.coupled.scalars["force_x_N"] == pytest.approx(cold.coupled.scalars["force_x_N"], abs=1e-4 * limit)
     other = turned(neighbour)
     discretisation = Discretisation(DerivedQuantities(problem), (48, 48), 2.2)
-    assert discretisation.serves(DerivedQuantities(neighbour), (48, 48), 2.2)
-    assert not discretisation.serves(DerivedQuantities(other), (48, 48), 2.2)
+    assert discretisation.has_kernels_of(DerivedQuantities(neighbour), (48, 48), 2.2)
+    assert not discretisation.has_kernels_of(DerivedQuantities(other), (48, 48), 2.2)
     force = solver.solve(other).coupled.scalars["force_x_N"]
     assert force == pytest.approx(-cold.coupled.scalars["force_x_N"], abs=1e-4 * limit)
 

@@ -14,6 +14,7 @@ from tests.support.scenes import CASES, elastic, ellipse, order, reference_probl
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.kernels.elastic import ShearCompliance
+from thermoroll_cli.model.contact import Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
@@ -84,7 +85,7 @@ def test_shear_gradients_of_a_circle_are_cattaneos():
 
 def box_of(aspect: float, n: int) -> tuple[Discretisation, Window, RollingGradient]:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=n, geometry=ellipse(aspect), body=elastic(NU))), (n, n), 2.2)
-    box = discretisation.rolling.window_around(discretisation.hertz.contact, None, discretisation.derived)
+    box = discretisation.rolling.window_around(discretisation.isothermal_pressure.contact, None, discretisation.derived)
     return discretisation, box, discretisation.rolling.solver_of(box).gradient
 
 
@@ -95,7 +96,7 @@ def test_shear_gradients_of_an_ellipse_are_the_operators(aspect):
     hertz, c = discretisation.derived.hertz, discretisation.derived.shear_compliance
     x, y = np.broadcast_arrays(discretisation.grid.x[box.rows][:, None], discretisation.grid.y[box.columns])
     inside = np.hypot(x / hertz.semi_axis_x, y / hertz.semi_axis_y) < 0.7
-    found = gradient.of_shape(box.cut(discretisation.hertz.pressure))
+    found = gradient.of_shape(box.cut(discretisation.isothermal_pressure.pressure))
     for values, slope, arm in zip(found, shear_gradients(hertz, c.isotropic, c.directional), (x, x, y), strict=True):
         assert np.abs(values - slope * arm)[inside].max() < 3e-3 * np.abs(slope * arm).max()
 
@@ -116,7 +117,7 @@ def test_of_shape_is_the_operator_on_both_directions():
 def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
     """(D A + E) τ is exact at the leading edge for τ = p c, whatever the direction of c, slivers apart."""
     discretisation, box, gradient = box_of(aspect, 48)
-    normal, grid, c = discretisation.hertz, discretisation.grid, discretisation.derived.shear_compliance
+    normal, grid, c = discretisation.isothermal_pressure, discretisation.grid, discretisation.derived.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
     leading = discretisation.rolling.leading(discretisation.derived, normal, box, undisturbed=True)
     border = EdgeCompliance(covered, covered > 0.0, grid.dx, grid.dy, c, leading, gradient.alternating_gradient)
@@ -133,7 +134,8 @@ def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
 
 def test_leading_edge_is_the_leading_half_and_mirror_symmetric():
     discretisation, box, _ = box_of(1.0, 64)
-    xx, yy, xy = discretisation.rolling.leading(discretisation.derived, discretisation.hertz, box, undisturbed=True)
+    hertz = discretisation.isothermal_pressure
+    xx, yy, xy = discretisation.rolling.leading(discretisation.derived, hertz, box, undisturbed=True)
     half = xx.shape[0] // 2
     assert xx[:half].any() and not np.stack([xx, yy, xy])[:, half:].any()
     scale = 1e-9 * np.abs(xx).max()
@@ -146,7 +148,7 @@ def test_leading_edge_from_the_gap_is_that_of_the_closed_form():
     """Below other than Hertz pressures only ∬p/r is known: for Hertz's own pressure the two agree to a few per cent, since
     border elements vary along the border, too."""
     discretisation, box, gradient = box_of(1.0, 64)
-    normal, c = discretisation.hertz, discretisation.derived.shear_compliance
+    normal, c = discretisation.isothermal_pressure, discretisation.derived.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
     exact = discretisation.rolling.leading(discretisation.derived, normal, box, undisturbed=True)
     x = np.broadcast_to(discretisation.grid.x[box.rows][:, None], pressure.shape)
@@ -162,7 +164,8 @@ def test_leading_edge_from_the_gap_is_that_of_the_closed_form():
 def test_pressed_contact_rolls_like_hertz():
     """The same contact, its pressure solved for as with thermal deformation: forces within 2e-4 μW."""
     discretisation = Discretisation(DerivedQuantities(reference_problem("article_3_1_case_3", 64)), (64, 64), 2.2)
-    pressed, _ = discretisation.press(np.zeros(discretisation.grid.shape), discretisation.hertz.pressure, 1e-9)
-    forces = [discretisation.roll(normal, [], 1e-5).traction.sum(axis=(1, 2)) * discretisation.grid.element_area
-              for normal in (discretisation.hertz, pressed)]
+    hertz, start = discretisation.isothermal_pressure, Traction.unknown((64, 64))
+    pressed = discretisation.press(np.zeros(discretisation.grid.shape), hertz, 1e-9)
+    forces = [discretisation.roll(normal, start, 1e-5).traction.sum(axis=(1, 2)) * discretisation.grid.element_area
+              for normal in (hertz, pressed)]
     assert np.abs(forces[1] - forces[0]).max() < 2e-4 * discretisation.derived.problem.traction_limit

@@ -10,7 +10,7 @@ import pytest
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation, solved
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.model.contact import Contact, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating, Motion
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -156,7 +156,8 @@ def test_article_4_1_with_sliding_peclet_numbers():
 def test_kernels_are_kept_through_the_outer_iterations():
     problem = article_4_1(24, heating=SLIDING)
     discretisation = Discretisation(DerivedQuantities(problem), (24, 24), 2.6)
-    state = Contact(discretisation.hertz, discretisation.roll(discretisation.hertz, [], 1e-4))
+    pressure = discretisation.isothermal_pressure
+    state = Contact(pressure, discretisation.roll(pressure, Traction.unknown((24, 24)), 1e-4))
     for pressure in (1.0, 1.03, 0.98):
         slip = pressure * state.tangential.slip
         contact = replace(state, tangential=replace(state.tangential, slip=slip))

@@ -6,9 +6,9 @@ import numpy as np
 
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.steady_state.coupling import Coupled
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.friction import carried, friction_of
+from thermoroll_cli.steady_state.fixed_point import SteadyState
+from thermoroll_cli.steady_state.friction import friction_of, transmissible_force
 
 LOAD_ERROR = 1e-6
 COULOMB_EXCESS = 1e-4
@@ -19,16 +19,17 @@ FEWEST_ELEMENTS = 12
 SMALLEST_SHARE = 0.25
 
 
-def failures(derived: DerivedQuantities, discretisation: Discretisation, isothermal: Contact, coupled: Coupled | None,
-             feedback: Coupled | None = None) -> list[str]:
+def failures(
+    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, coupled: SteadyState | None
+) -> list[str]:
     """Reasons why the result cannot be trusted; empty when it can."""
-    reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal)]
-    if feedback is not None and not feedback.converged and not feedback.touches_rim:
+    reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
+    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
         falls = derived.problem.friction_falls
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
-        reasons.append(f"{coupling} stopped after {feedback.iterations} iterations at a residual of "
-                       f"{feedback.residual:.1e} of the approach: try a finer or coarser numerics.grid")
-    if any(c.touches_rim for c in (feedback, coupled) if c is not None):
+        reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
+                       f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
+    if any(state is not None and state.touches_rim for state in (isothermal, coupled)):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     if coupled is not None:
         if not coupled.converged:
@@ -43,15 +44,15 @@ def failures(derived: DerivedQuantities, discretisation: Discretisation, isother
     return reasons
 
 
-def overheated(isothermal: Contact, coupled: Coupled | None) -> bool:
+def overheated(isothermal: SteadyState, coupled: SteadyState | None) -> bool:
     """Whether the coupled iteration failed for too much heat, and not for its domain."""
     return coupled is not None and not coupled.touches_rim and (not coupled.converged or _shrunk(isothermal, coupled))
 
 
-def _shrunk(isothermal: Contact, coupled: Coupled) -> bool:
+def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
     """Whether so little is left of the contact that the grid no longer shows it."""
     # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
-    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.normal.covered.sum())
+    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.contact.normal.covered.sum())
     return left < min(FEWEST_ELEMENTS, 0.5 * before) or left < SMALLEST_SHARE * before
 
 
@@ -73,7 +74,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         reasons.append("negative pressure")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
-    bound = contact.bound(problem.friction)
+    bound = contact.traction_bound(problem.friction)
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")
@@ -89,7 +90,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
     if problem.friction_falls:
-        limit = carried(discretisation, friction_of(discretisation, contact), normal.pressure)
+        limit = transmissible_force(discretisation, friction_of(discretisation, discretisation.heat(contact)), normal.pressure)
         if problem.prescribed_force > limit:
             reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "
                            f"prescribed {problem.prescribed_force:.6g} N")

@@ -55,8 +55,9 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
     area = float(normal.covered.sum()) * grid.element_area
     sticking = float(normal.covered[tangential.stick].sum())
     if derived.has_traction:
-        sticking += stick_surplus(tangential.traction, tangential.slip, contact.bound(problem.friction), tangential.stick,
-                                  normal.covered, grid.dx, grid.dy, derived.shear_compliance)
+        bound = contact.traction_bound(problem.friction)
+        sticking += stick_surplus(tangential.traction, tangential.slip, bound, tangential.stick, normal.covered,
+                                  grid.dx, grid.dy, derived.shear_compliance)
     stick_area = min(sticking * grid.element_area, area)
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
@@ -113,7 +114,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         "slip_y": tangential.slip[1] * speed,
         "state": np.where(inside, np.where(tangential.stick, STICK, SLIP), OUT).astype(np.int8),
         "heat_flux": flux,
-        "displacement_elastic": normal.displacement - contact.lift,
+        "displacement_elastic": normal.displacement if contact.shear_displacement is None
+        else normal.displacement - contact.shear_displacement,
         "gap": normal.gap,
     }
     if contact.friction is not None:

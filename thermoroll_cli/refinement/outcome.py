@@ -23,7 +23,7 @@ def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], secon
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     errors = estimates(coupled, derived, min(last.discretisation.grid.shape))
-    reasons = failures(derived, last.discretisation, last.isothermal, last.coupled, last.feedback)
+    reasons = failures(derived, last.discretisation, last.isothermal, last.coupled)
     warnings = list(plan.warnings)
     heat = last.discretisation.heat(last.contact) if plan.runs("heat") else None
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
@@ -42,8 +42,8 @@ def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], secon
     history: dict[str, Any] = {}
     if last.coupled is not None:
         history["coupling_residual"] = np.array(last.coupled.history)
-    if last.feedback is not None:
-        history[f"{_feedback_name(last)}_residual"] = np.array(last.feedback.history)
+    if last.isothermal.acts_back:
+        history[f"{_coupling_name(last)}_residual"] = np.array(last.isothermal.history)
     isothermal_state = replace(last.isothermal_state, scalars=reported(isothermal, derived))
     same = last.coupled_state is last.isothermal_state
     return Result(
@@ -67,7 +67,7 @@ def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
     return [r.coupled_state.scalars for r in levels], [r.isothermal_state.scalars for r in levels]
 
 
-def _feedback_name(level: RefinementLevel) -> str:
+def _coupling_name(level: RefinementLevel) -> str:
     """What the state without thermal deformation iterates on."""
     return "warm_friction" if level.discretisation.derived.problem.friction_falls else "elastic_coupling"
 
@@ -77,14 +77,14 @@ def _work(plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) 
     for r in levels:
         entry: dict[str, Any] = {
             "grid": list(r.discretisation.grid.shape),
-            "newton_steps": (r.feedback or r.isothermal.tangential).newton_steps,
-            "applications": (r.feedback or r.isothermal.tangential).applications,
+            "newton_steps": r.isothermal.newton_steps,
+            "applications": r.isothermal.applications,
             "transforms": r.discretisation.transforms,
         }
-        if r.feedback is not None:
+        if r.isothermal.acts_back:
             entry |= {
-                f"{_feedback_name(r)}_iterations": r.feedback.iterations,
-                "normal_iterations": r.feedback.normal_iterations,
+                f"{_coupling_name(r)}_iterations": r.isothermal.iterations,
+                "normal_iterations": r.isothermal.normal_iterations,
             }
         if r.coupled is not None:
             entry |= {

@@ -138,14 +138,14 @@ def bulge_bound(derived: DerivedQuantities) -> float:
     times the saturation creepage at most."""
     problem, motion = derived.problem, derived.problem.motion
     discretisation = _preview(derived)
-    rigid = discretisation.driving_slip(discretisation.hertz)
+    rigid = discretisation.driving_slip(discretisation.isothermal_pressure)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
             rigid[i] += 3.0 * derived.saturation_creepage
     slip = np.hypot(rigid[0], rigid[1])
-    flux = problem.friction * discretisation.hertz.pressure * slip * motion.speed
+    flux = problem.friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
     response = discretisation.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
-    inside = discretisation.hertz.contact
+    inside = discretisation.isothermal_pressure.contact
     bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
     if not problem.heating.conducts:
         return float(np.ptp(bulge[inside]))

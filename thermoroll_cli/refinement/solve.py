@@ -16,16 +16,19 @@ from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.refinement.refinement_level import Neighbours, RefinementLevel, refinement_level
-from thermoroll_cli.steady_state.coupling import Tolerances, couple, on_finer_grid
+from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
+from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.mechanical import mechanical
+from thermoroll_cli.steady_state.fixed_point import fixed_point
+from thermoroll_cli.steady_state.turn import Tolerances
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
 GROWTH = 1.25
 """Factor by which the domain grows when the contact reaches its rim."""
 LARGEST_EXTENT = 12.0
+COARSE_TOLERANCE = 3.0
+"""Factor by which coarser grids are solved less closely: less work, and neither the finest grid nor the estimates notice."""
 
 
 @dataclass
@@ -68,7 +71,7 @@ class Solver:
 
     def __init__(self, threads: int = 1) -> None:
         self.threads = threads
-        self._neighbours = Neighbours()
+        self._previous: list[RefinementLevel] = []
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
@@ -82,7 +85,7 @@ class Solver:
         """One attempt, and whether it failed for too much heat."""
         plan = make_plan(problem)
         while True:
-            levels, stopwatch = self._climb(problem, plan, report or (lambda stage, info: None))
+            levels, stopwatch = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
             last = levels[-1]
             if not last.touches_rim or plan.extent > LARGEST_EXTENT:
                 break
@@ -91,58 +94,53 @@ class Solver:
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         result = result_of(problem, plan, levels, stopwatch.seconds)
         if result.converged:
-            self._neighbours.remember(levels)
-        return result, last.isothermal.tangential.converged and overheated(last.isothermal, last.coupled)
+            self._previous = levels
+        return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.coupled)
 
-    def _climb(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
+    def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
+        """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small."""
         derived = DerivedQuantities(problem)
         stopwatch = _Stopwatch()
         levels: list[RefinementLevel] = []
-        neighbour: RefinementLevel | None = None
+        previous = coarser = previous_coarser = None
         for shape in plan.grids:
-            below, below_last = (levels[-1] if levels else None), neighbour
-            neighbour = self._neighbours.find(derived, shape, plan.extent)
-            if neighbour is not None:
-                discretisation = neighbour.discretisation
-                discretisation.show(derived)
-            else:
-                discretisation = Discretisation(derived, shape, plan.extent, self.threads)
-            tolerances = Tolerances()
-            # Pressure and shear that act on each other cost more turns from a looser start than it saves.
-            if shape != plan.grids[-1] and not derived.feeds_back:
-                tolerances = tolerances.on_the_way(problem.numerics.accuracy)
+            previous = next((r for r in self._previous if r.discretisation.has_kernels_of(derived, shape, plan.extent)), None)
+            discretisation = (Discretisation(derived, shape, plan.extent, self.threads) if previous is None
+                              else previous.discretisation.of(derived))
+            starts = Starts(discretisation, coarser, previous, previous_coarser)
+            tolerances = tolerances_on(shape, plan, derived)
             with stopwatch("isothermal"):
-                if neighbour is not None:
-                    starts = [self._neighbours.predict(neighbour, below, below_last)]
-                elif below is not None:
-                    starts = [discretisation.continue_from(below.discretisation, below.isothermal, discretisation.hertz)]
-                else:
-                    starts = []
-                before = neighbour or below
-                iso, feedback = mechanical(discretisation, starts, tolerances,
-                                           None if before is None else (before.discretisation, before.isothermal))
-            report("tangential", {"grid": list(shape), "applications": (feedback or iso.tangential).applications,
-                                  "residual": iso.tangential.residual})
+                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
+            report("tangential", {"grid": list(shape), "applications": isothermal.applications,
+                                  "residual": isothermal.contact.tangential.residual})
             coupled = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
-                    # The coarser grid of the same problem starts a coupled state better than the neighbour on this grid.
-                    if below is not None and below.coupled is not None:
-                        start, offset = on_finer_grid(discretisation, below.discretisation, below.coupled.contact)
-                    elif neighbour is not None and neighbour.coupled is not None:
-                        start = neighbour.coupled.contact
-                        offset = start.offset
-                    else:
-                        start, offset = iso, iso.offset
-                    coupled = couple(discretisation, start, offset, tolerances)
+                    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact), tolerances)
                 report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
             with stopwatch("temperature"):
-                levels.append(refinement_level(discretisation, iso, coupled, plan, feedback))
-            if levels[-1].touches_rim:
+                levels.append(refinement_level(discretisation, isothermal, coupled, plan))
+            if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels)):
                 break
-            if shape != plan.grids[-1] and _accurate_enough(problem, levels):
-                break
+            coarser, previous_coarser = levels[-1], previous
         return levels, stopwatch
+
+
+def tolerances_on(shape: tuple[int, int], plan: Plan, derived: DerivedQuantities) -> Tolerances:
+    """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
+    error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
+    the estimates."""
+    tolerances, accuracy = Tolerances(), derived.problem.numerics.accuracy
+    if derived.feeds_back:
+        # Pressure and shear that act on each other cost more turns from a looser start than it saves; and with elements of the
+        # border that come and go, a closer pressure gains nothing.
+        return replace(tolerances, normal=0.1 * tolerances.tangential)
+    if shape == plan.grids[-1]:
+        return tolerances
+    factor = COARSE_TOLERANCE
+    if accuracy is not None:
+        factor = min(factor, max(1.0, 0.03 * accuracy / tolerances.tangential))
+    return Tolerances(factor * tolerances.tangential, factor * tolerances.normal, factor * tolerances.coupling)
 
 
 def _accurate_enough(problem: Problem, levels: list[RefinementLevel]) -> bool:

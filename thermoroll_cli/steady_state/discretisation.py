@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -14,8 +12,7 @@ from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.model.contact import Contact, Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.peak import peak_value
-from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
-from thermoroll_cli.solvers.normal.active_set import NormalSolution, NormalSolver
+from thermoroll_cli.solvers.normal.active_set import NormalSolver
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
 from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
@@ -36,16 +33,17 @@ class Discretisation:
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
-    def serves(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
-        """Whether the kernels built here are those of another derived: same bodies, same Hertz contact, same grid."""
+    def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
+        """Whether the kernels built here are those of another problem: same bodies, same Hertz contact, same grid."""
         return (self.grid.shape == shape and self.extent == extent and self.derived.hertz == derived.hertz
                 and self.derived.shear_compliance == derived.shear_compliance
                 and self.derived.coupling_constant == derived.coupling_constant)
 
-    def show(self, derived: DerivedQuantities) -> None:
-        """Turn to another derived that the kernels serve (see `serves`)."""
+    def of(self, derived: DerivedQuantities) -> Discretisation:
+        """This, turned to another problem with the same kernels (see `has_kernels_of`)."""
         self.derived = derived
         self._heats.clear()
+        return self
 
     # --- normal --------------------------------------------------------------------------------------------------
 
@@ -58,10 +56,11 @@ class Discretisation:
         return NormalSolver(self.grid, self.derived.problem.contact_modulus)
 
     @cached_property
-    def hertz(self) -> Pressure:
-        """The isothermal pressure: smooth bodies without thermal bulge are in Hertz contact exactly, so nothing is solved."""
+    def isothermal_pressure(self) -> Pressure:
+        """Pressure on bodies that nothing but their load deforms: smooth ones are in Hertz contact exactly, so nothing is
+        solved."""
         hertz, grid = self.derived.hertz, self.grid
-        # One quadrant tells the others.
+        # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
         x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
         quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
         pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
@@ -70,18 +69,20 @@ class Discretisation:
         return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
                         hertz.peak_pressure)
 
-    def press(self, offset: Array, start: Array, tolerance: float) -> tuple[Pressure, NormalSolution]:
-        """Contact pressure on bodies whose gap is closed by `offset` (m) beforehand (thermal expansion, lift by shear),
-        starting from the pressure `start`."""
+    def press(self, offset: Array | None, start: Pressure, tolerance: float) -> Pressure:
+        """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
+        displacement by shear (None: nothing). `start` is where the solver begins."""
+        if offset is None:
+            return self.isothermal_pressure
         gap, force = self.undeformed_gap - offset, self.derived.problem.normal_force
-        solution = self.normal_solver.solve(gap, force, start, tolerance)
+        solution = self.normal_solver.solve(gap, force, start.start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
         if self.derived.mirror_on(self.grid.ny, heated=True) is not None:
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
-        normal = Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset)
-        return normal, replace(solution, touches_rim=solution.touches_rim and self._rim_tells)
+        return Pressure(pressure, covered, displacement, gap, refined.approach, peak_value(pressure), offset,
+                        solution.pressure, solution.iterations, solution.converged, solution.touches_rim and self._rim_tells)
 
     @property
     def _rim_tells(self) -> bool:
@@ -97,6 +98,12 @@ class Discretisation:
     def normal_shear(self) -> NormalShearCoupling:
         return NormalShearCoupling(self.grid, self.derived.coupling_constant)
 
+    def shear_displacement(self, traction: Array) -> Array:
+        """−u_z^τ by which `traction` (2, nx, ny) closes the gap between dissimilar bodies, in m, (nx, ny).
+
+        Its mean stays in: unlike thermal expansion it vanishes far away, and so it counts in the approach."""
+        return self.normal_shear.lift(traction)
+
     # --- tangential ----------------------------------------------------------------------------------------------
 
     def driving_slip(self, normal: Pressure) -> Array:
@@ -107,9 +114,9 @@ class Discretisation:
         return rigid
 
     def roll(
-        self, normal: Pressure, starts: Sequence[Traction], tolerance: float, friction: Array | None = None
+        self, normal: Pressure, start: Traction, tolerance: float, friction: Array | None = None
     ) -> Traction:
-        """Tractions and slip under the given pressure, from whichever of `starts` fits best (none: from full stick).
+        """Tractions and slip under the given pressure, from the tractions of `start`.
 
         `friction` is the local coefficient (nx, ny), if it is not the same everywhere."""
         rigid = self.driving_slip(normal)
@@ -121,7 +128,8 @@ class Discretisation:
             given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
             return Traction(zero, rigid * normal.contact if sliding else zero,
                             normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
-        return self.rolling.solve(self.derived, normal, rigid, starts, tolerance, friction, undisturbed=normal is self.hertz)
+        return self.rolling.solve(self.derived, normal, rigid, start, tolerance, friction,
+                                  undisturbed=normal is self.isothermal_pressure)
 
     # --- heat ----------------------------------------------------------------------------------------------------
 
@@ -154,15 +162,7 @@ class Discretisation:
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
 
-    # --- between grids -------------------------------------------------------------------------------------------
-
-    def continue_from(self, coarse: Discretisation, contact: Contact, normal: Pressure) -> Traction:
-        """Tractions of a coarser grid as a first guess under the pressure `normal` of this one."""
-        prolong = Prolongation(coarse.grid, self.grid)
-        old = contact.tangential
-        traction = prolong.traction(old.traction, contact.normal.pressure, normal.pressure)
-        nothing = np.zeros(self.grid.shape)
-        return Traction(traction, traction, nothing > 0.0, old.creepage, nothing, 0.0, 0.0, 0, 0, True)
+    # --- work -----------------------------------------------------------------------------------------------------------
 
     @property
     def transforms(self) -> int:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.frictional_heat import Heat
 
 Array = NDArray[np.float64]
 
@@ -28,24 +29,35 @@ def friction_before_heat(discretisation: Discretisation) -> Array:
     return np.full(discretisation.grid.shape, friction_at(discretisation.derived.problem, bulk))
 
 
-def friction_of(discretisation: Discretisation, contact: Contact) -> Array:
-    """Coefficient of friction that goes with the heat of `contact`, (nx, ny), at the mean temperature of both surfaces."""
+def friction_of(discretisation: Discretisation, heat: Heat) -> Array:
+    """Coefficient of friction that goes with `heat`, (nx, ny), at the mean temperature of both surfaces."""
     problem = discretisation.derived.problem
-    lower, upper = discretisation.heat(contact).temperatures()
+    lower, upper = heat.temperatures()
     bulk = problem.heating.bulk_lower + problem.heating.bulk_upper
     return friction_at(problem, 0.5 * (lower + upper + bulk))
 
 
-def held_back(discretisation: Discretisation, friction: Array, before: Array, pressure: Array) -> tuple[Array, bool]:
-    """`friction`, unless it could not carry the prescribed force any more: then on the way there from `before`, as far as it
-    loses half of what it has in reserve. And whether that was so."""
-    force = discretisation.derived.problem.prescribed_force
-    wanted, had = (carried(discretisation, f, pressure) for f in (friction, before))
-    if wanted >= (1.0 + RESERVE) * force or had <= wanted:
+def admissible_friction(discretisation: Discretisation, wanted: Contact, before: Array) -> tuple[Array, bool]:
+    """The coefficient of friction of `wanted` within its limits; where it could not transmit the prescribed force any more, one
+    on the way there from `before`, as far as that loses half of what it has in reserve. And whether that was so."""
+    problem, pressure = discretisation.derived.problem, wanted.normal.pressure
+    assert wanted.friction is not None
+    friction = np.clip(wanted.friction, problem.friction * problem.friction_minimum, problem.friction)
+    force = problem.prescribed_force
+    after, had = (transmissible_force(discretisation, f, pressure) for f in (friction, before))
+    if after >= (1.0 + RESERVE) * force or had <= after:
         return friction, False
-    return before + (friction - before) * (0.5 * (had - force) / (had - wanted)), True
+    return before + (friction - before) * (0.5 * (had - force) / (had - after)), True
 
 
-def carried(discretisation: Discretisation, friction: Array, pressure: Array) -> float:
+def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
+    """Whether the coefficient of friction of `contact` leaves room for the prescribed force."""
+    if contact.friction is None:
+        return True
+    force = transmissible_force(discretisation, contact.friction, contact.normal.pressure)
+    return force > discretisation.derived.problem.prescribed_force
+
+
+def transmissible_force(discretisation: Discretisation, friction: Array, pressure: Array) -> float:
     """Largest tangential force in N: ∫ μp."""
     return float((friction * pressure).sum()) * discretisation.grid.element_area

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,7 +33,7 @@ class Rolling:
         return sum(solver.gradient.transforms for solver in self._solvers.values())
 
     def solve(
-        self, derived: DerivedQuantities, normal: Pressure, rigid: Array, starts: Sequence[Traction], tolerance: float,
+        self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
         friction: Array | None, *, undisturbed: bool,
     ) -> Traction:
         """Tractions and slip under the pressure `normal` (`undisturbed`: it is Hertz's), driven by the slip `rigid`
@@ -56,7 +54,7 @@ class Rolling:
         )
         solution = solver.solve(
             cell,
-            [(window.cut(start.traction), start.creepage) for start in starts],
+            [] if start.is_unknown else [(window.cut(start.traction), start.creepage)],
             tolerance * (0.4 if cell.free else 1.0),
         )
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0

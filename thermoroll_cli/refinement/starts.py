@@ -1,0 +1,108 @@
+"""What each state of a grid is started from: decided here, and nowhere else.
+
+The first of these that exists is taken:
+
+    isothermal state    1. the previous problem of a sweep on this grid, with what the coarser grid has changed since
+                        2. the coarser grid
+                        3. nothing: Hertz's pressure and full stick
+    coupled state       1. the coarser grid: a heated contact changes more from problem to problem than from grid to grid
+                        2. the previous problem on this grid
+                        3. the isothermal state
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thermoroll_cli.model.contact import Contact, Traction
+from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.fixed_point import Fields, unknowns_of
+from thermoroll_cli.steady_state.friction import friction_before_heat
+
+FIRST_GUESS = 1e-2
+"""Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Sources of first guesses on one grid: the next `coarser` grid of the same problem, the `previous` problem of a sweep on
+    this grid, and that problem's next coarser grid."""
+
+    discretisation: Discretisation
+    coarser: RefinementLevel | None = None
+    previous: RefinementLevel | None = None
+    previous_coarser: RefinementLevel | None = None
+
+    def isothermal(self) -> Contact:
+        """First guess of the state without thermal deformation."""
+        discretisation, source = self.discretisation, self.previous or self.coarser
+        fields = _unheated(discretisation)
+        if source is None:
+            pressure, unknown = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
+            return Contact(pressure, discretisation.roll(pressure, unknown, FIRST_GUESS) if fields else unknown, **fields)
+        guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
+        if self.previous is not None:
+            guess = replace(guess, tangential=self._predicted(self.previous))
+        return _with_fields(guess, fields)
+
+    def coupled(self, isothermal: Contact) -> Contact:
+        """First guess of the state with thermal deformation, beside the `isothermal` one."""
+        fields = _unheated(self.discretisation) | {"expansion": np.zeros(self.discretisation.grid.shape)}
+        for source in (self.coarser, self.previous):
+            if source is not None and source.coupled is not None:
+                guess = _carried_over(self.discretisation, source.discretisation, source.coupled.contact)
+                return _with_fields(guess, fields)
+        return _with_fields(isothermal, fields)
+
+    def _predicted(self, previous: RefinementLevel) -> Traction:
+        """Tractions of the previous problem on this grid, plus what the coarser grid has changed since. Shares of the traction
+        bound are carried over, so that slip stays slip."""
+        tangential = previous.isothermal.contact.tangential
+        if self.coarser is None or self.previous_coarser is None:
+            return tangential
+        old, new = self.previous_coarser.isothermal.contact, self.coarser.isothermal.contact
+        bound, coarse_bound = self.discretisation.isothermal_pressure.pressure, new.normal.pressure
+        prolong = Prolongation(self.coarser.discretisation.grid, self.discretisation.grid)
+        change = new.tangential.traction - old.tangential.traction * (coarse_bound / np.where(
+            old.normal.pressure > 0.0, old.normal.pressure, 1.0))
+        return replace(tangential, traction=tangential.traction + prolong.traction(change, coarse_bound, bound),
+                       creepage=new.tangential.creepage)
+
+
+def _unheated(discretisation: Discretisation) -> Fields:
+    """The fields that act back without thermal deformation, before anything is known of them."""
+    fields = {}
+    if discretisation.derived.feeds_back:
+        fields["shear_displacement"] = np.zeros(discretisation.grid.shape)
+    if discretisation.derived.problem.friction_falls:
+        fields["friction"] = friction_before_heat(discretisation)
+    return fields
+
+
+def _with_fields(guess: Contact, fields: Fields) -> Contact:
+    """`guess` with just the named `fields` acting back: its own where it has them."""
+    known = unknowns_of(guess)
+    return Contact(guess.normal, guess.tangential, **{name: known.get(name, field) for name, field in fields.items()})
+
+
+def _carried_over(discretisation: Discretisation, source: Discretisation, contact: Contact) -> Contact:
+    """`contact` on another grid as a first guess: fields by interpolation, tractions as shares of the traction bound."""
+    if source is discretisation:
+        return contact
+    prolong = Prolongation(source.grid, discretisation.grid)
+    guess = discretisation.isothermal_pressure
+    if contact.normal is not source.isothermal_pressure:
+        if contact.expansion is None:
+            # Little has changed of the isothermal pressure: its steep border need not be interpolated.
+            change = prolong(contact.normal.pressure - source.isothermal_pressure.pressure)
+            pressure = np.where(guess.covered > 0.3, np.maximum(guess.pressure + change, 0.0), 0.0)
+        else:
+            pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
+        guess = replace(guess, pressure=pressure, covered=(pressure > 0.0).astype(float))
+    traction = prolong.traction(contact.tangential.traction, contact.normal.pressure, guess.pressure)
+    fields = {name: prolong(field) for name, field in unknowns_of(contact).items()}
+    return Contact(guess, Traction.guess(traction, contact.tangential.creepage), **fields)

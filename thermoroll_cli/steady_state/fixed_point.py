@@ -1,0 +1,237 @@
+"""The steady state: the fixed point of a turn, for whatever acts back on the contact.
+
+What acts back are fields x of the state (`UNKNOWNS`): a turn begins with x and makes g(x), and x = g(x) is wanted. Anderson's
+mixing finds it, every field counted in its own scale. Pressure and tractions inside a turn are solved only as closely as the
+residual g(x) − x has earned, and to the end in the turn that is likely to be the last.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.solvers.algorithms.anderson import Anderson
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
+from thermoroll_cli.steady_state.turn import Tolerances, turn
+
+Array = NDArray[np.float64]
+Fields = dict[str, Any]
+"""Arrays (nx, ny) by the names of `UNKNOWNS`."""
+
+
+def _approach(derived: DerivedQuantities) -> float:
+    return derived.hertz.approach
+
+
+def _coefficient(derived: DerivedQuantities) -> float:
+    return derived.problem.friction
+
+
+UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
+    "expansion": _approach,
+    "shear_displacement": _approach,
+    "friction": _coefficient,
+}
+"""Fields of `Contact` that a turn makes anew, each with the scale in which its changes count. A further one is a field there, a
+line in `turn` and a line here."""
+
+
+@dataclass(frozen=True)
+class FixedPointOptions:
+    """How the fixed point is iterated. The defaults are those of heat, which may move the surfaces by half of the approach."""
+
+    depth: int = 4
+    """Turns that Anderson's mixing remembers: more gain nothing, because the turns are not solved that closely."""
+    first_damping: float = 0.7
+    """Part of the first change that is taken: a bulge and its pressure push each other further than they end up."""
+    max_turns: int = 60
+    """Close to the thermo-elastic limit 30 turns have been seen; beyond it none would do."""
+    first_residual: float = 1.0
+    """Residual that the first turn counts with: nothing is known of it."""
+    tangential_share: float = 0.05
+    """Residual of the tractions over that of the fixed point: heat follows the tractions one to one, and the mixing must not
+    take what is left of their residual for a change."""
+    normal_share: float = 1e-3
+    """The same of the gap. It is cheap, and an open gap at the border adds or drops elements there."""
+    last_turn: float = 10.0
+    """From this many times the tolerance the next turn is expected to reach it: its tractions are solved to the end."""
+    few_turns: int = 60
+    """From this turn on each may be the last."""
+    loosest: float = 1e-2
+    """No turn solves its tractions less closely: stick and slip would not yet be those of a solution."""
+    patience: int = 20
+    recent: int = 12
+    gain: float = 0.5
+    """An iteration stagnates if after `patience` turns the `recent` ones have not brought the residual below `gain` times the
+    least one before them. Close to the thermo-elastic limit a dozen turns may pass without any gain."""
+    setbacks: int = 5
+    """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
+    of what it has in reserve is lost."""
+    indifferent: float = 10.0
+    """Times the tolerance: the residual that is accepted where no further turn reduces it, still below 1e-4 of the approach."""
+    border_element: float = 0.3
+    """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
+    surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
+
+
+SHEAR = FixedPointOptions(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, few_turns=6, patience=11, recent=6,
+                          gain=0.7)
+"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: a turn gains a factor of ten or
+more from the first on, its tractions matter to a few per cent, and what has not converged in a dozen turns wavers between
+elements of the border."""
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """The best state found, with the turns that it took and what the inner solvers did in them; `residual` is what its
+    turn has changed of the unknowns, over their scales."""
+
+    contact: Contact
+    iterations: int
+    residual: float
+    converged: bool
+    normal_iterations: int
+    applications: int
+    newton_steps: int
+    touches_rim: bool
+    history: tuple[float, ...]
+
+    @property
+    def acts_back(self) -> bool:
+        """Whether there was anything to iterate; else one turn is the solution."""
+        return bool(unknowns_of(self.contact))
+
+
+def unknowns_of(contact: Contact) -> Fields:
+    """The fields of `contact` that act back on it."""
+    return {name: field for name in UNKNOWNS if (field := getattr(contact, name)) is not None}
+
+
+def fixed_point(
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, options: FixedPointOptions | None = None
+) -> SteadyState:
+    """Iterate turns from `start` until what acts back no longer changes.
+
+    The residual is the largest change of an unknown field over its scale, on the contact. Converged is a turn whose residual
+    is below the tolerance and whose own problems are solved. Where the iteration stagnates or meets no such turn, the best
+    state is returned.
+    """
+    options = options or (SHEAR if start.expansion is None and start.friction is None else FixedPointOptions())
+    limit = tolerances.tangential if start.expansion is None else tolerances.coupling
+    mixing = _Mixing(discretisation, options)
+    state = best = start
+    residual = least = math.inf
+    rim, history = False, list[float]()
+    counts = np.zeros(3, dtype=int)
+    while len(history) < options.max_turns and mixing.setbacks <= options.setbacks and can_transmit(discretisation, state):
+        after = turn(discretisation, state, _inside(state, tolerances, limit, history, options))
+        normal, tangential = after.normal, after.tangential
+        counts += (normal.iterations, tangential.applications, tangential.newton_steps)
+        changes = _changes(state, after)
+        history.append(_size(discretisation, after, changes))
+        rim = normal.touches_rim
+        solved = (normal.converged and tangential.converged and tangential.residual <= 2.0 * tolerances.tangential
+                  and not rim)
+        if least == math.inf or (solved and history[-1] < least):
+            best, residual = replace(after, **unknowns_of(state)), history[-1]
+            least = residual if solved else math.inf
+        if not changes or least <= limit or rim or _stagnates(history, options):
+            break
+        state = mixing.next(state, after, changes)
+    if _stagnates(history, options):
+        limit = _indifferent(discretisation, limit, options)
+    return SteadyState(_without_mean(best), len(history), residual, least <= limit, int(counts[0]), int(counts[1]),
+                       int(counts[2]), rim, tuple(history))
+
+
+def _inside(
+    state: Contact, tolerances: Tolerances, limit: float, history: list[float], options: FixedPointOptions
+) -> Tolerances:
+    """How closely the problems of the next turn are solved."""
+    if not unknowns_of(state):
+        return tolerances
+    outer = history[-1] if history else options.first_residual
+    last = outer <= options.last_turn * limit or len(history) >= options.few_turns
+    tangential = tolerances.tangential if last else max(options.tangential_share * outer, tolerances.tangential)
+    normal = max(options.normal_share * outer, tolerances.normal)
+    return replace(tolerances, tangential=min(tangential, options.loosest), normal=normal)
+
+
+def _changes(before: Contact, after: Contact) -> Fields:
+    """What a turn has changed of the unknowns; of the expansion without its mean, which the approach absorbs."""
+    changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
+    if "expansion" in changes:
+        changes["expansion"] -= changes["expansion"][after.normal.contact].mean()
+    return changes
+
+
+def _size(discretisation: Discretisation, after: Contact, changes: Fields) -> float:
+    """Largest change of an unknown over its scale, on the contact."""
+    # Also where a shrunken contact no longer is: a state must be one of the whole gap.
+    where = after.normal.contact | discretisation.isothermal_pressure.contact
+    # The displacement by shear changes with every element that the border gains or loses: only its mean square settles.
+    norm = _root_mean_square if after.shear_displacement is not None else _largest
+    return max((norm(change[where]) / UNKNOWNS[name](discretisation.derived) for name, change in changes.items()), default=0.0)
+
+
+def _largest(values: Array) -> float:
+    return float(np.abs(values).max())
+
+
+def _root_mean_square(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _stagnates(history: list[float], options: FixedPointOptions) -> bool:
+    """Whether the last turns of a long iteration have gained too little to go on."""
+    recent = options.recent
+    return len(history) > options.patience and min(history[-recent:]) > options.gain * min(history[:-recent])
+
+
+def _indifferent(discretisation: Discretisation, limit: float, options: FixedPointOptions) -> float:
+    """Residual that is accepted where no further turn reduces it: only a finer grid could."""
+    border = options.border_element / min(discretisation.grid.shape) ** 2 if discretisation.derived.feeds_back else 0.0
+    return max(options.indifferent * limit, border)
+
+
+def _without_mean(contact: Contact) -> Contact:
+    """The same state with an expansion that is zero on average over the contact: the iteration leaves its constant, and with it
+    the approach, where it happened to begin."""
+    if contact.expansion is None:
+        return contact
+    mean = float(contact.expansion[contact.normal.contact].mean())
+    normal = replace(contact.normal, approach=contact.normal.approach + mean)
+    return replace(contact, normal=normal, expansion=contact.expansion - mean)
+
+
+class _Mixing:
+    """Anderson's mixing of all unknowns, each in its scale, within what a coefficient of friction can be."""
+
+    def __init__(self, discretisation: Discretisation, options: FixedPointOptions) -> None:
+        self._discretisation = discretisation
+        self._anderson = Anderson(options.depth, options.first_damping)
+        self.setbacks = 0
+
+    def next(self, before: Contact, after: Contact, changes: Fields) -> Contact:
+        """State of the next turn: mixed unknowns, and the pressure and tractions of the last."""
+        unknowns = unknowns_of(before)
+        if not unknowns:
+            return after
+        # To the next power of two: scaling rounds nothing.
+        scales = {name: 2.0 ** round(math.log2(UNKNOWNS[name](self._discretisation.derived))) for name in unknowns}
+        x, change = (np.stack([fields[name] / scales[name] for name in unknowns]) for fields in (unknowns, changes))
+        mixed = self._anderson.next(x, x + change)
+        state = replace(after, **{name: field * scales[name] for name, field in zip(unknowns, mixed, strict=True)})
+        if state.friction is None or before.friction is None:
+            return state
+        friction, damped = admissible_friction(self._discretisation, state, before.friction)
+        self.setbacks += damped
+        return replace(state, friction=friction)

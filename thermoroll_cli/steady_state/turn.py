@@ -1,0 +1,53 @@
+"""One turn of the article's Fig. 2: press → roll → heat → expand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.friction import friction_of
+from thermoroll_cli.steady_state.frictional_heat import Heat
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Relative: residual of the tractions, residual gap over approach, change of what acts back on the contact.
+
+    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
+
+    tangential: float = 1e-5
+    normal: float = 1e-7
+    coupling: float = 3e-6
+
+
+def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:
+    """Press the bodies together, roll them, see how much heat that makes, and what heat and shear do to the surfaces.
+
+    `state` holds what the turn begins with: the fields that act back on the contact (`UNKNOWNS` of `fixed_point`; None does
+    not take part), and pressure and tractions to start the solvers from. The state returned has the pressure and the tractions
+    that go with these fields, and the fields that it makes itself. In the steady state they are the same.
+    """
+    normal = discretisation.press(state.offset, state.normal, tolerances.normal)
+    tangential = discretisation.roll(normal, state.tangential, tolerances.tangential, state.friction)
+    rolled = replace(state, normal=normal, tangential=tangential)
+    if state.shear_displacement is not None:
+        rolled = replace(rolled, shear_displacement=discretisation.shear_displacement(tangential.traction))
+    if state.expansion is None and state.friction is None:
+        return rolled
+    heat = discretisation.heat(rolled)
+    expansion = None if state.expansion is None else expansion_in(heat, rolled)
+    friction = None if state.friction is None else friction_of(discretisation, heat)
+    return replace(rolled, expansion=expansion, friction=friction)
+
+
+def expansion_in(heat: Heat, contact: Contact) -> Array:
+    """Thermal expansion u_z^t of both bodies in m, (nx, ny); its mean over the contact is removed, because the approach absorbs
+    constants."""
+    expansion = heat.expansion()
+    return np.asarray(expansion - expansion[contact.normal.contact].mean())
