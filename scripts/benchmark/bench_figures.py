@@ -32,9 +32,9 @@ def _grids(axes: Axes, grids: list[int]) -> None:
 
 def error_against_time(measured: dict[str, Any], path: pathlib.Path) -> None:
     """Isothermal cases: error of forces and heat against processor seconds, CONTACT's beside them."""
-    figure = new_figure(7.2, 3.4)
+    figure = new_figure(7.2, 3.6)
     for place, (name, label) in enumerate((("forces", "error of the forces / μW"), ("Q_F_W", "relative error of Q_F"))):
-        axes = add_axes(figure, 0.65 + 3.55 * place, 0.5, 2.75, 2.5)
+        axes = add_axes(figure, 0.65 + 3.55 * place, 0.7, 2.75, 2.5)
         for index, row in enumerate([r for r in measured["rows"] if r["N"] == 16 and r["case"] != HOT]):
             own = [r for r in measured["rows"] if r["case"] == row["case"]]
             theirs = [r for r in measured["contact"] if r["case"] == row["case"]]
@@ -43,7 +43,9 @@ def error_against_time(measured: dict[str, Any], path: pathlib.Path) -> None:
             axes.plot([r["cpu_seconds"] for r in theirs], [max(r["error"][name], FLOOR) for r in theirs], "s--", color=OTHER,
                       markersize=2.5, linewidth=0.8, label="CONTACT, N = 22…512 (elsewhere)" if index == 0 else None)
         _log(axes, "processor seconds", label, "Seven isothermal cases")
-        axes.legend(loc="lower right", fontsize=5.5)
+        if place == 0:
+            # Below the diagrams: inside, it would lie over the slowest solutions.
+            figure.legend(loc="lower center", fontsize=6.5, ncols=2)
     save(figure, path)
 
 

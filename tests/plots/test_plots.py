@@ -390,6 +390,30 @@ def test_a_mechanical_sweep_shows_what_changes(monkeypatch: pytest.MonkeyPatch, 
     assert "isothermal" not in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
+def test_forces_are_told_over_the_friction_limit_where_it_is_one(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    columns = table(force_x_N=[float(row) for row in range(8)], friction_limit_N=[20.0] * 8)
+    figure = drawn(monkeypatch, tmp_path, columns, OVER)
+    (axes,) = (axes for axes in figure.axes if "F_x" in axes.get_ylabel())
+    figure.canvas.draw()
+    (right,) = axes.child_axes
+    assert right.get_ylim() == pytest.approx([limit / 20.0 for limit in axes.get_ylim()])
+    varying = drawn(monkeypatch, tmp_path, columns | {"friction_limit_N": [20.0 + row for row in range(8)]}, OVER)
+    assert not any(axes.child_axes for axes in varying.axes)
+
+
+def test_titles_tell_the_maxima_of_the_table(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((16, 16))
+    figures = {}
+    monkeypatch.setattr(run_figures, "save", lambda figure, path: figures.setdefault(path.stem.split("_", 1)[1], figure))
+    write_figures(result, tmp_path / "a")
+    maxima = {"pressure": "pressure_max_MPa", "traction": "shear_max_MPa", "heat_flux": "heat_flux_max_W_mm2"}
+    for picture, scalar in maxima.items():
+        titles = [axes.get_title() for axes in figures[picture].axes[:2]]
+        states = result.isothermal, result.coupled
+        assert titles == [f"{name}, max {state.scalars[scalar]:.4g}" for name, state in zip(("isothermal", "coupled"), states,
+                                                                                         strict=True)]
+
+
 @pytest.mark.parametrize("top", [40.0, 300.0, 5000.0, 1e6])
 def test_numbers_on_a_logarithmic_axis_keep_apart(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path, top: float) -> None:
     columns = {OVER[0]: list(np.geomspace(2.0, top, 5)), "Q_F_W": [1.0, 2.0, 3.0, 4.0, 5.0]}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,13 @@ LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
 TITLE_ROOM = 0.24
 NARROWEST = 1.45
+MAXIMA = {
+    "pressure": ("pressure_max_MPa", 1e6),
+    "traction": ("shear_max_MPa", 1e6),
+    "heat_flux": ("heat_flux_max_W_mm2", 1e6),
+    "temperature": ("temperature_rise_max_{}_K", 1.0),
+}
+"""The scalar that reports the maximum of each quantity, and its unit in SI."""
 COOLING = "coolwarm"
 NEGLIGIBLE = 1e-3
 """Share of the largest value below which a temperature is drawn and told as zero."""
@@ -33,10 +41,12 @@ LOWER, UPPER = "lower body", "upper body"
 
 @dataclass(frozen=True)
 class Panel:
-    """One map: the number of its state, its values in SI units and the words above it."""
+    """One map: the number of its state, its values in SI units, its reported maximum (of the peak, which may rise above the
+    largest element) and the words above it."""
 
     state: int
     values: NDArray[np.float64]
+    maximum: float
     words: str
 
 
@@ -54,26 +64,26 @@ class Grid:
 
 def pressure_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
     """Contact pressure of every state; None if there is none."""
-    panels = [_panel(view, number, state.field("pressure")) for number, state in enumerate(view.states)]
+    panels = [_panel(view, number, PRESSURE, state.field("pressure")) for number, state in enumerate(view.states)]
     return _figure(view, frame, PRESSURE, panels, normalised)
 
 
 def traction_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
     """Magnitude and direction of the shear traction of every state; None without traction."""
-    panels = [_panel(view, number, state.magnitude("shear")) for number, state in enumerate(view.states)]
+    panels = [_panel(view, number, TRACTION, state.magnitude("shear")) for number, state in enumerate(view.states)]
     return _figure(view, frame, TRACTION, panels, normalised, arrows=True)
 
 
 def heat_flux_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
     """Frictional heat flux of every state; None without heat."""
-    panels = [_panel(view, number, state.field("heat_flux")) for number, state in enumerate(view.states)]
+    panels = [_panel(view, number, HEAT_FLUX, state.field("heat_flux")) for number, state in enumerate(view.states)]
     return _figure(view, frame, HEAT_FLUX, panels, normalised)
 
 
 def temperature_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
     """Temperature rise of every state, of both bodies where they differ; None without heat."""
     panels = [
-        _panel(view, number, state.field(name), body)
+        _panel(view, number, TEMPERATURE, state.field(name), body)
         for name, body in temperatures(view.states)
         for number, state in enumerate(view.states)
     ]
@@ -124,11 +134,20 @@ def grid_for(count: int, states: int, aspect: float) -> Grid:
     return Grid(rows, columns, width, width * shown, shown == aspect)
 
 
-def _panel(view: RunView, number: int, values: NDArray[np.float64] | None, body: str = "") -> Panel | None:
+def maximum_of(state: StateView, quantity: Quantity, values: NDArray[np.float64], body: str) -> float:
+    """The maximum as it is reported among the scalars, in SI units; the largest of `values` where it is not."""
+    name, unit = MAXIMA[quantity.name]
+    reported = state.scalars.get(name.format(UPPER.split()[0] if body == UPPER else LOWER.split()[0]))
+    return float(values.max()) if reported is None or not math.isfinite(reported) else reported * unit
+
+
+def _panel(
+    view: RunView, number: int, quantity: Quantity, values: NDArray[np.float64] | None, body: str = ""
+) -> Panel | None:
     if values is None:
         return None
     words = ", ".join(part for part in (view.states[number].label, body) if part)
-    return Panel(number, values, words)
+    return Panel(number, values, maximum_of(view.states[number], quantity, values, body), words)
 
 
 def _figure(
@@ -171,7 +190,7 @@ def _figure(
                          clipped=not whole_domain, whole_domain=whole_domain)
         if arrows:
             draw_arrows(axes, view, frame, panel.state, (grid.width, grid.height))
-        axes.set_title(separator.join(filter(None, (panel.words, _extremes(panel.values, scale.factor)))), y=1.0, pad=4.0)
+        axes.set_title(separator.join(filter(None, (panel.words, _extremes(panel, scale.factor)))), y=1.0, pad=4.0)
         _label_sides(axes, frame, grid, lowest=row == grid.rows - 1, leftmost=column == 0)
     bar_height = grid.rows * room - title_room
     bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height)
@@ -203,9 +222,10 @@ def _directions(width: float, *, arrows: bool) -> list[str]:
     return [line for text in texts for line in textwrap.wrap(text, max(20, int(width * SMALL_PER_INCH)))]
 
 
-def _extremes(values: NDArray[np.float64], factor: float) -> str:
+def _extremes(panel: Panel, factor: float) -> str:
     """The largest value, and the smallest where a body cools."""
-    low, high = limits_of([values], factor)
+    low, high = limits_of([panel.values], factor)
+    high = panel.maximum * factor if high > 0.0 else high
     return ", ".join(f"{word} {value:.4g}" for word, value in (("min", low), ("max", high)) if value != 0.0)
 
 

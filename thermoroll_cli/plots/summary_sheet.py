@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.plots.centreline import curves_of, draw_diagram, draw_legend
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
@@ -135,15 +135,15 @@ def _draw_map(
 
 
 def _rows(view: RunView) -> Rows:
-    """The table: words, isothermal and final value, estimated relative error."""
+    """The table: words, isothermal and final value, estimated error in the unit of the value."""
     two = len(view.states) > 1
-    error: Mapping[str, float] = view.summary.get("error", {})
-    rows: Rows = [("", "isothermal", "coupled", "est. error") if two else ("", "", "value", "est. error")]
+    rows: Rows = [("", "isothermal", "coupled", "± est. error") if two else ("", "", "value", "± est. error")]
     for name in SCALARS:
         values = [state.scalars.get(name, math.nan) for state in view.states]
         if any(math.isfinite(value) for value in values):
             first = _number(values[0]) if two else ""
-            rows.append((_words(SCALARS[name], name), first, _number(values[-1]), _error(error.get(name, math.nan))))
+            error = _error(absolute_error(name, view.summary))
+            rows.append((_words(SCALARS[name], name), first, _number(values[-1]), error))
     rows.append(("", "", "", ""))
     for name in HERTZ_SCALARS:
         # The speed stands below the table; here only where a lower one had to be solved.
@@ -191,7 +191,7 @@ def _number(value: float) -> str:
 
 
 def _error(value: float) -> str:
-    return f"{value:.0e}" if math.isfinite(value) and value > 0.0 else "–"
+    return f"{value:.1g}" if math.isfinite(value) and value > 0.0 else "–"
 
 
 def _remarks(view: RunView) -> list[str]:

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH, HEIGHT = 2.5, 1.75
-LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.7, 0.5, 0.2, 0.72, 0.28
+LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.7, 0.5, 0.2, 1.08, 0.28
 LEGEND_ROW = 0.19
 COLUMNS = 3
 
@@ -109,7 +110,7 @@ def write_sweep_figure(
     states = _states(table, [name for _, names in diagrams for name in names])
     legend = _legend_entries(lines, states, missed)
     legend_rows = -(-len(legend) // columns)
-    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.15
+    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.35
     bottom = BOTTOM + legend_rows * LEGEND_ROW
     height = bottom + rows * HEIGHT + (rows - 1) * GAP_Y + TOP + (0.15 if title else 0.0)
     with style():
@@ -124,6 +125,8 @@ def write_sweep_figure(
                     _draw(axes, x, values, lines, dashed=bool(prefix))
             _not_closer_than(axes, _uncertainty(table, names))
             _mark_failed(axes, missed)
+            if names[0] in FORCES:
+                label += _add_share_of_limit(axes, table)
             _finish(axes, x, label, over[0] if place + columns >= len(diagrams) else "")
         if legend:
             _legend(figure, legend, columns)
@@ -230,10 +233,15 @@ def _few_logarithmic_ticks(axes: Axes, x: Column) -> None:
 
 def _uncertainty(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
     """Largest estimated error of the quantity over the sweep, in its own unit; 0 where there is none."""
-    values, errors = _merged(table, names), _merged(table, ["error." + name for name in names])
-    if values is None or errors is None:
-        return 0.0
-    return float(np.nanmax(np.abs(values * errors), initial=0.0, where=np.isfinite(values * errors)))
+    rows = range(len(next(iter(table.values()), ())))
+    errors = (absolute_error(name, _summary(table, row)) for name in names if "error." + name in table for row in rows)
+    return max((error for error in errors if math.isfinite(error)), default=0.0)
+
+
+def _summary(table: Mapping[str, Sequence[Any]], row: int) -> dict[str, Any]:
+    """A row as the summary of a result: its scalars, with their errors by name."""
+    numbers = {name: column[row] for name, column in table.items() if isinstance(column[row], (int, float))}
+    return numbers | {"error": {name.removeprefix("error."): v for name, v in numbers.items() if name.startswith("error.")}}
 
 
 def _not_closer_than(axes: Axes, error: float) -> None:
@@ -241,6 +249,26 @@ def _not_closer_than(axes: Axes, error: float) -> None:
     low, high = axes.get_ylim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), FLAT * error, 5e-4 * max(abs(low), abs(high)))
     axes.set_ylim(middle - half, middle + half)
+
+
+def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
+    """Numbers at the right that tell the force over μW, if μW is the same for all points, and words for it."""
+    limits = _numbers(table.get("friction_limit_N", ()))
+    if limits.size == 0 or not np.ptp(limits) <= STEADY * limits[0]:
+        return ""
+    from matplotlib.ticker import MaxNLocator
+
+    limit = float(limits[0])
+
+    def over_limit(force: Any) -> Any:
+        return force / limit
+
+    def in_newtons(share: Any) -> Any:
+        return share * limit
+
+    right = axes.secondary_yaxis("right", functions=(over_limit, in_newtons))
+    right.yaxis.set_major_locator(MaxNLocator(4))
+    return "; right: over $\\mu W$"
 
 
 def _failed(table: Mapping[str, Sequence[Any]]) -> NDArray[np.bool_]:
