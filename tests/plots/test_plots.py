@@ -390,7 +390,7 @@ def test_a_mechanical_sweep_shows_what_changes(monkeypatch: pytest.MonkeyPatch, 
     assert "isothermal" not in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
-def test_forces_are_told_over_the_friction_limit_where_it_is_one(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+def test_forces_are_told_over_the_friction_limit(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
     columns = table(force_x_N=[float(row) for row in range(8)], friction_limit_N=[20.0] * 8)
     figure = drawn(monkeypatch, tmp_path, columns, OVER)
     (axes,) = (axes for axes in figure.axes if "F_x" in axes.get_ylabel())
