@@ -173,25 +173,33 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
 
 
 def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.table import SHORT, scalar_table
+    from thermoroll_cli.cli.table import SHORT, folded, scalar_table
     from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 
-    motion = result.problem.motion
-    # A creepage is a result only where a force is prescribed in its place.
-    solved_for = [
-        name
-        for name, given in (("creepage_longitudinal", motion.creepage_x), ("creepage_lateral", motion.creepage_y))
-        if given is None
-    ]
-    if result.problem.heating.partition == "matched":
-        solved_for.append("partition_mean")
-    names = (*SCALARS, *HERTZ_SCALARS) if verbose else (*SHORT, *solved_for)
+    width = streams.width()
+    names = (*SCALARS, *HERTZ_SCALARS) if verbose else (*SHORT, *_also_worth_showing(result))
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
-    outcome = "converged" if result.converged else f"NOT CONVERGED: {result.reason}"
+    outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
     return [
-        f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""),
-        *scalar_table(summary, {**SCALARS, **HERTZ_SCALARS}, names, both=both),
-        *(f"  warning: {warning}" for warning in result.warnings),
+        *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),
+        *folded(result.reason, width),
+        *scalar_table(summary, {**SCALARS, **HERTZ_SCALARS}, names, both=both, width=width),
+        *(line for warning in result.warnings for line in folded(f"warning: {warning}", width)),
     ]
+
+
+def _also_worth_showing(result: Result) -> Iterator[str]:
+    """Scalars that tell something in this case and nothing in most others."""
+    problem, motion = result.problem, result.problem.motion
+    if motion.creepage_x is None:
+        yield "creepage_longitudinal"
+    if motion.creepage_y is None:
+        yield "creepage_lateral"
+    if problem.heating.partition == "matched":
+        yield "partition_mean"
+    if problem.heating.bulk_lower or problem.heating.bulk_upper:
+        yield from ("surface_temperature_max_lower_K", "surface_temperature_max_upper_K")
+    if result.hertz["speed_solved_m_s"] != motion.speed:
+        yield "speed_solved_m_s"

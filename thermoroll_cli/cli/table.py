@@ -8,6 +8,8 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from thermoroll_cli.model.error_scale import absolute_error
+
 SHORT = (
     "Q_F_W",
     "gamma_c",
@@ -28,30 +30,46 @@ SHORT = (
 _SIGNIFICANT_DIGITS = 5
 _NEGLIGIBLE_ERROR = 1e-6
 _NOISE = 1e-6
+_BRIEF = {
+    "Q_F_W": "frictional heat",
+    "gamma_c": "area/Hertz area",
+    "gamma_st": "stick/contact",
+    "gamma_p": "p_max/p0",
+}
+"""Meanings for narrow terminals, of the names that do not speak for themselves."""
 _NARROWEST = 9
 """A header is not broken into less."""
 _HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
 """A word of a name; the last one with its unit."""
 
 
-def scalar_table(summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool) -> list[str]:
-    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, meaning.
+def scalar_table(
+    summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool, width: int
+) -> list[str]:
+    """Lines of a table with one scalar a line: name, value ± estimated error in the unit of the value, the isothermal value if
+    `both`, and its meaning, a brief one or none where `width` has no room for it.
 
-    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
+    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out; what the case gives has no
+    error (`absolute_error`).
     """
-    rows = [("", "coupled", "isothermal", "")] if both else []
+    rows = [("", "coupled", "isothermal")] if both else []
+    remarks = [""] if both else []
     isothermal = {**summary, **summary["isothermal"]}
     for name in names:
         value = summary.get(name, math.nan)
         if not _computed(value):
             continue
-        error = summary["error"].get(name, math.nan)
-        shown = "0" if _is_noise(name, summary) else with_error(value, error)
-        beside = "0" if _is_noise(name, isothermal) else number(isothermal.get(name, math.nan))
-        rows.append((name, shown, beside, meanings.get(name, "")))
-    if not both:
-        rows = [(name, value, "", meaning) for name, value, _, meaning in rows]
-    return align(rows)
+        error = absolute_error(name, summary)
+        shown = "0" if math.isnan(error) and _is_noise(name, summary) else with_error(value, error)
+        beside = "" if not both or name not in summary["isothermal"] else number(isothermal[name])
+        rows.append((name, shown, "0" if beside and _is_noise(name, isothermal) else beside))
+        remarks.append(name)
+    start = max(map(len, align(rows)), default=0) + 2
+    lines = []
+    for line, name in zip(align(rows), remarks, strict=True):
+        fitting = (text for text in (meanings.get(name, ""), _BRIEF.get(name, "")) if start + len(text) <= width)
+        lines.append((line.ljust(start) + next(fitting, "")).rstrip())
+    return lines
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -62,9 +80,9 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
-def folded(text: str, width: int) -> list[str]:
-    """`text` as indented lines of at most `width` characters."""
-    return textwrap.wrap(text, max(width, 40), initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False)
+def folded(text: str, width: int, indent: str = "  ") -> list[str]:
+    """`text` as lines of at most `width` characters (but not less than 40), indented, and further from the second on."""
+    return textwrap.wrap(text, max(width, 40), initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)
 
 
 def wrapped(name: str, width: int) -> list[str]:
@@ -77,19 +95,19 @@ def wrapped(name: str, width: int) -> list[str]:
     return lines
 
 
-def with_error(value: float, relative_error: float) -> str:
-    """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals."""
-    error = abs(value * relative_error)
+def with_error(value: float, error: float) -> str:
+    """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals. No ± without an
+    error (nan)."""
     if not math.isfinite(error) or error == 0.0:
         return number(value)
-    if relative_error < _NEGLIGIBLE_ERROR:
+    if error < _NEGLIGIBLE_ERROR * abs(value):
         return f"{number(value)} ± {error:.0e}"
-    if relative_error >= 1.0:
-        return f"{value:.1g} ± {error:.1g}"
-    power = _common_power(value)
+    power = _common_power(max(abs(value), error))
     scaled, error = value / 10.0**power, error / 10.0**power
     exponent = math.floor(math.log10(error))
     decimals = -exponent + (1 if error / 10.0**exponent < 1.95 else 0)
+    if round(scaled, decimals) == 0.0:
+        return f"0 ± {error * 10.0**power:.1g}"
     text = f"{_rounded(scaled, decimals)} ± {_rounded(error, decimals)}"
     return f"({text})e{power}" if power else text
 

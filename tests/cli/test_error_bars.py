@@ -1,0 +1,117 @@
+"""The printed ± is the error of JSON and HDF5 in the unit of the value, for every scalar; what is given has none."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.command_line import THERMAL, Called, call
+from thermoroll_cli.cli.table import with_error
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.model.error_scale import error_scale
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+
+CASE = (
+    THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")
+    + "[force]\nlongitudinal_N = 12.0\n"
+    + '[thermal]\npeclet = "stationary"\npartition = "matched"\nbulk_temperature_lower_K = 5.0\n'
+).replace("speed_m_s = 1.0", "speed_m_s = 50.0")
+"""Everything at once: heat that feeds back, a force and a creepage, spin, different bulk temperatures, two grids."""
+
+GIVEN = ("force_x_N", "creepage_lateral", "creepage_spin_rad_mm")
+NUMBER = r"\(?(-?[\d.]+(?:e[-+]?\d+)?)"
+ROW = re.compile(rf"  (\w+) +{NUMBER}(?: ± ([\d.]+(?:e[-+]?\d+)?)\)?(?:e(-?\d+))?)?")
+
+
+@pytest.fixture(scope="module")
+def outputs(tmp_path_factory: pytest.TempPathFactory) -> tuple[Called, dict[str, Any], Path]:
+    folder = tmp_path_factory.mktemp("error_bars")
+    (folder / "case.toml").write_text(CASE)
+    table = call("run", "case.toml", "-v", "--no-plots", cwd=folder)
+    record = json.loads(call("run", "case.toml", "-q", "--json", "--no-plots", cwd=folder).stdout)
+    return table, record, folder / "results" / "case.h5"
+
+
+def printed(table: Called) -> dict[str, tuple[float, float]]:
+    """Value and error of each row; nan for an error that is not printed."""
+    rows = {}
+    for name, value, error, power in (match.groups() for match in map(ROW.match, table.stdout.splitlines()) if match):
+        factor = 10.0 ** int(power or 0)
+        rows[name] = float(value) * factor, float(error) * factor if error else math.nan
+    return rows
+
+
+def test_table_json_and_hdf5_tell_the_same_error_of_every_scalar(outputs: tuple[Called, dict[str, Any], Path]) -> None:
+    table, record, path = outputs
+    stored, rows = read_result(path).summary, printed(table)
+    assert set(rows) == {*SCALARS, *HERTZ_SCALARS}
+    with_bars = 0
+    for name, (value, shown) in rows.items():
+        error = record["error"].get(name)
+        assert stored[name] == record[name]
+        if name in SCALARS:
+            assert stored["error"][name] == error or (error is None and math.isnan(stored["error"][name]))
+        if error is None or error == 0.0:
+            assert math.isnan(shown)
+            assert value == pytest.approx(record[name], rel=1e-4)
+            continue
+        with_bars += 1
+        # One digit is printed, two if it starts with 1.
+        in_units = error * error_scale(name, record)
+        assert shown == pytest.approx(in_units, rel=0.35)
+        assert abs(value - record[name]) <= 0.51 * max(shown, 1e-5 * abs(record[name]))
+    assert with_bars >= 15
+
+
+def test_scales_that_are_not_the_value(outputs: tuple[Called, dict[str, Any], Path]) -> None:
+    table, record, _ = outputs
+    rows, error = printed(table), record["error"]
+    limit, arm = 0.3 * 65.0, math.sqrt(record["hertz_a_mm"] * record["hertz_b_mm"])
+    rises = [record[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper")]
+    assert rows["gamma_st"][1] == pytest.approx(error["gamma_st"], rel=0.35)
+    assert rows["force_y_N"][1] == pytest.approx(error["force_y_N"] * limit, rel=0.35)
+    assert rows["spin_moment_Nmm"][1] == pytest.approx(error["spin_moment_Nmm"] * limit * arm, rel=0.35)
+    for body in ("lower", "upper"):
+        name = f"temperature_rise_max_{body}_K"
+        assert rows[name][1] == pytest.approx(error[name] * max(*rises, 5.0), rel=0.35)
+
+
+def test_what_is_given_has_no_error(outputs: tuple[Called, dict[str, Any], Path]) -> None:
+    table, record, _ = outputs
+    for name in GIVEN:
+        assert record["error"].get(name) is None
+        assert math.isnan(printed(table)[name][1])
+    assert record["error"]["creepage_longitudinal"] > 0.0 and record["error"]["force_y_N"] > 0.0
+
+
+def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch) -> None:
+    _, _, path = outputs
+    for columns in (80, 130):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        lines = call("run", "case.toml", "--no-plots", cwd=path.parents[1]).stdout.splitlines()
+        assert max(map(len, lines)) <= columns
+        assert any("maximum temperature rise, lower body" in line for line in lines) == (columns == 130)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (11.0712, 0.0213, "11.07 ± 0.02"),
+        (316.987, 0.0143, "316.987 ± 0.014"),
+        (0.0, 3.9e-4, "0 ± 0.0004"),
+        (-1e-9, 3.9e-4, "0 ± 0.0004"),
+        (6.186e-4, 1.3e-6, "(6.186 ± 0.013)e-4"),
+        (3100.0, 1234.0, "3100 ± 1200"),
+        (0.02, 0.5, "0 ± 0.5"),
+        (2.0, math.nan, "2"),
+        (1.0, 0.0, "1"),
+        (5.0, 1e-9, "5 ± 1e-09"),
+    ],
+)
+def test_value_with_error(value: float, error: float, text: str) -> None:
+    assert with_error(value, error) == text
