@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call, thermoroll
+from thermoroll_cli.files.result.hdf5 import read_result
 
 
 @pytest.fixture(scope="module")
@@ -50,6 +52,38 @@ def test_compare_outside_tolerance(results: Path) -> None:
     assert thermoroll("compare", results / "a.h5", results / "b.h5", "-q").stdout == ""
     everything = thermoroll("compare", results / "a.h5", results / "b.h5", "--rtol", "1e9", "-v")
     assert everything.returncode == 0 and "pressure" in everything.stdout
+
+
+def test_a_state_that_is_the_same_is_compared_once_and_fields_where_they_differ_most(results: Path) -> None:
+    done = call("compare", results / "a.h5", results / "b.h5", "--json")
+    rows = {row["name"]: row for row in json.loads(done.stdout)["rows"]}
+    assert not [name for name in rows if name.startswith("isothermal.")]
+    a, b = (read_result(results / f"{name}.h5") for name in "ab")
+    distance = np.abs(a.fields["shear_x"] - b.fields["shear_x"])
+    i, j = np.unravel_index(distance.argmax(), distance.shape)
+    shear = rows["shear_x"]
+    assert (shear["a"], shear["b"]) == (a.fields["shear_x"][i, j], b.fields["shear_x"][i, j])
+    assert shear["note"] == f"at x = {1e3 * a.x[i]:.3g}, y = {1e3 * a.y[j]:.3g} mm"
+    assert rows["pressure"]["note"] == "largest magnitudes" and rows["pressure"]["difference"] == 0.0
+
+
+def test_opposite_creepages_differ_by_opposite_values(results: Path, tmp_path: Path) -> None:
+    for name, creepage in (("forwards", "0.003"), ("backwards", "-0.003")):
+        settings = ("--set", f"creepage.longitudinal={creepage}", "--no-plots", "-q", "-o", tmp_path / name)
+        assert call("run", results / "a.toml", *settings).returncode == 0
+    done = call("compare", tmp_path / "forwards" / "a.h5", tmp_path / "backwards" / "a.h5")
+    first, second, difference = next(line.split()[1:4] for line in done.stdout.splitlines() if line.startswith("  shear_x "))
+    assert float(first) == -float(second) and float(difference) == 2.0
+    assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_plot_does_not_overwrite_one_result_with_another(results: Path, tmp_path: Path) -> None:
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "a.h5").write_bytes((results / "b.h5").read_bytes())
+    done = call("plot", results / "a.h5", tmp_path / "other" / "a.h5", "-o", tmp_path / "out")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "several results would write" in done.stderr and "a_*.png" in done.stderr
+    assert not (tmp_path / "out").exists()
 
 
 def test_compare_json(results: Path) -> None:

@@ -39,9 +39,14 @@ def plot(
     from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.plots.run_figures import write_figures
 
+    stems = [_stem(path, output) for path in results]
+    if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
+        raise typer.BadParameter(f"several results would write {twice}_*.{image_format.value}: draw them into folders of their "
+                                 "own with -o", param_hint="RESULT.h5...")  # fmt: skip
     stored = [read_result(path) for path in results]
-    for path, result in zip(results, stored, strict=True):
-        stem = _target(path, output)
+    if output is not None:
+        options.check_writable(output)
+    for stem, result in zip(stems, stored, strict=True):
         for picture in write_figures(result, stem, image_format=image_format.value, normalised=normalised):
             if not quiet:
                 streams.write(str(picture))
@@ -86,19 +91,18 @@ def export(
     """
     from thermoroll_cli.files.result.export import export_csv, export_xdmf
 
-    stem = _target(result, output)
+    if output is not None:
+        options.check_writable(output)
+    stem = _stem(result, output)
     target = stem.with_name(f"{stem.name}.{export_format.value}")
     {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
     if not quiet:
         streams.write(str(target))
 
 
-def _target(result: Path, folder: Path | None) -> Path:
+def _stem(result: Path, folder: Path | None) -> Path:
     """Path without suffix of what is made from `result`."""
-    if folder is None:
-        return result.with_name(result.stem)
-    options.check_writable(folder)
-    return folder / result.stem
+    return (result.parent if folder is None else folder) / result.stem
 
 
 def _comparison_record(comparison: Comparison) -> dict[str, Any]:
@@ -118,16 +122,18 @@ def _comparison_record(comparison: Comparison) -> dict[str, Any]:
 
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.table import align
+    """What differs by more than the tolerance, worst first; with `verbose` everything, in its order."""
+    from thermoroll_cli.cli.table import folded, with_remarks
 
     shown = comparison.rows if verbose else comparison.outside
-    cells = [("", "first", "second", "difference", "")]
-    cells += [(row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}", _remark(row, comparison)) for row in shown]
-    outside = len(comparison.outside)
-    verdict = f"{outside} of {len(comparison.rows)} quantities differ by more than" if outside else "all within"
+    cells = [("", "first", "second", "difference")]
+    cells += [(row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}") for row in shown]
+    remarks = ["", *(_remark(row, comparison, verbose) for row in shown)]
+    outside, width = len(comparison.outside), streams.width()
+    verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"
     return [
-        *(align(cells) if shown else []),
-        *(f"  note: {text}" for text in comparison.notes),
+        *(with_remarks(cells, remarks, width) if shown else []),
+        *(line for text in comparison.notes for line in folded(f"note: {text}", width)),
         f"{verdict} {comparison.rtol:g}; largest difference {comparison.largest:.1e}",
     ]
 
@@ -136,5 +142,6 @@ def _value(value: float | str | None) -> str:
     return "–" if value is None else value if isinstance(value, str) else f"{value:.8g}"
 
 
-def _remark(row: Row, comparison: Comparison) -> str:
-    return "; ".join(part for part in ("" if row.within(comparison.rtol) else "outside", row.note) if part)
+def _remark(row: Row, comparison: Comparison, verbose: bool) -> str:
+    outside = verbose and not row.within(comparison.rtol)
+    return "; ".join(part for part in ("outside" if outside else "", row.note) if part)

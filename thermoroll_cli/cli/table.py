@@ -80,6 +80,19 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     ]
 
 
+def with_remarks(rows: Sequence[Sequence[str]], remarks: Sequence[str], width: int) -> list[str]:
+    """`rows` as by `align`, each with its remark behind it, or below it where `width` has no room."""
+    lines = align(rows)
+    start = max(map(len, lines), default=0) + 2
+    told = []
+    for line, remark in zip(lines, remarks, strict=True):
+        if not remark or start + len(remark) <= width:
+            told.append((line.ljust(start) + remark).rstrip())
+        else:
+            told += [line, *folded(remark, width, indent="      ")]
+    return told
+
+
 def folded(text: str, width: int, indent: str = "  ") -> list[str]:
     """`text` as lines of at most `width` characters (but not less than 40), indented, and further from the second on."""
     return textwrap.wrap(text, max(width, 40), initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)

@@ -11,15 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.stored import StoredResult
+from thermoroll_cli.model.error_scale import CREEPAGES, FORCES, TEMPERATURES, mean_semi_axis, temperature_difference
 from thermoroll_cli.model.result import FIELDS, HERTZ_SCALARS, SCALARS
 
-_VECTORS = (("shear_x", "shear_y"), ("slip_x", "slip_y"))
+_FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
+"""Fields that share a scale: components of a vector, and the temperatures of two bodies of which one may stay cold."""
 _NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings")
 
 
 @dataclass(frozen=True)
 class Row:
-    """One compared quantity. For a field `a` and `b` are the largest magnitudes; None means it is missing there.
+    """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
+    state the numbers of contact elements; None means it is missing there.
 
     `difference` is relative, inf where the quantity exists on one side only, and nan where it cannot be compared
     (`note` says why).
@@ -66,17 +69,21 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     Scalars: |a − b| / max(|a|, |b|). Components that a symmetry makes zero would show their rounding noise as a
     difference of order one, so the components of a vector share a scale: forces the magnitude of the creep force, the
     spin moment that times sqrt(a0 b0), creepages the magnitude of the creepage; `power_balance_error` is relative
-    already. Fields: max|a − b| / max|a| (shear and slip: of the vector); `state`: the share of contact elements
-    whose state differs. nan equals nan.
+    already, and temperatures are measured by the largest temperature difference of the problem. Fields: max|a − b| / max|a|
+    (shear and slip: of the vector; temperatures: of both bodies); `state`: the share of contact elements whose state
+    differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
     rows = [_text_row("status", a.summary, b.summary)]
     arm = max(_arm(a.summary), _arm(b.summary))
     rows += _scalar_rows("", a.summary, b.summary, (*SCALARS, *HERTZ_SCALARS), arm)
-    rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
+    both = a.isothermal is not a.fields or b.isothermal is not b.fields
+    if both:
+        rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
     notes = []
     if _same_grid(a, b):
-        rows += _field_rows("", a.fields, b.fields)
-        rows += _field_rows("isothermal.", a.isothermal, b.isothermal)
+        rows += _field_rows("", a, a.fields, b.fields)
+        if both:
+            rows += _field_rows("isothermal.", a, a.isothermal, b.isothermal)
     else:
         note = f"fields not compared: different grids ({_grid(a)} and {_grid(b)})"
         notes.append(note)
@@ -105,33 +112,40 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
             yield Row(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-def _field_rows(prefix: str, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]) -> Iterator[Row]:
+def _field_rows(
+    prefix: str, on: StoredResult, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]
+) -> Iterator[Row]:
     for name in _union(a, b, tuple(FIELDS)):
-        left, right = _magnitude(a.get(name)), _magnitude(b.get(name))
-        if left is None or right is None:
-            yield Row(prefix + name, "field", left, right, math.inf, _missing(name in a))
+        if name not in a or name not in b:
+            yield Row(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
         elif name == "state":
+            left, right = (int(np.count_nonzero(fields[name])) for fields in (a, b))
             contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
             share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
-            yield Row(prefix + name, "field", left, right, share, "share of contact elements that differ")
+            yield Row(prefix + name, "field", left, right, share, "share of the contact elements whose state differs")
         else:
-            family = next((vector for vector in _VECTORS if name in vector), (name,))
+            family = next((family for family in _FAMILIES if name in family), (name,))
             scale = max(_magnitude(a.get(member)) or 0.0 for member in family)
-            yield Row(prefix + name, "field", left, right, _field_difference(a[name], b[name], scale))
+            yield _field_row(prefix + name, on, a[name], b[name], scale)
 
 
-def _field_difference(a: NDArray[Any], b: NDArray[Any], scale: float) -> float:
-    if np.any(np.isnan(a) != np.isnan(b)):
-        return math.inf
-    distance = _magnitude(a - b) or 0.0
-    if distance == 0.0:
-        return 0.0
-    return distance / scale if scale > 0.0 else math.inf
+def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], scale: float) -> Row:
+    """The difference of a field, and both values where it is largest."""
+    distance = np.abs(np.asarray(a, dtype=np.float64) - b)
+    distance[np.isnan(a) & np.isnan(b)] = 0.0
+    distance[np.isnan(a) != np.isnan(b)] = math.inf
+    i, j = np.unravel_index(np.argmax(distance), distance.shape)
+    difference = float(distance[i, j])
+    if difference == 0.0:
+        return Row(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
+    relative = difference / scale if scale > 0.0 else math.inf
+    place = f"at x = {1e3 * on.x[i]:.3g}, y = {1e3 * on.y[j]:.3g} mm"
+    return Row(name, "field", float(a[i, j]), float(b[i, j]), relative, place)
 
 
 def _arm(summary: Mapping[str, Any]) -> float:
     """sqrt(a0 b0) in mm: the lever of forces in the spin moment and of spin in the slip."""
-    return math.sqrt(_finite(summary.get("hertz_a_mm")) * _finite(summary.get("hertz_b_mm")))
+    return _finite(mean_semi_axis(summary))
 
 
 def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
@@ -142,11 +156,13 @@ def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
 
     force = size("force_x_N", "force_y_N")
     creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
-    if name in ("force_x_N", "force_y_N"):
+    if name in FORCES:
         return force
+    if name in TEMPERATURES:
+        return _finite(temperature_difference(scalars))
     if name == "spin_moment_Nmm":
         return max(size(name), force * arm)
-    if name in ("creepage_longitudinal", "creepage_lateral"):
+    if name in CREEPAGES:
         return creepage
     if name == "creepage_spin_rad_mm" and arm > 0.0:
         return creepage / arm
