@@ -49,9 +49,11 @@ def rolling(
     speed: float = 1.0,
     heating: Heating = MECHANICAL,
     extent: float = 2.2,
+    differential_slip: bool = False,
 ) -> Problem:
-    """Two equal bodies (spheres of 30 mm unless told otherwise), mechanical unless `heating` is given."""
-    motion = Motion(speed, creepage[0], creepage[1], spin, force[0], force[1])
+    """Two equal bodies (spheres of 30 mm unless told otherwise), mechanical unless `heating` is given; without differential
+    slip, as in all references but those that say so."""
+    motion = Motion(speed, creepage[0], creepage[1], spin, force[0], force[1], differential_slip)
     problem = Problem(body, body, geometry or spheres(0.03), load, friction, motion, heating)
     return on_grid(problem, grid, extent)
 
@@ -79,4 +81,5 @@ def spin_ellipse(aspect_ratio: float, grid: int | tuple[int, int]) -> Problem:
     """An ellipse in which spin makes most of the slip, with a little creepage along both axes so that nothing cancels."""
     base = rolling(grid=grid, geometry=ellipse(aspect_ratio), body=elastic(0.28), load=100.0, friction=0.6)
     scale = saturation(base)
-    return replace(base, motion=Motion(1.0, 0.1 * scale.creepage, 0.05 * scale.creepage, 0.9 * scale.spin))
+    return replace(base, motion=replace(base.motion, creepage_x=0.1 * scale.creepage, creepage_y=0.05 * scale.creepage,
+                                        spin=0.9 * scale.spin))

@@ -44,6 +44,8 @@ def speed_and_conformity(folder: Folder, grid: int) -> Numbers:
     numbers: Numbers = {}
     for words, name, colour, changes in CONFORMITIES:
         solver = Solver()
+        # The article's equations have no differential slip.
+        changes = {**changes, "rolling.differential_slip": False}
         results = [solve_case(name, {**changes, "rolling.speed_m_s": v}, grid=grid, solver=solver) for v in SPEEDS]
         curvature = results[0].problem.geometry.curvature_y
         columns = {key: np.array([r.coupled.scalars[key] for r in results])

@@ -19,7 +19,7 @@ def problem_of(given: dict[str, Any], grid: int) -> Problem:
     thermal = (50.2, given["expansion_1e6_K"] * 1e-6, 10e-6) if heated else (None, None, None)
     body = Material(210e9, given["poisson_ratio"], *thermal)
     motion = Motion(given["speed_m_s"], given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_m"],
-                    given["force_x_N"], given["force_y_N"])
+                    given["force_x_N"], given["force_y_N"], differential_slip=False)
     heating = Heating(peclet=given["peclet"], partition=given["partition"]) if heated else Heating(heat=False)
     geometry = ellipse(given["aspect_ratio"], given["radius_m"])
     return on_grid(Problem(body, body, geometry, given["normal_N"], given["friction"], motion, heating), grid)

@@ -25,7 +25,8 @@ def random_contact(seed: int) -> Problem:
     upper = lower
     if rng.random() < DISSIMILAR_SHARE:
         upper = replace(_material(rng, heated), youngs_modulus=lower.youngs_modulus * _log(rng, -1.0, 1.0))
-    problem = Problem(lower, upper, _geometry(rng), _log(rng, 1.0, 5.0), float(rng.uniform(0.05, 0.6)), Motion(1.0))
+    problem = Problem(lower, upper, _geometry(rng), _log(rng, 1.0, 5.0), float(rng.uniform(0.05, 0.6)),
+                      Motion(1.0, differential_slip=False))
     problem = replace(problem, heating=_heating(rng) if heated else Heating(heat=False))
     problem = replace(problem, motion=_motion(rng, problem))
     return _warmed(rng, problem) if heated else problem
@@ -47,7 +48,8 @@ def _motion(rng: np.random.Generator, problem: Problem) -> Motion:
     size = derived.saturation_creepage * _log(rng, math.log10(0.02), math.log10(20.0))
     angle = float(rng.choice([0.0, math.pi / 2.0, rng.uniform(0.0, 2.0 * math.pi), rng.uniform(0.0, 2.0 * math.pi)]))
     spin = size * float(rng.choice([-1.0, 1.0])) * _log(rng, -0.5, 0.5) / derived.hertz.mean_radius
-    motion = Motion(1.0, size * math.cos(angle), size * math.sin(angle), spin if rng.random() < SPIN_SHARE else 0.0)
+    motion = Motion(1.0, size * math.cos(angle), size * math.sin(angle), spin if rng.random() < SPIN_SHARE else 0.0,
+                    differential_slip=False)
     if rng.random() < FORCED_SHARE:
         # Spin leaves no room for a force close to the limit.
         share = rng.uniform(0.05, 0.9) if motion.spin == 0.0 else rng.uniform(0.05, 0.3)

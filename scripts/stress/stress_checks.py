@@ -83,14 +83,15 @@ def _broken(result: Result, state: State) -> list[str]:
 
 
 def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pressure: np.ndarray) -> float:
-    """Power over V that the motion puts in: ξ·F + ξ_φ M_z, and for dissimilar bodies what the pressure's moment adds."""
+    """Power over V that the motion puts in: ξ·F + ξ_φ M_z, what differential slip adds, and for dissimilar bodies what the
+    pressure's moment does."""
     motion = problem.motion
     slip = np.zeros_like(traction)
     slip[0] = state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x
     slip[1] = state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y
-    slip[0] -= motion.spin * grid.y[None, :]
-    slip[1] += motion.spin * grid.x[:, None]
     derived = DerivedQuantities(problem)
+    slip[0] += derived.differential_slip(grid.y) - motion.spin * grid.y
+    slip[1] += motion.spin * grid.x[:, None]
     if derived.dissimilar:
         slip -= NormalShearCoupling(grid, derived.coupling_constant).stretch(pressure)
     return float((traction * slip).sum()) * grid.element_area

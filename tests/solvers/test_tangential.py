@@ -288,7 +288,7 @@ def test_pipeline_reaches_the_linear_limit():
     """Friction out of reach and a small creepage: the whole pipeline gives the forces of full stick, at N = 64."""
     base = rolling(grid=64, body=elastic(0.25), friction=100.0)
     creep = 1e-3 * saturation(base).creepage
-    result = solved(replace(base, motion=Motion(1.0, creep, creep)))
+    result = solved(replace(base, motion=Motion(1.0, creep, creep, differential_slip=False)))
     hertz, s = DerivedQuantities(base).hertz, result.coupled.scalars
     unit = elastic(0.25).shear_modulus * hertz.semi_axis_x * hertz.semi_axis_y * creep
     found = [s["force_x_N"] / unit, s["force_y_N"] / unit, s["spin_moment_Nmm"] * 1e-3 / (unit * hertz.mean_radius)]
@@ -333,7 +333,7 @@ def test_middle_of_a_long_contact_is_carters(share):
         0.5 * math.pi * hertz.semi_axis_x * hertz.peak_pressure,
     )
     exact = carter(row, 0.3, share * saturation_creepage(row, 0.3))
-    result = solved(replace(problem, motion=Motion(1.0, exact.creepage, 0.0)))
+    result = solved(replace(problem, motion=Motion(1.0, exact.creepage, 0.0, differential_slip=False)))
     assert result.converged
     shear = result.coupled.fields["shear_x"][:, 32]
     scale = 0.3 * row.load_per_length
@@ -349,7 +349,7 @@ def test_full_slip_is_the_coulomb_traction_along_the_creepage(direction):
     base = rolling(grid=48, geometry=ellipse(0.6))
     creep = 1e4 * saturation(base).creepage
     along = np.array([math.cos(direction), math.sin(direction)])
-    result = solved(replace(base, motion=Motion(1.0, *(float(c) for c in creep * along))))
+    result = solved(replace(base, motion=Motion(1.0, *(float(c) for c in creep * along), differential_slip=False)))
     f, s = result.coupled.fields, result.coupled.scalars
     for name, share in zip(("shear_x", "shear_y"), along, strict=True):
         assert np.abs(f[name] - 0.3 * f["pressure"] * share).max() < 2e-4 * 0.3 * f["pressure"].max()
@@ -367,7 +367,7 @@ def test_stick_ends_at_the_saturation_creepage(aspect, lateral):
     hertz = DerivedQuantities(base).hertz
     limit = full_slip_creepages(hertz, base.friction, elastic(0.0).shear_modulus, 0.0)[lateral]
     above, below = (
-        solved(replace(base, motion=Motion(1.0, *((0.0, f * limit) if lateral else (f * limit, 0.0))))).coupled.scalars
+        solved(replace(base, motion=replace(base.motion, **{f"creepage_{'y' if lateral else 'x'}": f * limit}))).coupled.scalars
         for f in (1.05, 0.9)
     )
     force = "force_y_N" if lateral else "force_x_N"

@@ -29,13 +29,12 @@ def prescribing(problem: Problem, directions: str) -> Problem:
     force = {axis: forward[f"force_{axis}_N"] for axis in "xy"}
     return replace(
         problem,
-        motion=Motion(
-            m.speed,
-            None if "x" in directions else m.creepage_x,
-            None if "y" in directions else m.creepage_y,
-            m.spin,
-            force["x"] if "x" in directions else None,
-            force["y"] if "y" in directions else None,
+        motion=replace(
+            m,
+            creepage_x=None if "x" in directions else m.creepage_x,
+            creepage_y=None if "y" in directions else m.creepage_y,
+            force_x=force["x"] if "x" in directions else None,
+            force_y=force["y"] if "y" in directions else None,
         ),
     )
 
@@ -169,8 +168,8 @@ MIXED = replace(
     rolling(grid=(48, 40), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
     normal_force=100.0,
 )
-HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0), heating=Heating(peclet="stationary"))
-FORCED = replace(MIXED, motion=Motion(1.0, None, 6e-4, 3.0, 12.0, None))
+HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0, differential_slip=False), heating=Heating(peclet="stationary"))
+FORCED = replace(MIXED, motion=Motion(1.0, None, 6e-4, 3.0, 12.0, None, differential_slip=False))
 ODD = ("shear_y", "slip_y")
 
 
@@ -182,13 +181,13 @@ def with_motion(problem: Problem, sign_x: float, sign_y: float, sign_spin: float
 
     return replace(
         problem,
-        motion=Motion(
-            m.speed,
-            signed(m.creepage_x, sign_x),
-            signed(m.creepage_y, sign_y),
-            sign_spin * m.spin,
-            signed(m.force_x, sign_x),
-            signed(m.force_y, sign_y),
+        motion=replace(
+            m,
+            creepage_x=signed(m.creepage_x, sign_x),
+            creepage_y=signed(m.creepage_y, sign_y),
+            spin=sign_spin * m.spin,
+            force_x=signed(m.force_x, sign_x),
+            force_y=signed(m.force_y, sign_y),
         ),
     )
 
@@ -241,13 +240,12 @@ def scaled(problem: Problem, length: float, stress: float, diffusivity: float) -
             g.lower_radius_x * length, g.lower_radius_y * length, g.upper_radius_x * length, g.upper_radius_y * length
         ),
         normal_force=problem.normal_force * force,
-        motion=Motion(
-            m.speed * diffusivity / length,
-            m.creepage_x,
-            m.creepage_y,
-            m.spin / length,
-            None if m.force_x is None else m.force_x * force,
-            None if m.force_y is None else m.force_y * force,
+        motion=replace(
+            m,
+            speed=m.speed * diffusivity / length,
+            spin=m.spin / length,
+            force_x=None if m.force_x is None else m.force_x * force,
+            force_y=None if m.force_y is None else m.force_y * force,
         ),
     )
 

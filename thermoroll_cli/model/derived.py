@@ -13,10 +13,17 @@ from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities
+from thermoroll_cli.model.differential_slip import DifferentialSlip, resolved
 from thermoroll_cli.model.problem import Material, Problem
 from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
 
 Array = NDArray[np.float64]
+
+STANDARD_ACCURACY = 1e-3
+"""Relative accuracy aimed at where a case asks for none."""
+
+SAMPLES = 65
+"""Places across the contact at which the size of the differential slip is looked up."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +70,19 @@ class DerivedQuantities:
 
     @property
     def moves(self) -> bool:
-        """Whether anything could load the contact tangentially: creepage, spin, a force, or bodies that stretch differently
-        under pressure."""
+        """Whether anything could load the contact tangentially: creepage, spin, a force, differential slip, or bodies that
+        stretch differently under pressure."""
         m = self.problem.motion
-        return self.dissimilar or any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
+        driven = any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
+        return driven or self.dissimilar or self.differential_slip.active
+
+    @cached_property
+    def differential_slip(self) -> DifferentialSlip:
+        """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
+        half_lengths = self.hertz.semi_axis_x, self.hertz.semi_axis_y
+        across = half_lengths[1] * np.linspace(-1.0, 1.0, SAMPLES)
+        wanted = self.problem.numerics.accuracy or STANDARD_ACCURACY
+        return resolved(self.problem, across, half_lengths, self.saturation_creepage, wanted)
 
     @property
     def has_traction(self) -> bool:
@@ -82,11 +98,12 @@ class DerivedQuantities:
         """Parities of τ_x and τ_y across y = 0 where the motion makes the tractions their own mirror image; None elsewhere.
 
         Purely longitudinal rolling is its mirror image. Lateral creepage and spin change sign in the mirror, which reverses
-        all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same."""
+        all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same, nor
+        with differential slip, which is the same on both sides."""
         m = self.problem.motion
         if m.spin == 0.0 and m.creepage_y == 0.0:
             return 1, -1
-        if m.creepage_x == 0.0 and not self.dissimilar:
+        if m.creepage_x == 0.0 and not self.dissimilar and not self.differential_slip.active:
             return -1, 1
         return None
 
@@ -101,10 +118,10 @@ class DerivedQuantities:
         return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
 
     def rigid_slip(self, grid: Grid) -> Array:
-        """ξ_x − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
         motion = self.problem.motion
         slip = np.empty((2, *grid.shape))
-        slip[0] = (motion.creepage_x or 0.0) - motion.spin * grid.y[None, :]
+        slip[0] = (motion.creepage_x or 0.0) + self.differential_slip(grid.y) - motion.spin * grid.y
         slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
         return slip
 

@@ -59,7 +59,8 @@ class Motion:
     """Rolling speed in m/s and what drives the slip.
 
     Creepages are dimensionless, spin is in rad/m. A prescribed force (N) replaces the creepage of its
-    direction, which is then None here and becomes an unknown.
+    direction, which is then None here and becomes an unknown. With `differential_slip` the rolling radii vary across the
+    contact as the surfaces curve, where that matters (see `differential_slip.resolved`).
     """
 
     speed: float
@@ -68,6 +69,7 @@ class Motion:
     spin: float = 0.0
     force_x: float | None = None
     force_y: float | None = None
+    differential_slip: bool = True
 
 
 @dataclass(frozen=True)

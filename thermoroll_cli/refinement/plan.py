@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.derived import STANDARD_ACCURACY, DerivedQuantities
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import divide
@@ -19,9 +19,6 @@ SMALLEST_EXTENT = 2.1
 
 BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
-
-STANDARD_ACCURACY = 1e-3
-"""Relative accuracy aimed at where a case asks for none."""
 
 HALF_SPACE_LIMIT = 0.3
 """Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
@@ -65,7 +62,7 @@ def make_plan(problem: Problem) -> Plan:
         skipped["elastic coupling"] = _why_uncoupled(derived)
         skipped["normal (isothermal)"] = "smooth bodies without thermal bulge: Hertz's closed form is exact"
     if not derived.moves:
-        skipped["tangential"] = "no creepage, spin or force: everything sticks without traction"
+        skipped["tangential"] = "no creepage, spin, force or differential slip: everything sticks without traction"
     elif problem.friction == 0.0:
         skipped["tangential"] = "no friction: the surfaces slide freely"
     else:
@@ -73,6 +70,10 @@ def make_plan(problem: Problem) -> Plan:
         if derived.mirror_on(grids[-1][1], heated=False) is not None:
             skipped["tangential, y < 0"] = "the mirror image of y > 0" + (
                 "" if derived.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt")
+    if derived.differential_slip.active:
+        run.append("differential slip")
+    else:
+        skipped["differential slip"] = derived.differential_slip.why_not
     if not heating.heat:
         skipped["heat"] = "switched off or no thermal constants: purely mechanical"
     elif not derived.has_traction and not heating.conducts:

@@ -51,6 +51,7 @@ class Rolling:
             force=(motion.force_x, motion.force_y),
             # Dissimilar bodies: there tractions begin like sqrt(s) ln s and have no given shape.
             leading=None if derived.dissimilar else self.leading(derived, normal, window, undisturbed=undisturbed),
+            variation=_variation(derived, self.grid, window),
         )
         solution = solver.solve(
             cell,
@@ -121,6 +122,16 @@ class Rolling:
             # Rows beyond the domain matter on the coarsest grids alone.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
         return closing
+
+
+def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
+    """Half of what differential slip and spin change the longitudinal creepage by across the width of an element, (n, m)."""
+    if not derived.differential_slip.active:
+        return None
+    half = 0.5 * grid.dy
+    change = derived.differential_slip(grid.y + half) - derived.differential_slip(grid.y - half)
+    change -= derived.problem.motion.spin * grid.dy
+    return window.cut(np.broadcast_to(0.5 * np.abs(change), grid.shape))
 
 
 def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:

@@ -136,6 +136,7 @@ def _problem(settings: Settings) -> si.Problem:
             spin=creepage.spin_rad_mm * 1e3,
             force_x=force.longitudinal_N,
             force_y=force.lateral_N,
+            differential_slip=settings.rolling.differential_slip,
         ),
         heating=si.Heating(
             heat=thermal.heat,

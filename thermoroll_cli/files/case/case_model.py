@@ -114,6 +114,9 @@ class Rolling(Table):
     """Rolling motion."""
 
     speed_m_s: float = _quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
+    differential_slip: bool = Field(
+        default=True, description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)"
+    )
 
 
 class Creepage(Table):

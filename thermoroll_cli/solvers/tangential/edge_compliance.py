@@ -37,7 +37,8 @@ class EdgeCompliance:
     Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
     `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
     elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
-    `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image."""
+    `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
+    compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K."""
 
     def __init__(
         self,
@@ -49,6 +50,7 @@ class EdgeCompliance:
         leading: Array | None = None,
         softest: tuple[float, float] = (math.inf, math.inf),
         mirrored: bool = False,
+        neutral: Array | None = None,
     ) -> None:
         share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
         self.partial: Mask = share < 1.0
@@ -69,6 +71,8 @@ class EdgeCompliance:
             trust = min(1.0, softest[0] / (DEEPEST * along), softest[1] / (DEEPEST * across))
             k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across)
             trailing &= ~known
+        if neutral is not None:
+            k[:2] += neutral
         i, j = self._index = np.nonzero(k.any(axis=0))
         self.xx, self.yy, self.xy = k[:, i, j]
         self._trailing = trailing[i, j]

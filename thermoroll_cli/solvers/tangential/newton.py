@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.solvers.algorithms.krylov import gmres
 from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
+from thermoroll_cli.solvers.tangential.neutral_line import neutral_compliance
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
@@ -52,9 +53,13 @@ class Newton:
         self.problem, self.gradient, self.inverse = problem, gradient, inverse
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
-        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
-                                       problem.leading, gradient.alternating_gradient, gradient.mirror is not None)
         own = np.array(gradient.self_gradient)[:, None, None]
+        self.neutral: Array | None = None
+        self.crossed: Mask = np.zeros_like(self.contact)
+        if problem.variation is not None:
+            self.neutral, self.crossed = neutral_compliance(problem.variation, self.bound, float(own.mean()))
+        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
+                                     problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral)
         self.own = own + self.border.diagonal
         self.rho = RELAXATION / self.own.mean(axis=0)
         self.free = problem.free
@@ -91,13 +96,21 @@ class Newton:
         gradient, dissipative = self.gradient.split(state.traction)
         slip = self._slip_of(gradient, state.traction, state.unknown)
         state = self._iterate(state.traction, state.unknown, slip)
-        back = np.where(state.stick, 0.0, self.border.trailing(state.traction))
+        back = self.border.trailing(state.traction)
+        if self.neutral is not None:
+            back = back + self.neutral * state.traction
+        stick = self.sticking(state)
+        back = np.where(stick, 0.0, back)
         # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no part across.
         size = np.hypot(state.traction[0], state.traction[1])
         along = state.traction / np.where(size > 0.0, size, 1.0)
         back = along * (along * back).sum(axis=0)
         lost = (state.traction * (self.border.add(dissipative, state.traction) - back)).sum(axis=0)
-        return state, np.where(state.stick, 0.0, state.slip + back), lost
+        return state, np.where(stick, 0.0, state.slip + back), lost
+
+    def sticking(self, state: Iterate) -> Mask:
+        """Elements that stick, (n, m): of those below their bound not the ones that slide both ways about a neutral line."""
+        return np.asarray(state.stick & self.contact & ~self.crossed)
 
     def _slip(self, traction: Array, unknown: Array) -> Array:
         return self._slip_of(self.gradient(traction), traction, unknown)
@@ -177,6 +190,7 @@ class Linearisation:
         # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
+        head |= stick & newton.crossed
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
         own_x, own_y = newton.own

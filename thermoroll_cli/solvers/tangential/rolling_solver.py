@@ -101,7 +101,7 @@ class RollingSolver:
             traction=state.traction,
             slip=slip,
             lost=lost,
-            stick=state.stick & newton.contact,
+            stick=newton.sticking(state),
             creepage=(creep[0], creep[1]),
             residual=state.norm,
             newton_steps=len(history) - 1,

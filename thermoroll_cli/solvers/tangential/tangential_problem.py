@@ -18,6 +18,7 @@ class TangentialProblem:
     that lies in contact. `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed,
     without the creepage of that direction. `force`: prescribed resultants along x and y in N, None where the creepage is given.
     `leading`: (3, n, m) what the difference formula misses at the leading edge (`leading_edge`), None where unknown.
+    `variation`: (n, m) half of what ξ_x changes by across the width of an element, None where it hardly does (`neutral_line`).
     """
 
     bound: Array
@@ -26,6 +27,7 @@ class TangentialProblem:
     element_area: float
     force: tuple[float | None, float | None] = (None, None)
     leading: Array | None = None
+    variation: Array | None = None
 
     @property
     def free(self) -> tuple[int, ...]:

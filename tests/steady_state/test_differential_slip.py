@@ -1,0 +1,178 @@
+"""Differential (Heathcote) slip: against CONTACT, in closed form, its symmetries, and where it is left out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import thermoroll_cli
+from tests.support.command_line import call
+from tests.support.scenes import MECHANICAL, STEEL, elastic, reference, rolling, solved, spheres
+from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.model import differential_slip as module
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.differential_slip import compliance_shares, differential_slip
+from thermoroll_cli.model.problem import Geometry, Heating, Motion, Problem
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.solve import Solver, solve
+
+REFERENCES = reference("differential_slip")["cases"]
+FORCES = ("force_x_N", "force_y_N")
+GROOVE = Geometry(0.022, -0.0066, 0.00635, 0.00635)
+BEARING = Path(thermoroll_cli.__file__).parent.parent / "cases" / "ball_bearing.toml"
+
+
+def with_slip(**options) -> Problem:
+    """A ball in a groove with differential slip."""
+    groove = {"geometry": GROOVE, "body": elastic(0.3), "load": 500.0, "friction": 0.1, "differential_slip": True}
+    return rolling(**groove | options)
+
+
+def reference_case(name: str, grid: int) -> Problem:
+    given = REFERENCES[name]["input"]
+    radii = ("lower_radius_x_mm", "lower_radius_y_mm", "upper_radius_x_mm", "upper_radius_y_mm")
+    return with_slip(
+        grid=grid, geometry=Geometry(*(given[key] * 1e-3 for key in radii)), load=given["normal_N"],
+        friction=given["friction_coefficient"], creepage=(given["longitudinal"], given["lateral"]),
+        spin=given["spin_rad_mm"] * 1e3)
+
+
+@pytest.mark.parametrize("name", REFERENCES)
+def test_contact_and_the_fine_grid_agree(name):
+    """Forces at N = 64 over μW; the moment over μW times the long semi-axis."""
+    given, problem = REFERENCES[name], reference_case(name, 64)
+    s, limit = solved(problem).coupled.scalars, problem.traction_limit
+    assert differential_slip(problem, np.array([1e-3]))[0] == pytest.approx(given["c_1_mm2"], rel=1e-12)
+    scales = dict.fromkeys(FORCES, limit) | {"spin_moment_Nmm": limit * max(given["semi_axes_mm"])}
+    for key, scale in scales.items():
+        assert abs(s[key] - given["with_the_term_N256"][key]) < 2e-4 * scale, key
+        allowed = max(5e-4 * scale, given["contact_uncertainty"][key])
+        assert abs(s[key] - given["contact_extrapolated"][key]) < allowed, key
+    # CONTACT's own grids are far from their limit: 7 and 4 % in Q_F, so its extrapolation is not held against anything.
+    fine = solved(reference_case(name, 128)).coupled.scalars
+    assert fine["Q_F_W"] == pytest.approx(given["with_the_term_N256"]["Q_F_W_at_1_m_s"], rel=5e-4)
+    assert fine["gamma_st"] == pytest.approx(given["with_the_term_N256"]["gamma_st"], abs=5e-4)
+
+
+def full_sliding(grid: int) -> tuple[float, float, float]:
+    """Neutral line over b, creepage over −c b² and Q_F/(μWV c b²) of a free-rolling ball in a groove without elastic slip."""
+    problem = with_slip(grid=grid, friction=1e-6, creepage=(None, 0.0), force=(0.0, None))
+    result = solved(problem)
+    assert result.converged, result.reason
+    b = DerivedQuantities(problem).hertz.semi_axis_y
+    largest = float(differential_slip(problem, np.array([b]))[0])
+    s, slip = result.coupled.scalars, result.coupled.fields["slip_x"][grid // 2]
+    assert abs(s["force_x_N"]) < 1e-6 * problem.traction_limit and s["gamma_st"] == 0.0
+    j = int(np.flatnonzero((slip[1:] > 0.0) & (slip[:-1] <= 0.0))[-1])
+    neutral = result.y[j] - slip[j] * (result.y[j + 1] - result.y[j]) / (slip[j + 1] - slip[j])
+    return neutral / b, -s["creepage_longitudinal"] / largest, s["Q_F_W"] / (problem.traction_limit * largest)
+
+
+def test_free_rolling_that_slides_everywhere():
+    """Neutral lines at ±2 sin 10° b, ξ = −4 sin² 10° c b², Q_F = 0.161142 μWV c b²: the load per width is ¾(1 − y²/b²) W/b."""
+    exact = 2.0 * math.sin(math.radians(10.0)), 4.0 * math.sin(math.radians(10.0)) ** 2, 0.161142
+    assert full_sliding(128) == pytest.approx(exact, rel=1e-3)
+    # And at second order: the neutral line lies where it lies, not on a column of elements.
+    coarse = full_sliding(32)
+    assert abs(full_sliding(128)[1] / exact[1] - 1.0) < 0.1 * abs(coarse[1] / exact[1] - 1.0)
+
+
+def test_two_bodies_share_the_curvature_by_their_stiffness():
+    problem = replace(with_slip(geometry=spheres(0.02)), lower=elastic(0.3, 70e9))
+    shares = compliance_shares(problem)
+    assert sum(shares) == pytest.approx(1.0) and shares[0] == pytest.approx(0.75)
+    rigid = replace(problem, upper=elastic(0.3, 1e20))
+    # A rigid ball keeps its shape: the common surface is its own, y²/2R below.
+    assert differential_slip(rigid, np.array([1e-3]))[0] == pytest.approx(0.5e-6 / 0.02 * (2.0 / 0.02))
+
+
+def test_turned_upside_down_it_is_the_same_contact():
+    """Exchanging unlike bodies with the sign of the creepage reverses forces and keeps the heat; so does a mirror the spin."""
+    geometry = Geometry(0.022, -0.0066, 0.00635, 0.00635)
+    turned = Geometry(geometry.upper_radius_x, geometry.upper_radius_y, geometry.lower_radius_x, geometry.lower_radius_y)
+    soft, stiff = elastic(0.35, 110e9), elastic(0.28)
+    one = replace(with_slip(grid=32, geometry=geometry, creepage=(4e-4, 2e-4), spin=3.0), lower=soft, upper=stiff)
+    motion = replace(one.motion, creepage_x=-4e-4, creepage_y=-2e-4, spin=-3.0)
+    other = replace(one, geometry=turned, lower=stiff, upper=soft, motion=motion)
+    mirrored = replace(one, motion=replace(one.motion, creepage_y=-2e-4, spin=-3.0))
+    first, second, third = (solved(p).coupled.scalars for p in (one, other, mirrored))
+    for key in ("force_x_N", "force_y_N", "spin_moment_Nmm"):
+        assert second[key] == pytest.approx(-first[key], abs=2e-5 * one.traction_limit)
+        sign = 1.0 if key == "force_x_N" else -1.0
+        assert third[key] == pytest.approx(sign * first[key], abs=2e-5 * one.traction_limit)
+    assert second["Q_F_W"] == pytest.approx(first["Q_F_W"], rel=2e-5)
+    assert solved(one).work["skipped"].get("differential slip") is None
+
+
+def test_half_the_contact_is_enough_for_longitudinal_rolling_only():
+    longitudinal = make_plan(with_slip(grid=32, creepage=(1e-3, 0.0)))
+    lateral = make_plan(with_slip(grid=32, creepage=(0.0, 1e-3)))
+    assert "tangential, y < 0" in longitudinal.skipped and "tangential, y < 0" not in lateral.skipped
+
+
+def test_plan_says_whether_it_runs():
+    assert make_plan(with_slip(grid=32, creepage=(1e-3, 0.0))).runs("differential slip")
+    off = make_plan(with_slip(grid=32, creepage=(1e-3, 0.0), differential_slip=False))
+    assert off.skipped["differential slip"] == "switched off"
+    equal = make_plan(with_slip(grid=32, geometry=spheres(0.03), creepage=(1e-3, 0.0)))
+    assert equal.skipped["differential slip"].startswith("exactly zero")
+    # With nothing else that moves it is all there is.
+    alone = make_plan(with_slip(grid=32))
+    assert alone.runs("tangential") and alone.runs("differential slip")
+    assert solved(with_slip(grid=32)).coupled.scalars["Q_F_W"] > 0.0
+
+
+def test_skipped_where_it_changes_nothing(monkeypatch):
+    """Just below the threshold the plan leaves it out; forced to take part, no scalar notices by the accuracy asked for."""
+    problem = with_slip(grid=48, geometry=Geometry(0.02, 0.02, 0.02, 0.02003), creepage=(4e-4, 0.0), friction=0.3)
+    without = solved(problem)
+    assert "changes nothing" in without.work["skipped"]["differential slip"]
+    monkeypatch.setattr(module, "LARGEST_EFFECT", math.inf)
+    taken = solve(problem)
+    assert "differential slip" not in taken.work["skipped"]
+    for key in ("Q_F_W", "gamma_st", "shear_max_MPa"):
+        assert taken.coupled.scalars[key] == pytest.approx(without.coupled.scalars[key], rel=1e-3)
+    assert taken.coupled.scalars["force_x_N"] == pytest.approx(without.coupled.scalars["force_x_N"], abs=1e-3 * 150.0)
+    assert taken.coupled.scalars["Q_F_W"] != without.coupled.scalars["Q_F_W"]
+
+
+def test_neighbours_of_a_sweep_may_differ_in_it():
+    on, off = (with_slip(grid=32, creepage=(1e-3, 0.0), differential_slip=taken) for taken in (True, False))
+    solver = Solver()
+    results = [solver.solve(p).coupled.scalars["force_x_N"] for p in (on, off, on)]
+    assert results[1] == pytest.approx(solved(off).coupled.scalars["force_x_N"], abs=2e-5 * on.traction_limit)
+    assert results[2] == pytest.approx(results[0], abs=2e-5 * on.traction_limit)
+    assert abs(results[1] - results[0]) > 0.1 * on.traction_limit
+
+
+def test_hot_groove_keeps_its_balances():
+    heating = Heating(peclet="stationary")
+    problem = rolling(grid=32, geometry=GROOVE, load=500.0, friction=0.1, creepage=(None, 0.0), force=(0.0, None), speed=60.0,
+                      heating=heating, differential_slip=True)
+    result = solved(problem)
+    assert result.converged, result.reason
+    s = result.coupled.scalars
+    # The force does no work on the creepage: all heat comes from the differential slip, more of it inside the smaller contact.
+    assert abs(s["force_x_N"]) < 1e-5 * problem.traction_limit and s["Q_F_W"] > 0.0 and s["gamma_p"] > 1.01
+
+
+def test_the_ball_bearing_without_and_with_it():
+    """As the comment of the case says: F_x = 2.1 N and 11.7 N, stick 9 % and 26 %."""
+    case = Case.read(BEARING).with_values({"numerics.grid": 48})
+    on = solved(case.problem).coupled.scalars
+    off = solved(case.with_values({"rolling.differential_slip": False}).problem).coupled.scalars
+    assert (on["force_x_N"], off["force_x_N"]) == pytest.approx((11.70, 2.12), abs=0.05)
+    assert (on["gamma_st"], off["gamma_st"]) == pytest.approx((0.258, 0.094), abs=0.01)
+    shown = call("show", str(BEARING), "--set", "rolling.differential_slip=false").stdout
+    assert "differential slip" in shown and "switched off" in shown
+    wrong = call("validate", str(BEARING), "--set", "rolling.differential_slip=1")
+    assert wrong.returncode == 3 and "true or false" in wrong.stderr
+
+
+def test_without_friction_there_is_no_traction():
+    result = solved(replace(with_slip(grid=16, friction=0.0), lower=STEEL, upper=STEEL, motion=Motion(1.0), heating=MECHANICAL))
+    assert result.converged and result.coupled.scalars["Q_F_W"] == 0.0
