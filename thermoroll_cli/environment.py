@@ -22,3 +22,8 @@ def rare_collections() -> None:
     """Look for reference cycles less often: modules and figures are made of objects that live on, and going through all of
     them again and again is a twentieth of a run."""
     gc.set_threshold(20_000, 20, 20)
+
+
+def no_plugins() -> None:
+    """Spare pydantic the search for plugins among all installed packages: case files need none."""
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")

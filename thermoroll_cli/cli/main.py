@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, Interrupted, catch_signals
-from thermoroll_cli.environment import one_thread, rare_collections
+from thermoroll_cli.environment import no_plugins, one_thread, rare_collections
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -16,6 +16,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     arguments = sys.argv[1:] if arguments is None else list(arguments)
     one_thread()
     rare_collections()
+    no_plugins()
     restore_signals = catch_signals()
     streams.prepare()
     try:

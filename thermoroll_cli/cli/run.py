@@ -149,7 +149,9 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
-    """Every picture that a run of `case` may write."""
+    """Every picture that a run of `case` may write; none where nothing is called like one, which costs no import."""
+    if not any(folder.glob("*_*.*")):
+        return
     from thermoroll_cli.plots.run_figures import PICTURES
 
     for name in PICTURES:

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import elliprd, elliprf
+
+from thermoroll_cli.exact.elliptic import complete_elliprd, complete_elliprf
 
 FloatArray = NDArray[np.float64]
 
@@ -87,6 +88,9 @@ class HertzContact:
         outside = excess > 0.0
         if not outside.any():
             return displacement
+        # Slow to import, and needed here only.
+        from scipy.special import elliprd, elliprf
+
         xx, yy = x[outside] ** 2, y[outside] ** 2
         aa, bb = self.semi_axis_x**2, self.semi_axis_y**2
         half_trace = 0.5 * (xx + yy - aa - bb)
@@ -144,7 +148,7 @@ def hertz_contact(curvature_x: float, curvature_y: float, contact_modulus: float
         semi_axis_x=semi_axis_x,
         semi_axis_y=semi_axis_y,
         peak_pressure=1.5 * normal_force / (math.pi * c * c),
-        approach=1.5 * normal_force / (math.pi * contact_modulus * c) * float(elliprf(0.0, math.exp(t), math.exp(-t))),
+        approach=1.5 * normal_force / (math.pi * contact_modulus * c) * complete_elliprf(math.exp(t), math.exp(-t)),
         curvature_x=float(curvature_x),
         curvature_y=float(curvature_y),
         contact_modulus=float(contact_modulus),
@@ -160,7 +164,7 @@ def _require_positive(name: str, value: float) -> None:
 
 def _curvature_integral(t: float) -> float:
     """R_D(0, e^(−t), e^t), proportional to the curvature that the pressure flattens along the semi-axis e^(t/2)."""
-    return float(elliprd(0.0, math.exp(-t), math.exp(t)))
+    return complete_elliprd(math.exp(-t), math.exp(t))
 
 
 def _log_aspect_ratio(log_curvature_ratio: float) -> float:

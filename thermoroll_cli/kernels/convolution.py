@@ -100,8 +100,6 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -
 
     Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant is a quarter of the work of the whole
     plane's. Raises ValueError where `padded` = (px, py) are not even."""
-    from scipy.fft import dctn, dstn
-
     px, py = padded
     if px % 2 or py % 2:
         raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
@@ -110,10 +108,10 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -
     part = quadrant[: hx + 1, : hy + 1].T
     quarter[: part.shape[0], : part.shape[1]] = part
     if parity > 0:
-        quarter = dctn(quarter, type=1)
+        quarter = _trigonometric(quarter, "FFTW_REDFT00")
     elif min(hx, hy) > 1:
         # An odd kernel vanishes on its axes and where its two images meet.
-        quarter[1:-1, 1:-1] = -dstn(quarter[1:-1, 1:-1], type=1)
+        quarter[1:-1, 1:-1] = -_trigonometric(quarter[1:-1, 1:-1], "FFTW_RODFT00")
         quarter[0] = quarter[-1] = quarter[:, 0] = quarter[:, -1] = 0.0
     else:
         quarter[...] = 0.0
@@ -121,6 +119,16 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -
     symbol[:, : hx + 1] = quarter
     np.multiply(quarter[:, -2:0:-1], parity, out=symbol[:, hx + 1 :])
     return symbol
+
+
+def _trigonometric(field: Array, kind: str) -> Array:
+    """Cosine (FFTW_REDFT00) or sine (FFTW_RODFT00) transform of type I along both axes, not normalised."""
+    pyfftw = fftw()
+    source, target = (pyfftw.empty_aligned(field.shape, dtype=np.float64) for _ in range(2))
+    plan = pyfftw.FFTW(source, target, axes=(0, 1), direction=[kind, kind], flags=("FFTW_ESTIMATE",))
+    source[...] = field
+    plan.execute()
+    return np.asarray(target)
 
 
 def blocks(rows: int, length: int) -> list[slice]:

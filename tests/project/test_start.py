@@ -1,0 +1,21 @@
+"""What a plain run must not pay for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.command_line import MECHANICAL
+
+SLOW = ("scipy", "matplotlib", "dask", "thermoroll_cli.plots")
+
+
+def test_a_mechanical_run_imports_nothing_slow(tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(MECHANICAL)
+    code = ("import sys; from thermoroll_cli.cli.main import main; "
+            f"code = main(['run', {str(case)!r}, '-o', {str(tmp_path)!r}, '--no-plots', '-q']); "
+            f"print([name for name in {SLOW!r} if name in sys.modules]); sys.exit(code)")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
