@@ -47,7 +47,7 @@ def hertz(n: int) -> Array:
 
 def thermoroll(n: int, flat: bool) -> Solve:
     from thermoroll_cli.kernels.grid import Grid
-    from thermoroll_cli.solvers.normal import NormalSolver
+    from thermoroll_cli.solvers.normal.active_set import NormalSolver
 
     solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)
     gap = _gap(n)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import statistics
 from typing import Any
 
-from baselines.rolling import BASELINES
-
+from benchmarks.baselines.rolling import BASELINES
 from scripts.benchmark.bench_measure import (
     CONTACT,
     HOT,
@@ -97,12 +96,11 @@ def baselines(runs: int = RUNS, largest: int = 256) -> list[dict[str, Any]]:
             problem = problem_of(case, grid)
             own = timed(problem, runs)
             rows.append(_row("thermoroll", case, grid, own, own.wall, fine[case]))
-            for name, without in BASELINES.items():
+            for name, options in BASELINES.items():
                 if name.startswith("unpreconditioned") and grid > LARGEST_UNPRECONDITIONED:
                     continue
                 try:
-                    with without():
-                        run = timed(problem, runs if grid <= 128 else min(runs, 3))
+                    run = timed(problem, runs if grid <= 128 else min(runs, 3), options)
                 except RuntimeError as cause:
                     rows.append({"solver": name, "case": case, "N": grid, "failed": str(cause)})
                     continue

@@ -20,6 +20,7 @@ from thermoroll_cli import Case
 from thermoroll_cli.model.problem import Heating, Numerics, Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.solvers.options import SolverOptions
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "benchmarks"
@@ -70,12 +71,12 @@ class Timed:
     runs: int
 
 
-def timed(problem: Problem, runs: int) -> Timed:
-    """Solve `problem` again and again, on one thread, from nothing each time."""
+def timed(problem: Problem, runs: int, options: SolverOptions | None = None) -> Timed:
+    """Solve `problem` again and again, on one thread, from nothing each time; baselines with their own `options`."""
     walls, cpus = [], []
     for _ in range(runs):
         wall, cpu = time.perf_counter(), time.process_time()
-        result = solve(problem)
+        result = solve(problem, options=options)
         walls.append(time.perf_counter() - wall)
         cpus.append(time.process_time() - cpu)
     if not result.converged:

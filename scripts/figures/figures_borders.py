@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
 
 import numpy as np
@@ -10,16 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from scripts.figures.figures_drawing import COUPLED, DASHED, ISOTHERMAL, THIRD, Numbers, diagrams, letter, rounded, write
-from scripts.figures.figures_numerics import REFERENCE_SIDE, SIDES, Folder, against_sides, problem_of, replaced
+from scripts.figures.figures_numerics import REFERENCE_SIDE, SIDES, Folder, against_sides, problem_of
 from thermoroll_cli.assessment.scalars import STICK
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.solvers.options import RollingOptions, SolverOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 4, 5))
 VARIANTS = (("whole elements", "0.45", DASHED), ("covered fractions", THIRD, "-"),
             ("tractions at the leading edge known", ISOTHERMAL, "-"))
+TREATMENTS = (RollingOptions(smallest_cover=1.0, deepest=math.inf), RollingOptions(deepest=math.inf), RollingOptions())
 
 
 def _mechanical() -> tuple[list[list[float]], list[list[float]]]:
@@ -31,17 +32,13 @@ def _mechanical() -> tuple[list[list[float]], list[list[float]]]:
         best = Solver().solve(problem_of(case, REFERENCE_SIDE)).coupled.scalars
         for k, n in enumerate(SIDES):
             problem = problem_of(case, n)
-            for v, (cover, deepest) in enumerate(((1.0, math.inf), (None, math.inf), (None, None))):
-                with contextlib.ExitStack() as stack:
-                    for name, value in (("SMALLEST_COVER", cover), ("DEEPEST", deepest)):
-                        if value is not None:
-                            stack.enter_context(replaced(name, value))
-                    result = Solver().solve(problem)
+            for v, rolling in enumerate(TREATMENTS):
+                result = Solver(options=SolverOptions(rolling=rolling)).solve(problem)
                 fields, area = result.coupled.fields, (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
                 error = [float(fields[f"shear_{i}"].sum()) * area - best[f"force_{i}_N"] for i in "xy"]
                 forces[v, k] += float(np.dot(error, error)) / problem.traction_limit**2
             s = result.coupled.scalars
-            covered = Discretisation(DerivedQuantities(problem), (n, n), problem.numerics.extent).hertz.covered
+            covered = Discretisation(DerivedQuantities(problem), (n, n), problem.numerics.extent).isothermal_pressure.covered
             whole = float(covered[fields["state"] == STICK].sum() / covered.sum())
             sticks[:, k] += [(whole - best["gamma_st"]) ** 2, (s["gamma_st"] - best["gamma_st"]) ** 2]
     return np.sqrt(forces / len(CASES)).tolist(), np.sqrt(sticks / len(CASES)).tolist()

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import json
 import math
 import pathlib
-import sys
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -42,12 +39,10 @@ from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
-from thermoroll_cli.solvers.tangential import leading_edge as leading_edge
-from thermoroll_cli.solvers.tangential.newton import RELAXATION
+from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.turn import Tolerances
 
 Folder = pathlib.Path
 Rows = list[list[str]]
@@ -115,10 +110,11 @@ class Rolled:
     seconds: float
 
 
-def rolled(problem: Problem) -> Rolled:
-    Solver().solve(problem)  # plans of the transforms are made once per size
+def rolled(problem: Problem, rolling: RollingOptions | None = None) -> Rolled:
+    options = SolverOptions(rolling=rolling or RollingOptions())
+    Solver(options=options).solve(problem)  # plans of the transforms are made once per size
     start = time.process_time()
-    result = Solver().solve(problem)
+    result = Solver(options=options).solve(problem)
     seconds = time.process_time() - start
     limit, s = problem.traction_limit, result.coupled.scalars
     area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
@@ -225,28 +221,7 @@ def border(folder: Folder, grid: int) -> Numbers:
 FORMULAS = (("(u_i − u_{i−1})/h", (0.0, -1.0, 1.0, 0.0)),
             ("(3u_i − 4u_{i−1} + u_{i−2})/2h", (0.5, -2.0, 1.5, 0.0)),
             ("(2u_{i+1} + 3u_i − 6u_{i−1} + u_{i−2})/6h", (1.0 / 6.0, -1.0, 0.5, 1.0 / 3.0)),
-            ("0.7 of the third + 0.3 of the second", None))
-
-
-@contextlib.contextmanager
-def replaced(name: str, value: Any) -> Iterator[None]:
-    """A constant of the package replaced wherever a module has imported it."""
-    ours = [module for key, module in sys.modules.items() if key.startswith("thermoroll_cli")]
-    found = [module for module in ours if hasattr(module, name)]
-    before = [getattr(m, name) for m in found]
-    for module in found:
-        setattr(module, name, value)
-    try:
-        yield
-    finally:
-        for module, old in zip(found, before, strict=True):
-            setattr(module, name, old)
-
-
-def _dissipative(weights: tuple[float, ...]) -> tuple[float, ...]:
-    """Half the sum of a formula on offsets −2…1 and its mirror image, on offsets −2…2."""
-    full = np.array([*weights, 0.0])
-    return tuple(0.5 * (full + full[::-1]))
+            ("0.7 of the third + 0.3 of the second", UPSTREAM_WEIGHTS))
 
 
 def differences(folder: Folder, grid: int) -> Numbers:
@@ -257,12 +232,7 @@ def differences(folder: Folder, grid: int) -> Numbers:
     for words, weights in FORMULAS:
         row = [words]
         for n in (64, 128):
-            problem = problem_of("table1", n, **base)
-            with contextlib.ExitStack() as stack:
-                if weights is not None:
-                    stack.enter_context(replaced("DIFFERENCE_WEIGHTS", weights))
-                    stack.enter_context(replaced("DISSIPATIVE_WEIGHTS", _dissipative(weights)))
-                r = rolled(problem)
+            r = rolled(problem_of("table1", n, **base), RollingOptions(difference_weights=weights))
             row += [f"{r.summed[0] - best.reported[0]:+.1e}", f"{-r.power_error:+.1e}"]
         rows.append(row)
     return {"table": table(["∂u/∂x at x_i", "F_x/μW, N = 64", "power balance", "F_x/μW, N = 128", "power balance"], rows)}
@@ -276,9 +246,8 @@ def leading(folder: Folder, grid: int) -> Numbers:
         problem = problem_of("article_3_1_case_3", n)
         found = []
         # Nothing of the known gradient is taken where the deepest deficit counts as infinite.
-        for name, value in (("DEEPEST", math.inf), ("RING", leading_edge.RING), ("RING", 0)):
-            with replaced(name, value):
-                found.append(rolled(problem).summed[1] - best)
+        for options in (RollingOptions(deepest=math.inf), RollingOptions(), RollingOptions(leading_ring=0)):
+            found.append(rolled(problem, options).summed[1] - best)
         rows.append([str(n), *(f"{value:+.1e}" for value in found)])
     return {"table": table(["N", "K alone", "gradient known", "known on partly covered elements only"], rows)}
 
@@ -286,11 +255,10 @@ def leading(folder: Folder, grid: int) -> Numbers:
 def newton(folder: Folder, grid: int) -> Numbers:
     """The factor in ρ, and starting from the coarser grid, for the case of Sec. 3.1 that is hardest from cold."""
     rows: Rows = []
-    for factor in (0.1, RELAXATION, 1.0, 3.0):
+    for factor in (0.1, RollingOptions.relaxation, 1.0, 3.0):
         row = [f"{factor:g}"]
         for case in ("article_3_1_case_1", "article_3_1_case_5"):
-            with replaced("RELAXATION", factor):
-                alone = _one_grid(problem_of(case, 128))
+            alone = _one_grid(problem_of(case, 128), RollingOptions(relaxation=factor))
             row += [str(alone.newton_steps), str(alone.applications), f"{alone.residual:.0e}"]
         rows.append(row)
     starts: Rows = []
@@ -307,8 +275,10 @@ def newton(folder: Folder, grid: int) -> Numbers:
                              "all grids, in applications of the finest"], starts)}
 
 
-def _one_grid(problem: Problem) -> Any:
-    discretisation = Discretisation(DerivedQuantities(problem), problem.numerics.grid or (0, 0), problem.numerics.extent)
+def _one_grid(problem: Problem, rolling: RollingOptions | None = None) -> Any:
+    options = SolverOptions(rolling=rolling or RollingOptions())
+    shape, extent = problem.numerics.grid or (0, 0), problem.numerics.extent
+    discretisation = Discretisation(DerivedQuantities(problem), shape, extent, options=options)
     start = Traction.unknown(discretisation.grid.shape)
     return discretisation.roll(discretisation.isothermal_pressure, start, Tolerances().tangential)
 

@@ -24,10 +24,10 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, RollingGradient
+from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS, Tolerances
+from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.turn import Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)
@@ -141,7 +141,7 @@ def test_both_directions_are_reciprocal():
     coupling = NormalShearCoupling(grid, 0.4)
     pressure, traction = random.normal(size=(14, 9)), random.normal(size=(2, 14, 9))
     traction[:, :3] = traction[:, -3:] = 0.0
-    transposed = sum(w * np.roll(traction, k, axis=1) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True))
+    transposed = sum(w * np.roll(traction, k, axis=1) for k, w in zip(DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, strict=True))
     work = float((traction * coupling.stretch(pressure)).sum())
     assert work == pytest.approx(-float((pressure * coupling.lift(transposed)).sum()), rel=1e-12)
 

@@ -26,8 +26,9 @@ from tests.support.scenes import (
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Geometry, Heating, Motion, Numerics, Problem
 from thermoroll_cli.model.result import FIELDS, SCALARS
-from thermoroll_cli.refinement.plan import COARSEST, grid_ladder, make_plan
+from thermoroll_cli.refinement.plan import grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.solvers.options import RefinementOptions
 
 PHYSICAL = [
     "Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",
@@ -134,7 +135,7 @@ def test_scalars_of_skipped_stages_are_nan_and_their_fields_absent():
 def test_progress_is_reported_per_grid():
     problem, seen = on_grid(VARIED["hot"], 32), []
     solve(problem, report=lambda stage, info: seen.append((stage, tuple(info["grid"]))))
-    climb = [(stage, shape) for shape in grid_ladder(problem) for stage in ("tangential", "coupling")]
+    climb = [(stage, shape) for shape in grid_sequence(problem) for stage in ("tangential", "coupling")]
     assert seen[-len(climb) :] == climb
 
 
@@ -265,12 +266,12 @@ def test_results_do_not_depend_on_what_was_solved_before():
 
 def test_ladder_doubles_up_to_the_grid_that_is_asked_for():
     for grid in ((128, 128), (100, 60), (31, 200), (17, 17), (128, 33)):
-        ladder = grid_ladder(rolling(grid=grid))
+        ladder = grid_sequence(rolling(grid=grid))
         assert ladder[-1] == grid
-        assert max(ladder[0]) < 4 * COARSEST
+        assert max(ladder[0]) < 4 * RefinementOptions().coarsest
         for coarse, fine in pairwise(ladder):
             for few, many in zip(coarse, fine, strict=True):
-                assert 1.8 < many / few <= 2.0 or few == many < 4 * COARSEST
+                assert 1.8 < many / few <= 2.0 or few == many < 4 * RefinementOptions().coarsest
 
 
 def test_plan_tells_before_solving_what_will_be_done():

@@ -19,16 +19,16 @@ from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rollin
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.model.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.model.result import Result
-from thermoroll_cli.refinement.plan import STANDARD_ACCURACY, make_plan
+from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.starts import Starts
+from thermoroll_cli.solvers.options import Tolerances
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.turn import Tolerances
 
 Record = Callable[[str, object], None]
 

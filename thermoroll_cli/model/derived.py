@@ -19,9 +19,6 @@ from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
 
 Array = NDArray[np.float64]
 
-STANDARD_ACCURACY = 1e-3
-"""Relative accuracy aimed at where a case asks for none."""
-
 SAMPLES = 65
 """Places across the contact at which the size of the differential slip is looked up."""
 
@@ -81,8 +78,8 @@ class DerivedQuantities:
         """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
         half_lengths = self.hertz.semi_axis_x, self.hertz.semi_axis_y
         across = half_lengths[1] * np.linspace(-1.0, 1.0, SAMPLES)
-        wanted = self.problem.numerics.accuracy or STANDARD_ACCURACY
-        return resolved(self.problem, across, half_lengths, self.saturation_creepage, wanted)
+        return resolved(self.problem, across, half_lengths, self.saturation_creepage,
+                        self.problem.numerics.wanted_accuracy)
 
     @property
     def has_traction(self) -> bool:

@@ -9,6 +9,9 @@ from typing import Literal
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 
+STANDARD_ACCURACY = 1e-3
+"""Relative accuracy aimed at where a case asks for none."""
+
 
 @dataclass(frozen=True)
 class Material:
@@ -107,6 +110,11 @@ class Numerics:
     grid: tuple[int, int] | None = None
     accuracy: float | None = None
     extent: float = 2.2
+
+    @property
+    def wanted_accuracy(self) -> float:
+        """What is aimed at: what cannot change a result by more is left out."""
+        return self.accuracy or STANDARD_ACCURACY
 
 
 @dataclass(frozen=True)

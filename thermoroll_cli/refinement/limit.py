@@ -7,13 +7,12 @@ from dataclasses import replace
 
 from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
-
-COARSE = (32, 32)
-HALVINGS = 14
-BISECTIONS = 5
+from thermoroll_cli.solvers.options import LimitOptions
 
 
-def last_steady_state(problem: Problem, failed: Result, solve_once: Callable[[Problem], Result]) -> Result:
+def last_steady_state(
+    problem: Problem, failed: Result, solve_once: Callable[[Problem], Result], options: LimitOptions
+) -> Result:
     """The state at the largest speed for which one is found, instead of `failed`; marked as not converged, with the reason.
 
     Speed, and with it heat, is lowered until a coarse grid has a steady state, then the largest such speed is bracketed; the
@@ -21,24 +20,23 @@ def last_steady_state(problem: Problem, failed: Result, solve_once: Callable[[Pr
     """
     wanted = problem.motion.speed
     # Not finer than what is asked for: then the bracket would take longer than the solution.
-    nx, ny = problem.numerics.grid or COARSE
-    coarse = replace(problem, numerics=Numerics((min(nx, COARSE[0]), min(ny, COARSE[1])), extent=problem.numerics.extent))
+    nx, ny = (min(pair) for pair in zip(problem.numerics.grid or options.coarse, options.coarse, strict=True))
+    coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent))
 
     def steady(speed: float) -> bool:
         return solve_once(at_speed(coarse, speed)).converged
 
     low, high = 0.5 * wanted, wanted
-    for _ in range(HALVINGS):
+    for _ in range(options.halvings):
         if steady(low):
             break
         low, high = 0.5 * low, low
     else:
         return failed
-    for _ in range(BISECTIONS):
+    for _ in range(options.bisections):
         middle = (low * high) ** 0.5
         low, high = (middle, high) if steady(middle) else (low, middle)
-    # The fine grid may stop a little earlier than the coarse one.
-    for speed in (low, 0.9 * low, 0.7 * low):
+    for speed in (retreat * low for retreat in options.retreats):
         found = solve_once(at_speed(problem, speed))
         if found.converged:
             reason = (f"no steady state found beyond V = {speed:.3g} m/s (asked for {wanted:g} m/s): frictional heat drives "

@@ -18,10 +18,14 @@ from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
 
 
-def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) -> Result:
+def result_of(
+    problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], *, extrapolated: bool = True
+) -> Result:
+    """What is reported of the last of `levels`; its integrals `extrapolated` from the last three, if so."""
     last = levels[-1]
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
+    final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     errors = estimates(coupled, derived, min(last.discretisation.grid.shape))
     reasons = failures(derived, last.discretisation, last.isothermal, last.coupled)
     warnings = list(plan.warnings)
@@ -44,19 +48,19 @@ def result_of(problem: Problem, plan: Plan, levels: list[RefinementLevel], secon
         history["coupling_residual"] = np.array(last.coupled.history)
     if last.isothermal.acts_back:
         history[f"{_coupling_name(last)}_residual"] = np.array(last.isothermal.history)
-    isothermal_state = replace(last.isothermal_state, scalars=reported(isothermal, derived))
+    isothermal_state = replace(last.isothermal_state, scalars=final(isothermal, derived))
     same = last.coupled_state is last.isothermal_state
     return Result(
         problem=problem,
         x=last.discretisation.grid.x,
         y=last.discretisation.grid.y,
-        coupled=isothermal_state if same else replace(last.coupled_state, scalars=reported(coupled, derived)),
+        coupled=isothermal_state if same else replace(last.coupled_state, scalars=final(coupled, derived)),
         isothermal=isothermal_state,
         hertz=input_scalars(derived),
         converged=not reasons,
         reason="; ".join(reasons),
         error=errors,
-        work=_work(plan, levels, seconds) | ({} if heat is None else account(heat)),
+        work=_work(plan, levels, seconds, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
     )
@@ -72,7 +76,9 @@ def _coupling_name(level: RefinementLevel) -> str:
     return "warm_friction" if level.discretisation.derived.problem.friction_falls else "elastic_coupling"
 
 
-def _work(plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) -> dict[str, Any]:
+def _work(
+    plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], *, extrapolated: bool
+) -> dict[str, Any]:
     entries = []
     for r in levels:
         entry: dict[str, Any] = {
@@ -102,6 +108,6 @@ def _work(plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float]) 
         "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),
         "levels": entries,
         "seconds": {k: round(v, 6) for k, v in seconds.items()},
-        "extrapolated": list(EXTRAPOLATED) if len(entries) > 2 else [],
+        "extrapolated": list(EXTRAPOLATED) if extrapolated and len(entries) > 2 else [],
         "skipped": dict(plan.skipped),
     }

@@ -7,15 +7,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from thermoroll_cli.model.derived import STANDARD_ACCURACY, DerivedQuantities
+from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.solvers.options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import divide
-
-COARSEST = 8
-FINEST_FOR_ACCURACY = 512
-SMALLEST_EXTENT = 2.1
-"""The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
 
 BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
@@ -47,13 +43,14 @@ class Plan:
         return stage in self.run
 
 
-def make_plan(problem: Problem) -> Plan:
+def make_plan(problem: Problem, options: RefinementOptions | None = None) -> Plan:
     """Plan of a problem. Raises ValueError where no steady state can exist (|F| > μW)."""
     if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
         raise ValueError(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
                          f"{problem.traction_limit:g} N")
+    options = options or RefinementOptions()
     derived = DerivedQuantities(problem)
-    grids = grid_ladder(problem)
+    grids = grid_sequence(problem, options)
     run, skipped, warnings = [], {}, []
     heating = problem.heating
     if derived.feeds_back:
@@ -81,7 +78,7 @@ def make_plan(problem: Problem) -> Plan:
     else:
         run.append("heat")
     if "heat" in run and heating.partition == "matched":
-        if (share := _even_share(derived)) is None:
+        if (share := _even_share(derived, options)) is None:
             run.append("partition")
         else:
             skipped["partition"] = f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
@@ -94,17 +91,17 @@ def make_plan(problem: Problem) -> Plan:
     elif not heating.deformation:
         skipped["deformation"] = "switched off"
     else:
-        wanted = problem.numerics.accuracy or STANDARD_ACCURACY
-        bulge = bulge_bound(derived) / derived.hertz.approach
+        wanted = problem.numerics.wanted_accuracy
+        bulge = bulge_bound(derived, options) / derived.hertz.approach
         if BULGE_EFFECT * bulge < wanted:
             skipped["deformation"] = (f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing "
                                       f"by more than {wanted:g}")
         else:
             run.append("deformation")
     extent = problem.numerics.extent
-    if extent < SMALLEST_EXTENT:
-        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
-        extent = SMALLEST_EXTENT
+    if extent < options.smallest_extent:
+        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {options.smallest_extent:g}")
+        extent = options.smallest_extent
     warnings += _half_space_warnings(derived)
     return Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
 
@@ -119,26 +116,27 @@ def _why_uncoupled(derived: DerivedQuantities) -> str:
     return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
 
 
-def grid_ladder(problem: Problem) -> tuple[tuple[int, int], ...]:
-    """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as many where three
-    grids are left without it."""
-    wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
-    coarsest = COARSEST if max(wish) < 8 * COARSEST else 2 * COARSEST
-    ladder = [wish]
-    while max(ladder[0]) >= 2 * coarsest:
-        nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in ladder[0])
-        ladder.insert(0, (nx, ny))
-    return tuple(ladder)
+def grid_sequence(problem: Problem, options: RefinementOptions | None = None) -> tuple[tuple[int, int], ...]:
+    """Grids from coarse to fine, each side doubled (rounded): from about `RefinementOptions.coarsest` elements, from twice as
+    many where three grids are left without it."""
+    options = options or RefinementOptions()
+    wish = problem.numerics.grid or (options.finest_for_accuracy, options.finest_for_accuracy)
+    coarsest = options.coarsest if max(wish) < 8 * options.coarsest else 2 * options.coarsest
+    grids = [wish]
+    while options.sequence and max(grids[0]) >= 2 * coarsest:
+        nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in grids[0])
+        grids.insert(0, (nx, ny))
+    return tuple(grids)
 
 
-def bulge_bound(derived: DerivedQuantities) -> float:
+def bulge_bound(derived: DerivedQuantities, options: RefinementOptions | None = None) -> float:
     """Estimate from above of the thermal expansion's variation over the contact in m.
 
     The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the
     expansion of that heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few
     times the saturation creepage at most."""
     problem, motion = derived.problem, derived.problem.motion
-    discretisation = _preview(derived)
+    discretisation = _preview(derived, options or RefinementOptions())
     rigid = discretisation.driving_slip(discretisation.isothermal_pressure)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
@@ -155,19 +153,19 @@ def bulge_bound(derived: DerivedQuantities) -> float:
     return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
 
 
-def _preview(derived: DerivedQuantities) -> Discretisation:
+def _preview(derived: DerivedQuantities, options: RefinementOptions) -> Discretisation:
     """A grid coarse enough for estimates."""
-    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+    return Discretisation(derived, (2 * options.coarsest, 2 * options.coarsest), options.smallest_extent)
 
 
-def _even_share(derived: DerivedQuantities) -> float | None:
+def _even_share(derived: DerivedQuantities, options: RefinementOptions) -> float | None:
     """Share of the lower body with which both surfaces get equally warm everywhere; None if that takes a solution."""
     motion = derived.problem.motion
     if derived.problem.heating.conducts:
         return None
     if derived.problem.heating.peclet == "rolling" and (motion.force_x, motion.force_y) != (None, None):
         return None
-    discretisation = _preview(derived)
+    discretisation = _preview(derived, options)
     creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
     return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
 

@@ -18,17 +18,11 @@ from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
 from thermoroll_cli.refinement.starts import Starts
+from thermoroll_cli.solvers.options import SolverOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.turn import Tolerances
 
 Report = Callable[[str, Mapping[str, Any]], None]
-
-GROWTH = 1.25
-"""Factor by which the domain grows when the contact reaches its rim."""
-LARGEST_EXTENT = 12.0
-COARSE_TOLERANCE = 3.0
-"""Factor by which coarser grids are solved less closely: less work, and neither the finest grid nor the estimates notice."""
 
 
 @dataclass
@@ -54,14 +48,17 @@ class _Lap:
         self.seconds[self.stage] = self.seconds.get(self.stage, 0.0) + time.perf_counter() - self.start
 
 
-def solve(problem: Problem, *, threads: int = 1, report: Report | None = None) -> Result:
+def solve(
+    problem: Problem, *, threads: int = 1, report: Report | None = None, options: SolverOptions | None = None
+) -> Result:
     """Solve `problem` and return its coupled and isothermal states.
 
     `threads` > 1 transforms the two traction components side by side (the result does not depend on it). `report` is
-    called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. Raises ValueError where
-    no steady state can exist; everything else that goes wrong is told in `Result.converged` and `Result.reason`.
+    called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. `options` are for experiments
+    with the solvers. Raises ValueError where no steady state can exist; everything else that goes wrong is told in
+    `Result.converged` and `Result.reason`.
     """
-    return Solver(threads).solve(problem, report=report)
+    return Solver(threads, options).solve(problem, report=report)
 
 
 class Solver:
@@ -69,8 +66,9 @@ class Solver:
 
     Neighbouring points of a sweep share their kernels and need a fraction of the iterations."""
 
-    def __init__(self, threads: int = 1) -> None:
+    def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
+        self.options = options or SolverOptions()
         self._previous: list[RefinementLevel] = []
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -78,21 +76,22 @@ class Solver:
         result, too_hot = self._solve(problem, report)
         if too_hot:
             # Lower speeds have kernels of their own: a fresh solver each, and nothing of them is remembered.
-            result = last_steady_state(problem, result, lambda p: Solver(self.threads)._solve(p, report)[0])
+            result = last_steady_state(problem, result, lambda p: Solver(self.threads, self.options)._solve(p, report)[0],
+                                       self.options.limit)
         return result
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
         """One attempt, and whether it failed for too much heat."""
-        plan = make_plan(problem)
+        plan, options = make_plan(problem, self.options.refinement), self.options.refinement
         while True:
             levels, stopwatch = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
             last = levels[-1]
-            if not last.touches_rim or plan.extent > LARGEST_EXTENT:
+            if not last.touches_rim or plan.extent > options.largest_extent:
                 break
-            grown = plan.extent * GROWTH
+            grown = plan.extent * options.growth
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
-        result = result_of(problem, plan, levels, stopwatch.seconds)
+        result = result_of(problem, plan, levels, stopwatch.seconds, extrapolated=options.extrapolated)
         if result.converged:
             self._previous = levels
         return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.coupled)
@@ -105,10 +104,10 @@ class Solver:
         previous = coarser = previous_coarser = None
         for shape in plan.grids:
             previous = next((r for r in self._previous if r.discretisation.has_kernels_of(derived, shape, plan.extent)), None)
-            discretisation = (Discretisation(derived, shape, plan.extent, self.threads) if previous is None
+            discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options) if previous is None
                               else previous.discretisation.of(derived))
             starts = Starts(discretisation, coarser, previous, previous_coarser)
-            tolerances = tolerances_on(shape, plan, derived)
+            tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):
                 isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
@@ -126,21 +125,22 @@ class Solver:
         return levels, stopwatch
 
 
-def tolerances_on(shape: tuple[int, int], plan: Plan, derived: DerivedQuantities) -> Tolerances:
+def tolerances_on(
+    shape: tuple[int, int], plan: Plan, derived: DerivedQuantities, options: SolverOptions
+) -> Tolerances:
     """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
     error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
     the estimates."""
-    tolerances, accuracy = Tolerances(), derived.problem.numerics.accuracy
+    tolerances, refinement, accuracy = options.tolerances, options.refinement, derived.problem.numerics.accuracy
     if derived.feeds_back:
-        # Pressure and shear that act on each other cost more turns from a looser start than it saves; and with elements of the
-        # border that come and go, a closer pressure gains nothing.
-        return replace(tolerances, normal=0.1 * tolerances.tangential)
+        # Pressure and shear that act on each other cost more turns from a looser start than it saves.
+        return replace(tolerances, normal=refinement.normal_share_of_shear * tolerances.tangential)
     if shape == plan.grids[-1]:
         return tolerances
-    factor = COARSE_TOLERANCE
+    factor = refinement.coarse_tolerance
     if accuracy is not None:
-        factor = min(factor, max(1.0, 0.03 * accuracy / tolerances.tangential))
-    return Tolerances(factor * tolerances.tangential, factor * tolerances.normal, factor * tolerances.coupling)
+        factor = min(factor, max(1.0, refinement.share_of_accuracy * accuracy / tolerances.tangential))
+    return tolerances.times(factor)
 
 
 def _accurate_enough(problem: Problem, levels: list[RefinementLevel]) -> bool:

@@ -23,9 +23,6 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import Fields, unknowns_of
 from thermoroll_cli.steady_state.friction import friction_before_heat
 
-FIRST_GUESS = 1e-2
-"""Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
-
 
 @dataclass(frozen=True)
 class Starts:
@@ -42,8 +39,10 @@ class Starts:
         discretisation, source = self.discretisation, self.previous or self.coarser
         fields = _unheated(discretisation)
         if source is None:
-            pressure, unknown = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
-            return Contact(pressure, discretisation.roll(pressure, unknown, FIRST_GUESS) if fields else unknown, **fields)
+            pressure, tangential = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
+            if fields:
+                tangential = discretisation.roll(pressure, tangential, discretisation.options.refinement.first_guess)
+            return Contact(pressure, tangential, **fields)
         guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
         if self.previous is not None:
             guess = replace(guess, tangential=self._predicted(self.previous))

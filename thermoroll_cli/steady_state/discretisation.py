@@ -14,22 +14,27 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
+from thermoroll_cli.solvers.options import SolverOptions
 from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.steady_state.frictional_heat import Heat, divide
-from thermoroll_cli.steady_state.traction import Rolling
+from thermoroll_cli.steady_state.traction import TractionSolver
 
 Array = NDArray[np.float64]
 
 
 class Discretisation:
-    """The solvers of one derived on one grid; each is built when a stage first needs it."""
+    """The solvers of one problem on one grid; each is built when a stage first needs it."""
 
-    def __init__(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1) -> None:
+    def __init__(
+        self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
+        options: SolverOptions | None = None,
+    ) -> None:
+        self.options = options or SolverOptions()
         self.derived = derived
         self.grid: Grid = derived.grid(shape, extent)
         self.extent = extent
-        self.rolling = Rolling(self.grid, threads)
+        self.rolling = TractionSolver(self.grid, threads, self.options.rolling)
         self._heat: HeatResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -53,7 +58,7 @@ class Discretisation:
 
     @cached_property
     def normal_solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self.derived.problem.contact_modulus)
+        return NormalSolver(self.grid, self.derived.problem.contact_modulus, self.options.normal)
 
     @cached_property
     def isothermal_pressure(self) -> Pressure:
@@ -64,6 +69,10 @@ class Discretisation:
         x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
         quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
         pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+        if self.options.whole_elements:
+            pressure = hertz.pressure(grid.x[:, None], grid.y[None, :])
+            pressure *= self.derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
+            covered = (pressure > 0.0).astype(float)
         displacement = self.normal_solver.displacement(pressure)
         gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
         return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
@@ -96,7 +105,7 @@ class Discretisation:
 
     @cached_property
     def normal_shear(self) -> NormalShearCoupling:
-        return NormalShearCoupling(self.grid, self.derived.coupling_constant)
+        return NormalShearCoupling(self.grid, self.derived.coupling_constant, self.options.rolling.difference_weights)
 
     def shear_displacement(self, traction: Array) -> Array:
         """−u_z^τ by which `traction` (2, nx, ny) closes the gap between dissimilar bodies, in m, (nx, ny).

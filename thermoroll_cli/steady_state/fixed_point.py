@@ -18,9 +18,10 @@ from numpy.typing import NDArray
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.solvers.algorithms.anderson import Anderson
+from thermoroll_cli.solvers.options import FixedPointOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
-from thermoroll_cli.steady_state.turn import Tolerances, turn
+from thermoroll_cli.steady_state.turn import turn
 
 Array = NDArray[np.float64]
 Fields = dict[str, Any]
@@ -42,51 +43,6 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
 }
 """Fields of `Contact` that a turn makes anew, each with the scale in which its changes count. A further one is a field there, a
 line in `turn` and a line here."""
-
-
-@dataclass(frozen=True)
-class FixedPointOptions:
-    """How the fixed point is iterated. The defaults are those of heat, which may move the surfaces by half of the approach."""
-
-    depth: int = 4
-    """Turns that Anderson's mixing remembers: more gain nothing, because the turns are not solved that closely."""
-    first_damping: float = 0.7
-    """Part of the first change that is taken: a bulge and its pressure push each other further than they end up."""
-    max_turns: int = 60
-    """Close to the thermo-elastic limit 30 turns have been seen; beyond it none would do."""
-    first_residual: float = 1.0
-    """Residual that the first turn counts with: nothing is known of it."""
-    tangential_share: float = 0.05
-    """Residual of the tractions over that of the fixed point: heat follows the tractions one to one, and the mixing must not
-    take what is left of their residual for a change."""
-    normal_share: float = 1e-3
-    """The same of the gap. It is cheap, and an open gap at the border adds or drops elements there."""
-    last_turn: float = 10.0
-    """From this many times the tolerance the next turn is expected to reach it: its tractions are solved to the end."""
-    few_turns: int = 60
-    """From this turn on each may be the last."""
-    loosest: float = 1e-2
-    """No turn solves its tractions less closely: stick and slip would not yet be those of a solution."""
-    patience: int = 20
-    recent: int = 12
-    gain: float = 0.5
-    """An iteration stagnates if after `patience` turns the `recent` ones have not brought the residual below `gain` times the
-    least one before them. Close to the thermo-elastic limit a dozen turns may pass without any gain."""
-    setbacks: int = 5
-    """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
-    of what it has in reserve is lost."""
-    indifferent: float = 10.0
-    """Times the tolerance: the residual that is accepted where no further turn reduces it, still below 1e-4 of the approach."""
-    border_element: float = 0.3
-    """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
-    surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
-
-
-SHEAR = FixedPointOptions(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, few_turns=6, patience=11, recent=6,
-                          gain=0.7)
-"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: a turn gains a factor of ten or
-more from the first on, its tractions matter to a few per cent, and what has not converged in a dozen turns wavers between
-elements of the border."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +72,7 @@ def unknowns_of(contact: Contact) -> Fields:
 
 
 def fixed_point(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, options: FixedPointOptions | None = None
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances
 ) -> SteadyState:
     """Iterate turns from `start` until what acts back no longer changes.
 
@@ -124,7 +80,8 @@ def fixed_point(
     is below the tolerance and whose own problems are solved. Where the iteration stagnates or meets no such turn, the best
     state is returned.
     """
-    options = options or (SHEAR if start.expansion is None and start.friction is None else FixedPointOptions())
+    heated = start.expansion is not None or start.friction is not None
+    options = discretisation.options.heat if heated else discretisation.options.shear
     limit = tolerances.tangential if start.expansion is None else tolerances.coupling
     mixing = _Mixing(discretisation, options)
     state = best = start

@@ -10,19 +10,20 @@ from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities, unfolded
 from thermoroll_cli.model.contact import Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.solvers.options import RollingOptions
 from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
-from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_WEIGHTS, MARGIN, RollingGradient, difference
+from thermoroll_cli.solvers.tangential.rolling_gradient import MARGIN, RollingGradient, difference
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem, TangentialSolution
 from thermoroll_cli.steady_state.window import Window, window_around
 
 Array = NDArray[np.float64]
 
 
-class Rolling:
-    """Solves tangential problems of scenes that share kernels (see `Discretisation.serves`); keeps solvers while they serve."""
+class TractionSolver:
+    """Solves tangential problems that share kernels (`Discretisation.has_kernels_of`); keeps the solvers of their windows."""
 
-    def __init__(self, grid: Grid, threads: int) -> None:
-        self.grid = grid
+    def __init__(self, grid: Grid, threads: int, options: RollingOptions) -> None:
+        self.grid, self.options = grid, options
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
@@ -43,20 +44,21 @@ class Rolling:
         window = self.window_around(normal.contact, mirror, derived)
         solver = self._solvers[mirror]
         before = solver.gradient.applications
+        # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
+        has_shape = self.options.leading_known and not derived.dissimilar
         cell = TangentialProblem(
             bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
             covered=window.cut(normal.covered),
             rigid_slip=window.cut(rigid),
             element_area=self.grid.element_area * window.weight,
             force=(motion.force_x, motion.force_y),
-            # Dissimilar bodies: there tractions begin like sqrt(s) ln s and have no given shape.
-            leading=None if derived.dissimilar else self.leading(derived, normal, window, undisturbed=undisturbed),
+            leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
         )
         solution = solver.solve(
             cell,
             [] if start.is_unknown else [(window.cut(start.traction), start.creepage)],
-            tolerance * (0.4 if cell.free else 1.0),
+            tolerance * (self.options.force_tolerance if cell.free else 1.0),
         )
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
@@ -77,7 +79,8 @@ class Rolling:
         window = need if last is None else last.grown(need)
         self._windows[mirror] = window
         self._solvers[mirror] = RollingSolver(RollingGradient(
-            window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror))
+            window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror,
+            self.options.difference_weights), self.options)
         return window
 
     def solver_of(self, window: Window) -> RollingSolver:
@@ -108,9 +111,9 @@ class Rolling:
             exact = np.stack([along * x, across * x, mixed * y])
         else:
             closed = self._closing(derived, normal)[both.rows.start : both.rows.stop + 2 * MARGIN, both.columns]
-            isotropic = np.pi * derived.problem.contact_modulus * difference(closed, DIFFERENCE_WEIGHTS, grid.dx)
+            isotropic = np.pi * derived.problem.contact_modulus * difference(closed, self.options.difference_weights, grid.dx)
             exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
-        return known_gradient(pressure, found, exact, covered)[:, :, -window.shape[1] :]
+        return known_gradient(pressure, found, exact, covered, self.options.leading_ring)[:, :, -window.shape[1] :]
 
     def _closing(self, derived: DerivedQuantities, normal: Pressure) -> Array:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either

@@ -2,28 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.solvers.options import Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import friction_of
 from thermoroll_cli.steady_state.frictional_heat import Heat
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Relative: residual of the tractions, residual gap over approach, change of what acts back on the contact.
-
-    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
-
-    tangential: float = 1e-5
-    normal: float = 1e-7
-    coupling: float = 3e-6
 
 
 def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:

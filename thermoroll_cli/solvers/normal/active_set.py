@@ -12,6 +12,7 @@ from thermoroll_cli.kernels.elastic import normal_table
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.normal.contact_border import border_elements
+from thermoroll_cli.solvers.options import NormalOptions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -62,12 +63,13 @@ class RefinedContact:
 class NormalSolver:
     """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions."""
 
-    def __init__(self, grid: Grid, contact_modulus: float) -> None:
+    def __init__(self, grid: Grid, contact_modulus: float, options: NormalOptions | None = None) -> None:
         pyfftw = fftw()
 
         nx, ny = grid.shape
         self.grid = grid
         self.contact_modulus = contact_modulus
+        self.options = options or NormalOptions()
         self.applications = 0
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
@@ -163,11 +165,11 @@ class NormalSolver:
         displacement = self.displacement(pressure)
         history: list[float] = []
         iterations, stalled = 0, 0
-        target = 0.1
+        target = self.options.first_reduction
         converged = False
         seen_changes = contact.size
         while iterations < max_iterations:
-            state = self._conjugate_gradients(gap, pressure, displacement, contact, 0.5 * tolerance,
+            state = self._conjugate_gradients(gap, pressure, displacement, contact, self.options.solved_share * tolerance,
                                               max_iterations - iterations, target)
             pressure, displacement, approach = state.pressure, state.displacement, state.approach
             iterations += state.iterations
@@ -187,7 +189,7 @@ class NormalSolver:
             stalled = stalled + 1 if changes >= seen_changes else 0
             seen_changes = min(seen_changes, changes)
             contact = contact & ~drop
-            if stalled < 8 or not drop.any():
+            if stalled < self.options.patience or not drop.any():
                 contact |= add
             pressure = np.where(contact, pressure, 0.0)
             if pressure.any():
@@ -220,9 +222,10 @@ class NormalSolver:
         if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
-        for _ in range(3):
+        for _ in range(self.options.border_passes):
             pressure = pressure * (wanted / float(pressure.sum())) + fixed
-            state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance, 60)
+            state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance,
+                                              self.options.border_iterations)
             negative = state.pressure < 0.0
             if not negative.any():
                 break

@@ -8,22 +8,23 @@ from numpy.typing import NDArray
 from thermoroll_cli.kernels.convolution import Convolution
 from thermoroll_cli.kernels.elastic import coupling_tables
 from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS
+from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
+from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
 
 Array = NDArray[np.float64]
 Spectrum = NDArray[np.complex128]
 
 
 class NormalShearCoupling:
-    """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa).
+    """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa) and the difference formula `weights`.
 
     The tangential problem sees the pressure as a further part of its rigid slip, −∂u^p/∂x (`stretch`); the normal problem
     sees the tractions as an offset of its gap, like a thermal expansion (`lift`). Neither solver has to know more.
     Kernels and the derivation of their signs: `coupling_tables`.
     """
 
-    def __init__(self, grid: Grid, constant: float) -> None:
-        self.grid, self.constant = grid, constant
+    def __init__(self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS) -> None:
+        self.grid, self.constant, self._weights = grid, constant, weights
         self._convolution = Convolution(*grid.shape)
         self._stretch: list[Spectrum] = []
         self._lift: list[Spectrum] = []
@@ -49,7 +50,7 @@ class NormalShearCoupling:
             scale = self.constant / self.grid.dx
             for table in self._tables():
                 terms = (w * table[k + 2 : k + 2 + 2 * n - 1] for k, w in
-                         zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True))
+                         zip(DIFFERENCE_OFFSETS, self._weights, strict=True))
                 self._stretch.append(self._convolution.spectrum(scale * sum(terms, start=np.zeros(()))))
         hat = self._convolution.forward(pressure)
         return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._stretch])

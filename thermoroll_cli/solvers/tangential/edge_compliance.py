@@ -6,7 +6,7 @@ gradient of the displacement along the rolling direction is
 
     K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
 
-For n along x these are the constants of numerics.md; without the turn of n lateral forces keep an error of first order.
+For n along x these are the constants of docs/numerics.md; without the turn of n lateral forces keep an error of first order.
 """
 
 from __future__ import annotations
@@ -20,15 +20,10 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import sobel
+from thermoroll_cli.solvers.options import RollingOptions
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
-
-SMALLEST_COVER = 1e-3
-"""Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
-DEEPEST = 0.117
-"""Most that the known gradient at the leading edge falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G along y:
-on elements that the border just touches."""
 
 
 class EdgeCompliance:
@@ -51,8 +46,10 @@ class EdgeCompliance:
         softest: tuple[float, float] = (math.inf, math.inf),
         mirrored: bool = False,
         neutral: Array | None = None,
+        options: RollingOptions | None = None,
     ) -> None:
-        share = np.clip(np.where(contact, covered, 1.0), SMALLEST_COVER, 1.0)
+        options = options or RollingOptions()
+        share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
         self.partial: Mask = share < 1.0
         i, j = np.nonzero(self.partial)
         around = np.pad(np.where(contact, covered, 0.0), 1)
@@ -68,8 +65,8 @@ class EdgeCompliance:
         trailing[i, j] = nx < 0.0
         if leading is not None:
             known = leading.any(axis=0) & contact
-            trust = min(1.0, softest[0] / (DEEPEST * along), softest[1] / (DEEPEST * across))
-            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across)
+            trust = min(1.0, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
+            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
             trailing &= ~known
         if neutral is not None:
             k[:2] += neutral
@@ -108,10 +105,10 @@ class EdgeCompliance:
         return self.add(np.zeros_like(traction), traction)
 
 
-def _limited(k: Array, along: float, across: float) -> Array:
+def _limited(k: Array, along: float, across: float, options: RollingOptions) -> Array:
     """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
     x, y = k[0] / along, k[1] / across
-    excess = np.maximum(np.maximum(x, y) * SMALLEST_COVER, -np.minimum(x, y) / DEEPEST)
+    excess = np.maximum(np.maximum(x, y) * options.smallest_cover, -np.minimum(x, y) / options.deepest)
     return np.asarray(k / np.maximum(1.0, excess))
 
 

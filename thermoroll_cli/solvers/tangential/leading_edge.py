@@ -18,22 +18,21 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import highest, sobel
+from thermoroll_cli.solvers.options import RollingOptions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-RING = 2
-"""Elements that the error of the border reaches; further in, tractions that stick are no longer shaped like the pressure."""
 SMALLEST_PRESSURE = 1e-7
 """Over the peak: elements with less have no shape to speak of."""
 CROSSWISE = 1e-6
 """The pressure's slope along x over the steepest one below which the border runs along the rolling direction."""
 
 
-def leading_ring(pressure: Array, covered: Array) -> Mask:
-    """Elements (n, m) near the border where the pressure rises along the rolling direction."""
+def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
+    """Elements (n, m) up to `width` from the border where the pressure rises along the rolling direction."""
     near = np.pad(covered < 1.0, 1, constant_values=True)
-    for _ in range(RING):
+    for _ in range(width):
         near = highest(near)
     near = near[1:-1, 1:-1]
     along, _ = _slopes(pressure, 1.0, 1.0)
@@ -41,12 +40,14 @@ def leading_ring(pressure: Array, covered: Array) -> Mask:
         along > CROSSWISE * float(np.abs(along).max()))
 
 
-def known_gradient(pressure: Array, found: Array, exact: Array, covered: Array) -> Array:
+def known_gradient(
+    pressure: Array, found: Array, exact: Array, covered: Array, width: int = RollingOptions.leading_ring
+) -> Array:
     """E as (3, n, m), its components xx, yy, xy in 1/Pa, zero away from the leading edge.
 
     `found` and `exact` (3, n, m) are ∂u_x/∂x and ∂u_y/∂x under tractions (p, 0), (0, p) of their own direction, and the one
     under the other: by the operator (`RollingGradient.of_shape`) and the true ones, dimensionless."""
-    ring = leading_ring(pressure, covered)
+    ring = leading_ring(pressure, covered, width)
     return np.asarray(np.where(ring, (exact - found) / np.where(ring, pressure, 1.0), 0.0))
 
 

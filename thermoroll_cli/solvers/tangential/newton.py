@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.solvers.algorithms.krylov import gmres
+from thermoroll_cli.solvers.options import RollingOptions
 from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
 from thermoroll_cli.solvers.tangential.neutral_line import neutral_compliance
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
@@ -18,18 +19,6 @@ from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProbl
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]
-
-RELAXATION = 0.35
-"""ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick and
-slip without end: near the kink the natural residual then measures the slip and no longer the traction."""
-STICK_TRACTION = 1.0
-"""Traction that a creepage causes in full stick, in units of creepage over an element's own compliance; from below."""
-UNSEEN_CREEPAGE = 2.0
-"""Free creepages may begin with steps of this many units (the creepage that saturates a single element)."""
-FINEST_FORCING = 30.0
-"""A linear system is solved down to this many rounding errors at most."""
-MAX_HALVINGS = 10
-MAX_KRYLOV = 60
 
 
 @dataclass(frozen=True)
@@ -49,44 +38,46 @@ class Iterate:
 class Newton:
     """The linearisation of τ − Proj(τ + ρ s) = 0, with Σ τ dA = F for the directions whose creepage is free."""
 
-    def __init__(self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse) -> None:
-        self.problem, self.gradient, self.inverse = problem, gradient, inverse
+    def __init__(
+        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse, options: RollingOptions
+    ) -> None:
+        self.problem, self.gradient, self.inverse, self.options = problem, gradient, inverse, options
         self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
         self.bound = np.where(self.contact, problem.bound, 0.0)
-        own = np.array(gradient.self_gradient)[:, None, None]
+        element = np.array(gradient.self_gradient)[:, None, None]
         self.neutral: Array | None = None
         self.crossed: Mask = np.zeros_like(self.contact)
         if problem.variation is not None:
-            self.neutral, self.crossed = neutral_compliance(problem.variation, self.bound, float(own.mean()))
+            self.neutral, self.crossed = neutral_compliance(problem.variation, self.bound, float(element.mean()))
         self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
-                                     problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral)
-        self.own = own + self.border.diagonal
-        self.rho = RELAXATION / self.own.mean(axis=0)
+                                     problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
+                                     options)
+        self.self_compliance = element + self.border.diagonal
+        self.rho = options.relaxation / self.self_compliance.mean(axis=0)
         self.free = problem.free
         self.count = max(int(self.contact.sum()), 1)
         self.size = self.bound.size
-        # Weight of the force equations: a prescribed force is met twenty times more closely than the tractions are.
-        self.root = math.sqrt(self.count) / 20.0
+        self.force_scale = math.sqrt(self.count) / options.force_weight
         # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
-        pull = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
-        expected = np.minimum(self.bound, STICK_TRACTION * rigid / float(own.mean()) + pull)
+        force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
+        expected = np.minimum(self.bound, options.stick_traction * rigid / float(element.mean()) + force_traction)
         self.reference = float(np.linalg.norm(expected)) or 1.0
         typical = float(self.bound.sum()) / self.count
-        self.unit = typical * float(own.mean()) or 1.0  # a creepage of the size that matters
+        self.creepage_unit = typical * float(element.mean()) or 1.0  # a creepage of the size that matters
         self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
 
     # --- state ---------------------------------------------------------------------------------------------------
 
     def creepage(self, unknown: Array) -> Array:
         creep = np.zeros(2)
-        creep[list(self.free)] = unknown * self.unit
+        creep[list(self.free)] = unknown * self.creepage_unit
         return creep
 
     def start(self, traction: Array, creepage: tuple[float, float]) -> Iterate:
         size = np.hypot(traction[0], traction[1])
         shrink = np.where(size > self.bound, self.bound / np.where(size > 0.0, size, 1.0), 1.0)
-        unknown = np.array([creepage[i] for i in self.free]) / self.unit
+        unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
@@ -129,7 +120,7 @@ class Newton:
         scale = np.where(stick, 1.0, self.bound / safe)
         residual = traction - scale * trial
         residual *= self.contact
-        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.root
+        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
         full = np.concatenate([residual.ravel(), force])
         direction = np.where(stick, 0.0, trial / safe)
         return Iterate(traction, unknown, slip, full, stick, scale, direction,
@@ -141,10 +132,11 @@ class Newton:
         linear = Linearisation(self, state)
         precision = self.inverse.precision
         # What a precision cannot resolve is left to the next step, whose residual is computed afresh.
-        forcing = max(forcing, FINEST_FORCING * float(np.finfo(precision).eps))
+        forcing = max(forcing, self.options.finest_forcing * float(np.finfo(precision).eps))
         # Single precision has room for 1e±38: the unit of the residual is taken out.
         right = (state.residual * (-1.0 / self.reference)).astype(precision)
-        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing, MAX_KRYLOV)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing,
+                         self.options.most_krylov_steps)
         shape = (2, *self.bound.shape)
         n = 2 * self.size
         step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
@@ -153,7 +145,7 @@ class Newton:
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
-        for _ in range(MAX_HALVINGS):
+        for _ in range(self.options.most_halvings):
             trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
                                   state.slip + length * change_slip)
             trials.append(trial)
@@ -166,7 +158,7 @@ class Newton:
         """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
         and a full step would leap into sliding, from where there is no gradient back."""
         size = float(np.linalg.norm(change))
-        allowed = float(np.linalg.norm(unknown)) + UNSEEN_CREEPAGE
+        allowed = float(np.linalg.norm(unknown)) + self.options.unseen_creepage
         return min(1.0, allowed / size) if size > allowed else 1.0
 
 
@@ -193,7 +185,7 @@ class Linearisation:
         head |= stick & newton.crossed
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
-        own_x, own_y = newton.own
+        own_x, own_y = newton.self_compliance
         scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
         scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
         across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
@@ -208,13 +200,13 @@ class Linearisation:
         columns = []
         for i in newton.free:
             unit = np.zeros(2)
-            unit[i] = newton.unit
+            unit[i] = newton.creepage_unit
             e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.bound.shape))
             columns.append(self._invert(self._times(self.q, e)))
         self.response = columns
         free = list(newton.free)
         if free:
-            schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.root
+            schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
             self.schur_inverse = np.linalg.pinv(schur)
 
     @staticmethod
@@ -244,7 +236,7 @@ class Linearisation:
         out += self._times(self.p, change)
         if not newton.free:
             return out.ravel()
-        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
         return np.concatenate([out.ravel(), force], dtype=v.dtype)
 
     def _invert(self, r: Array) -> Array:
@@ -254,11 +246,13 @@ class Linearisation:
 
     def precondition(self, v: Array) -> Array:
         newton = self.newton
+        if not newton.options.preconditioned:
+            return v
         n = 2 * newton.size
         change = self._invert(v[:n].reshape(2, *newton.bound.shape))
         if not newton.free:
             return change.ravel()
-        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.root
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
         unknown = self.schur_inverse @ (v[n:] - force)
         for u, column in zip(unknown, self.response, strict=True):
             change += float(u) * column

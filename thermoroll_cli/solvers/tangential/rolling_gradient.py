@@ -12,30 +12,21 @@ from thermoroll_cli.kernels.convolution import free_space
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.kernels.shear import FreeShear, MirroredShear, shear_symbols
+from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
 
 Array = NDArray[Any]
 
 MARGIN = 2
 """Rows beyond the box that the difference formula reaches, at either end."""
 DIFFERENCE_OFFSETS = (-2, -1, 0, 1)
-# 0.7 of the third-order and 0.3 of the second-order upstream formula (numerics.md): their errors in the dissipated heat
-# have opposite signs, and both damp odd–even modes: Re D̂ = 0.7·(1−cos θ)²/3 + 0.3·(1−cos θ)² ≥ 0, so D A is monotone.
-DIFFERENCE_WEIGHTS = (
-    0.7 / 6 + 0.3 / 2,
-    -0.7 - 0.3 * 2,
-    0.7 / 2 + 0.3 * 3 / 2,
-    0.7 / 3,
-)
+"""Rows of u, from the one where ∂u/∂x is wanted, that `RollingOptions.difference_weights` belong to."""
 
 
-# Half the sum of the formula and its mirror image: what it dissipates. The other half is antisymmetric and conserves power.
-DISSIPATIVE_WEIGHTS = (
-    DIFFERENCE_WEIGHTS[0] / 2,
-    (DIFFERENCE_WEIGHTS[1] + DIFFERENCE_WEIGHTS[3]) / 2,
-    DIFFERENCE_WEIGHTS[2],
-    (DIFFERENCE_WEIGHTS[1] + DIFFERENCE_WEIGHTS[3]) / 2,
-    DIFFERENCE_WEIGHTS[0] / 2,
-)
+def dissipative_part(weights: tuple[float, ...]) -> tuple[float, ...]:
+    """Half the sum of a difference formula and its mirror image, on rows −2 … 2: what it dissipates. The other half is
+    antisymmetric and conserves power."""
+    a, b, c, d = weights
+    return a / 2, (b + d) / 2, c, (b + d) / 2, a / 2
 
 
 def difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
@@ -52,7 +43,7 @@ def difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
 class RollingGradient:
     """D A: tractions (2, n, m) in Pa -> displacement gradients (2, n, m), by free-space convolution (Eqs. 7, 8, 15).
 
-    Where the derived is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
+    Where the problem is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
     m elements y > 0. Tractions in single precision are worked on in single precision: enough for the directions of an
     iteration, in half the time. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
     """
@@ -65,8 +56,10 @@ class RollingGradient:
         compliance: ShearCompliance,
         threads: int = 1,
         mirror: Parities | None = None,
+        weights: tuple[float, ...] = UPSTREAM_WEIGHTS,
     ) -> None:
         n, m = shape
+        self.weights, self._dissipative = weights, dissipative_part(weights)
         self.shape = shape
         self.dx, self.dy = dx, dy
         self.compliance = compliance
@@ -85,7 +78,7 @@ class RollingGradient:
         """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa where u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
         its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
-            sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True)) / self.dx
+            sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, self.weights, strict=True)) / self.dx
             for t in rows[:2]
         )
         return along, across
@@ -115,7 +108,7 @@ class RollingGradient:
     def __call__(self, traction: Array) -> Array:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
-        return difference(self.displacement(traction), DIFFERENCE_WEIGHTS, self.dx)
+        return difference(self.displacement(traction), self.weights, self.dx)
 
     def of_shape(self, shape: Array) -> Array:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f).
@@ -123,7 +116,7 @@ class RollingGradient:
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
         of one application."""
         self.applications += 1
-        return difference(self._double.of_shape(shape), DIFFERENCE_WEIGHTS, self.dx)
+        return difference(self._double.of_shape(shape), self.weights, self.dx)
 
     def split(self, traction: Array) -> tuple[Array, Array]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
@@ -131,4 +124,4 @@ class RollingGradient:
         Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""
         self.applications += 1
         u = self.displacement(traction)
-        return difference(u, DIFFERENCE_WEIGHTS, self.dx), difference(u, DISSIPATIVE_WEIGHTS, self.dx)
+        return difference(u, self.weights, self.dx), difference(u, self._dissipative, self.dx)

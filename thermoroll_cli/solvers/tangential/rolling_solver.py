@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.solvers.options import RollingOptions
 from thermoroll_cli.solvers.tangential.newton import Iterate, Newton
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse
@@ -24,18 +25,6 @@ Mask = NDArray[np.bool_]
 Start = tuple[Array, tuple[float, float]]
 
 __all__ = ["RollingSolver", "Start", "TangentialProblem", "TangentialSolution"]
-
-MAX_NEWTON = 40
-LOOSEST = 0.1
-"""Each Newton step is solved at least this well."""
-STICK_FORCING = 1e-2
-"""Full stick is only a start: solved this well."""
-UNBOUNDED = 1e8
-"""Times the Coulomb bound: nothing slips."""
-SINGLE_SUFFICES = 1e-6
-"""Down to this tolerance the linear systems of Newton's method are solved in single precision: half the memory to move."""
-REFINABLE = 1e-2
-"""A residual that grew when computed afresh, but no further than this, is iterated on."""
 
 
 @dataclass(frozen=True)
@@ -60,16 +49,17 @@ class TangentialSolution:
 class RollingSolver:
     """Tangential solver for one bounding box and grid: keeps kernels and plans between solves."""
 
-    def __init__(self, gradient: RollingGradient) -> None:
+    def __init__(self, gradient: RollingGradient, options: RollingOptions | None = None) -> None:
         self.gradient = gradient
+        self.options = options or RollingOptions()
         self._inverses: dict[Any, StickInverse] = {}
 
     def _inverse(self, tolerance: float) -> StickInverse:
         """The preconditioner, in the precision in which Newton steps are solved: residuals are always computed in double."""
-        precision = np.float32 if tolerance >= SINGLE_SUFFICES else np.float64
+        precision = np.float32 if tolerance >= self.options.single_suffices else np.float64
         if precision not in self._inverses:
             g = self.gradient
-            self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision)
+            self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision, g.weights)
         return self._inverses[precision]
 
     def solve(
@@ -84,7 +74,7 @@ class RollingSolver:
         anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
         that nothing drives them back."""
         before = self.gradient.applications
-        newton = Newton(problem, self.gradient, self._inverse(tolerance))
+        newton = Newton(problem, self.gradient, self._inverse(tolerance), self.options)
         history: list[float] = []
         states = [newton.start(*start) for start in starts]
         if states:
@@ -93,7 +83,7 @@ class RollingSolver:
             start = newton.start(*self._full_stick(problem, newton.inverse))
             state = self._iterate(newton, start, tolerance, history)
         state, slip, lost = newton.finish(state)
-        if tolerance < state.norm < REFINABLE:
+        if tolerance < state.norm < self.options.refinable:
             # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
             state, slip, lost = newton.finish(self._iterate(newton, state, tolerance, history))
         creep = tuple(float(c) for c in newton.creepage(state.unknown))
@@ -110,18 +100,17 @@ class RollingSolver:
             history=tuple(history),
         )
 
-    @staticmethod
-    def _iterate(newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
+    def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
         """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
         history.append(state.norm)
-        forcing = LOOSEST
+        forcing = self.options.loosest_forcing
         best = state
-        for step in range(MAX_NEWTON):
+        for step in range(self.options.most_newton_steps):
             if state.norm <= tolerance:
                 break
             if step:
                 ratio = history[-1] / history[-2]
-                forcing = min(LOOSEST, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
+                forcing = min(self.options.loosest_forcing, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
             state = newton.step(state, forcing)
             history.append(state.norm)
             if state.norm < best.norm:
@@ -130,8 +119,8 @@ class RollingSolver:
 
     def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
         """Tractions that let nothing slip, whatever the bound: a linear problem."""
-        newton = Newton(replace(problem, bound=problem.bound * UNBOUNDED), self.gradient, inverse)
-        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
+        newton = Newton(replace(problem, bound=problem.bound * self.options.unbounded), self.gradient, inverse, self.options)
+        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), self.options.stick_forcing)
         creep = newton.creepage(state.unknown)
         return state.traction, (float(creep[0]), float(creep[1]))
 

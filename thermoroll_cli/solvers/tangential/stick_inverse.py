@@ -12,7 +12,8 @@ from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.fftw import complex_type, fftw
 from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
 from thermoroll_cli.kernels.shear import Symbols, shear_symbols
-from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS
+from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
+from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
 
 Array = NDArray[Any]
 
@@ -35,7 +36,7 @@ class StickInverse:
 
     def __init__(
         self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, mirror: Parities | None = None,
-        precision: Any = np.float64,
+        precision: Any = np.float64, weights: tuple[float, ...] = UPSTREAM_WEIGHTS,
     ) -> None:
         self.shape, self.precision = shape, precision
         n, m = shape
@@ -45,7 +46,7 @@ class StickInverse:
         xx, yy, xy = shear_symbols(tables, (px, py))
         theta = 2.0 * np.pi * np.fft.fftfreq(px)
         step = -np.expm1(-1j * theta)
-        difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, DIFFERENCE_WEIGHTS, strict=True))
+        difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
         ratio = np.ones(px, dtype=np.complex128)
         ratio[1:] = difference[1:] / step[1:]
         # The step of the running sum belongs to the symbol.

@@ -1,0 +1,193 @@
+"""Every number that steers the solvers, with the reason for its value. A case never needs another one; experiments do.
+
+What belongs to a formula (difference coefficients, quadrature) stays with it, unless experiments replace it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+UPSTREAM_WEIGHTS = (0.7 / 6 + 0.3 / 2, -0.7 - 0.3 * 2, 0.7 / 2 + 0.3 * 3 / 2, 0.7 / 3)
+"""∂u/∂x over u at rows −2 … 1, times dx: 0.7 of the third-order and 0.3 of the second-order upstream formula. Their errors in
+the dissipated heat have opposite signs, and both damp odd–even modes: Re D̂ = 0.7·(1−cos θ)²/3 + 0.3·(1−cos θ)² ≥ 0, so D A is
+monotone (docs/numerics.md)."""
+
+
+@dataclass(frozen=True)
+class NormalOptions:
+    """Active sets and conjugate gradients of the normal problem."""
+
+    first_reduction: float = 0.1
+    """By how much the gap is closed on an active set before the set is looked at: the first sets are far off."""
+    solved_share: float = 0.5
+    """Conjugate gradients go on to this part of the tolerance, so that adding nothing to the set ends the iteration."""
+    patience: int = 8
+    """Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
+    border_passes: int = 3
+    """Times that elements under tension are dropped after the border was resolved, before whole elements are kept after all."""
+    border_iterations: int = 60
+    """Conjugate gradients per such pass, which start from the solution with whole elements."""
+
+
+@dataclass(frozen=True)
+class RollingOptions:
+    """Newton's method for the tangential problem, its linear systems, and what it knows of borders inside elements."""
+
+    difference_weights: tuple[float, float, float, float] = UPSTREAM_WEIGHTS
+    relaxation: float = 0.35
+    """ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick
+    and slip without end: near the kink the natural residual then measures the slip and no longer the traction."""
+    stick_traction: float = 1.0
+    """Traction that a creepage causes in full stick, in units of creepage over an element's own compliance; from below."""
+    unseen_creepage: float = 2.0
+    """Free creepages may begin with steps of this many units (the creepage that saturates a single element)."""
+    force_weight: float = 20.0
+    """A prescribed force is met so many times more closely than the tractions are: it is compared with what was asked for."""
+    force_tolerance: float = 0.4
+    """Where a force is prescribed tractions are solved to this part of their tolerance: creepages amplify what is left."""
+    most_newton_steps: int = 40
+    most_krylov_steps: int = 60
+    """Preconditioned systems take about ten, on any grid."""
+    most_halvings: int = 10
+    loosest_forcing: float = 0.1
+    """Each Newton step is solved at least this well."""
+    finest_forcing: float = 30.0
+    """A linear system is solved down to this many rounding errors at most."""
+    stick_forcing: float = 1e-2
+    """Full stick is only a start: solved this well."""
+    unbounded: float = 1e8
+    """Times the traction bound: nothing slips."""
+    single_suffices: float = 1e-6
+    """Down to this tolerance the linear systems are solved in single precision: half the memory to move."""
+    refinable: float = 1e-2
+    """A residual that grew when computed afresh, but no further than this, is iterated on."""
+    preconditioned: bool = True
+    """Whether linear systems are preconditioned with the inverse of D A on the stick area."""
+    smallest_cover: float = 1e-3
+    """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
+    deepest: float = 0.117
+    """Most that the known gradient at the leading edge falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G
+    along y: on elements that the border just touches. Infinite: nothing is taken from the known gradient."""
+    leading_ring: int = 2
+    """Elements that the error of the border reaches; further in, sticking tractions are no longer shaped like the pressure."""
+    leading_known: bool = True
+    """Whether the gradient at the leading edge is taken as known at all."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Relative: residual of the tractions, residual gap over approach, change of what acts back on the contact.
+
+    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
+
+    tangential: float = 1e-5
+    normal: float = 1e-7
+    coupling: float = 3e-6
+
+    def times(self, factor: float) -> Tolerances:
+        """All of them looser by `factor`."""
+        return Tolerances(factor * self.tangential, factor * self.normal, factor * self.coupling)
+
+
+@dataclass(frozen=True)
+class FixedPointOptions:
+    """How the fixed point is iterated. The defaults are those of heat, which may move the surfaces by half of the approach."""
+
+    depth: int = 4
+    """Turns that Anderson's mixing remembers: more gain nothing, because the turns are not solved that closely."""
+    first_damping: float = 0.7
+    """Part of the first change that is taken: a bulge and its pressure push each other further than they end up."""
+    max_turns: int = 60
+    """The last state below the thermo-elastic limit took 44; beyond it no number of turns would do."""
+    first_residual: float = 1.0
+    """Residual that the first turn counts with: nothing is known of it."""
+    tangential_share: float = 0.05
+    """Residual of the tractions over that of the fixed point: heat follows the tractions one to one, and the mixing must not
+    take what is left of their residual for a change."""
+    normal_share: float = 1e-3
+    """The same of the gap. It is cheap, and an open gap at the border adds or drops elements there."""
+    last_turn: float = 10.0
+    """From this many times the tolerance the next turn is expected to reach it: its tractions are solved to the end."""
+    few_turns: int = 60
+    """From this turn on each may be the last."""
+    loosest: float = 1e-2
+    """No turn solves its tractions less closely: stick and slip would not yet be those of a solution."""
+    patience: int = 20
+    recent: int = 12
+    gain: float = 0.5
+    """An iteration stagnates if after `patience` turns the `recent` ones have not brought the residual below `gain` times the
+    least one before them. Close to the thermo-elastic limit a dozen turns may pass without any gain."""
+    setbacks: int = 5
+    """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
+    of what it has in reserve is lost."""
+    indifferent: float = 10.0
+    """Times the tolerance: the residual that is accepted where no further turn reduces it, still below 1e-4 of the approach."""
+    border_element: float = 0.3
+    """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
+    surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
+
+
+
+SHEAR = FixedPointOptions(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, few_turns=6, patience=11, recent=6,
+                          gain=0.7)
+"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: a turn gains a factor of ten or
+more from the first on, its tractions matter to a few per cent, and what has not converged in a dozen turns wavers between
+elements of the border."""
+
+
+@dataclass(frozen=True)
+class RefinementOptions:
+    """The sequence of grids, and when it ends."""
+
+    coarsest: int = 8
+    """Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 7 wide,
+    enough for a first guess."""
+    finest_for_accuracy: int = 512
+    """Largest grid where an accuracy is asked for: the next one takes more than 2 GB."""
+    smallest_extent: float = 2.1
+    """The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
+    largest_extent: float = 12.0
+    growth: float = 1.25
+    """Factor by which the domain grows when the contact reaches its rim."""
+    first_guess: float = 1e-2
+    """Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
+    coarse_tolerance: float = 3.0
+    """Factor by which coarser grids are solved less closely: less work, and neither finest grid nor estimates notice."""
+    share_of_accuracy: float = 0.03
+    """Where an accuracy is asked for any grid may turn out to be the last: its residual must not show in the estimates."""
+    normal_share_of_shear: float = 0.1
+    """Residual gap over the residual of the tractions between dissimilar bodies: elements of the border come and go with the
+    shear, so that a closer pressure gains nothing."""
+    sequence: bool = True
+    """Whether coarser grids are solved first. They give the start, the estimates and the extrapolation."""
+    extrapolated: bool = True
+    """Whether integrals are extrapolated from the last three grids."""
+
+
+@dataclass(frozen=True)
+class LimitOptions:
+    """The search for the largest speed that has a steady state, where the wanted one has none."""
+
+    coarse: tuple[int, int] = (32, 32)
+    """Grid of the search: fine enough that the limit moves by less than the last step of the bracket on finer ones."""
+    halvings: int = 14
+    """Speeds down to 1/16000 of the wanted one are tried."""
+    bisections: int = 5
+    """Of the logarithm of the bracket: the limit is found to 2 %."""
+    retreats: tuple[float, ...] = (1.0, 0.9, 0.7)
+    """Parts of that speed tried on the wanted grid, which may have its limit a little earlier."""
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """All of them. `heat` and `shear` are for fixed points with and without heat acting back."""
+
+    tolerances: Tolerances = Tolerances()
+    normal: NormalOptions = NormalOptions()
+    rolling: RollingOptions = RollingOptions()
+    heat: FixedPointOptions = FixedPointOptions()
+    shear: FixedPointOptions = SHEAR
+    refinement: RefinementOptions = RefinementOptions()
+    limit: LimitOptions = LimitOptions()
+    whole_elements: bool = False
+    """Hertz's pressure at the centres of whole elements, as CONTACT takes it, instead of its averages over covered parts."""
