@@ -139,9 +139,12 @@ def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
 
 
 def _value(value: float | str | None) -> str:
-    return "–" if value is None else value if isinstance(value, str) else f"{value:.8g}"
+    if value is None or value != value:
+        return "–"
+    return value if isinstance(value, str) else f"{value:.8g}"
 
 
 def _remark(row: Row, comparison: Comparison, verbose: bool) -> str:
     outside = verbose and not row.within(comparison.rtol)
-    return "; ".join(part for part in ("outside" if outside else "", row.note) if part)
+    note = "" if row.note in comparison.notes else row.note
+    return "; ".join(part for part in ("outside" if outside else "", note) if part)

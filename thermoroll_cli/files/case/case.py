@@ -25,6 +25,10 @@ from thermoroll_cli.model import problem as si
 __all__ = ["Case", "CaseError", "Finding", "Override"]
 
 
+PYTHON = "with_values"
+"""Where errors of `Case.with_values` are."""
+
+
 @dataclass(frozen=True)
 class Case:
     """A valid case: `settings` in the units of the case file with all defaults filled in, and the `text` they
@@ -67,7 +71,11 @@ class Case:
         """This case with other values for some dotted keys, for example `{"rolling.speed_m_s": 2.0}`. Of two keys
         that exclude each other (a creepage and a force) the new one replaces the old. Raises CaseError."""
         content = self._content()
-        overrides = [Override(tuple(key.split(".")), value, f"{key}={value}") for key, value in values.items()]
+        overrides = [
+            # NumPy's numbers and arrays, as they come out of a loop, are meant as Python's.
+            Override(tuple(key.split(".")), value.tolist() if hasattr(value, "tolist") else value, f"{key}={value}", PYTHON)
+            for key, value in values.items()
+        ]
         apply_overrides(content, overrides)
         source = CaseSource(self.name, self.text, content, overrides=tuple(overrides))
         return Case(self.name, self.text, validate(source))

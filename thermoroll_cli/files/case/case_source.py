@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.toml_positions import Entry, KeyPath, Span, locate_keys
+from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
@@ -21,7 +21,7 @@ SIZE_LIMIT = 1 << 16
 STANDARD_INPUT = "-"
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_LOOSE_NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+_LOOSE_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf(?:inity)?))")
 # tomllib takes quadratic time over a key of many parts.
 _ENDLESS_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){33}")
 _SHOWN_VALUE_LENGTH = 40
@@ -36,11 +36,16 @@ _RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
 
 @dataclass(frozen=True)
 class Override:
-    """A key given on the command line. `text` is how it was written there."""
+    """A key given beside the case file: `text` is how it was written there, `origin` what errors call that place."""
 
     path: KeyPath
     value: Any
     text: str
+    origin: str = "--set"
+
+    @property
+    def place(self) -> str:
+        return f"{self.origin} {self.text}"
 
     @classmethod
     def parse(cls, text: str) -> Override:
@@ -52,6 +57,8 @@ class Override:
         if not equals or not key.strip():
             raise ValueError(f'"{text}" is not of the form key=value, for example load.normal_N=80')
         path = tuple(part.strip() for part in key.split("."))
+        if not all(path):
+            raise ValueError(f'"{text}": a key has the form table.key, for example load.normal_N=80')
         return cls(path, _toml_value(written.strip()), text)
 
 
@@ -73,7 +80,7 @@ class CaseSource:
         override = next((item for item in within if item.path == path or path not in self.entries), None)
         if override is not None:
             value = _shorten(override.text.partition("=")[2].strip()) if override.path == path and not at_key else ""
-            return Finding(message, key, value, allowed, hint, source=f"--set {override.text}")
+            return Finding(message, key, value, allowed, hint, source=override.place)
         known = next((path[:depth] for depth in range(len(path), 0, -1) if path[:depth] in self.entries), None)
         if known is None:
             return Finding(message, key, "", allowed, hint, source=self.name)
@@ -120,6 +127,8 @@ def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> Ca
         # ValueErrors of another kind: an integer of thousands of digits, and the endless key.
         message = "not a case: nested too deeply, or numbers too long"
         raise CaseError([Finding(message, source=name)]) from None
+    if not content and not overrides:
+        raise CaseError([Finding("there is nothing in it", source=name, hint="thermoroll init writes a case to start from")])
     source = CaseSource(name, text, content, locate_keys(text), tuple(overrides))
     apply_overrides(content, overrides)
     return source
@@ -142,7 +151,7 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
         for part in override.path[:-1]:
             table = table.setdefault(part, {})
             if not isinstance(table, dict):
-                finding = Finding(f"{part} is a value, not a table", source=f"--set {override.text}")
+                finding = Finding(f"{part} is a value, not a table", source=override.place)
                 raise CaseError([finding])
         table[override.path[-1]] = override.value
 
@@ -192,6 +201,10 @@ def _syntax_error(name: str, text: str, message: str) -> Finding:
     from thermoroll_cli.files.case.case_hints import broken_syntax
 
     lines = text.split("\n")
+    if message.startswith(("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate")):
+        again = find_duplicate(text)
+        if again is not None:
+            return _given_twice(name, again, lines)
     place = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if place:
         line, column = int(place[1]), int(place[2])
@@ -203,6 +216,14 @@ def _syntax_error(name: str, text: str, message: str) -> Finding:
     line_text = lines[line - 1] if line <= len(lines) else ""
     span = Span(line, column, 1)
     return Finding(f"broken TOML: {message}", hint=broken_syntax(line_text), source=name, span=span, line_text=line_text)
+
+
+def _given_twice(name: str, again: Duplicate, lines: Sequence[str]) -> Finding:
+    key, line_text = ".".join(str(part) for part in again.path), lines[again.second.line - 1]
+    table = line_text.lstrip().startswith("[")
+    message = f"{'this table' if table else 'this key'} is there twice, first in line {again.first.line}"
+    hint = "put the keys of both into one table" if table else "keep one of them"
+    return Finding(message, key, hint=hint, source=name, span=again.second, line_text=line_text)
 
 
 def _similar_file(name: str) -> str:
@@ -224,7 +245,7 @@ def _toml_value(text: str) -> Any:
             return parsed["value"]
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         pass
-    # Shells and scripts print numbers that TOML does not know, such as .5
+    # Shells and scripts print numbers that TOML does not know, such as .5 and INF
     return float(text) if _LOOSE_NUMBER.fullmatch(text) else text
 
 

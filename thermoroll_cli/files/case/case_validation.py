@@ -197,4 +197,5 @@ def _message(error: Any) -> str:
         "string_too_long": "is too long",
         "literal_error": "is not a known word",
     }
-    return plain.get(kind, error["msg"])
+    # A validator that raises ValueError is quoted with these words in front.
+    return str(plain.get(kind, error["msg"].removeprefix("Value error, ")))

@@ -53,6 +53,25 @@ def locate_keys(text: str) -> dict[KeyPath, Entry]:
     return scanner.entries
 
 
+@dataclass(frozen=True)
+class Duplicate:
+    """A key or table that a text has twice: its path, and where it stands the first and the second time."""
+
+    path: KeyPath
+    first: Span
+    second: Span
+
+
+def find_duplicate(text: str) -> Duplicate | None:
+    """The first key or table that `text`, otherwise valid TOML, has a second time; None if there is none to be found."""
+    scanner = _Scanner(text)
+    try:
+        scanner.document()
+    except (_Lost, IndexError, RecursionError, ValueError):
+        pass
+    return scanner.duplicate
+
+
 class _Lost(Exception):
     """The scanner met something that is not TOML as it knows it."""
 
@@ -62,6 +81,8 @@ class _Scanner:
         self.text = text
         self.position = 0
         self.entries: dict[KeyPath, Entry] = {}
+        self.duplicate: Duplicate | None = None
+        self._written: dict[KeyPath, Span] = {}
         self._line_starts = [0, *(match.end() for match in re.finditer("\n", text))]
 
     def document(self) -> None:
@@ -84,6 +105,7 @@ class _Scanner:
                 tables_seen[prefix] = index + 1
                 prefix = (*prefix, index)
             header = self._span(start, self.position)
+            self._once(prefix, header)
             self._record(prefix, header, header)
 
     def _key_and_value(self, prefix: KeyPath) -> None:
@@ -96,6 +118,7 @@ class _Scanner:
         self._skip(_BLANK)
         value_start = self.position
         key = self._span(start, end)
+        self._once(path, key)
         # recorded before the value is read, so that a value the scanner cannot follow still has its key
         self._record(path, key, key)
         self._value(path)
@@ -139,6 +162,12 @@ class _Scanner:
             self._skip(_BLANK_OR_COMMENT)
             if self.text[self.position] == ",":
                 self.position += 1
+
+    def _once(self, path: KeyPath, place: Span) -> None:
+        """Take note of what is written in so many words, and of the first that is written again."""
+        first = self._written.setdefault(path, place)
+        if first is not place and self.duplicate is None:
+            self.duplicate = Duplicate(path, first, place)
 
     def _record(self, path: KeyPath, key: Span, value: Span) -> None:
         for depth in range(1, len(path)):
