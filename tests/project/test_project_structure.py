@@ -20,7 +20,8 @@ LAYERS: dict[str, set[str]] = {
     "model": {"kernels", "exact", "solvers"},
     "steady_state": {"kernels", "exact", "solvers", "model"},
     "assessment": {"kernels", "exact", "solvers", "model", "steady_state"},
-    "refinement": {"kernels", "exact", "solvers", "model", "steady_state", "assessment"},
+    "subsurface": {"kernels", "exact", "solvers", "model", "steady_state", "assessment"},
+    "refinement": {"kernels", "exact", "solvers", "model", "steady_state", "assessment", "subsurface"},
     "files": {"model", "refinement", "assessment"},
     "plots": {"model", "refinement", "assessment"},
     "sweep": {"model", "refinement", "assessment", "files", "plots"},
@@ -28,7 +29,7 @@ LAYERS: dict[str, set[str]] = {
 }
 """What each layer may import besides itself:
 
-    kernels, exact ← solvers ← model ← steady_state ← assessment ← refinement ← files, plots ← sweep ← cli
+    kernels, exact ← solvers ← model ← steady_state ← assessment ← subsurface ← refinement ← files, plots ← sweep ← cli
 """
 
 FOREIGN: dict[str, set[str]] = {

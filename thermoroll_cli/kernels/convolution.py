@@ -95,40 +95,44 @@ def free_space(nx: int, ny: int) -> tuple[int, int]:
     return even_length(2 * nx - 1), even_length(2 * ny - 1)
 
 
-def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
-    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, even (`parity` 1) or odd (−1) in both, zero beyond.
+def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tuple[int, int] = 1) -> Array:
+    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, zero beyond; even (`parity` 1) or odd (−1) in both, or as
+    the pair of parities along x and y says. A kernel odd in one of them has −i times the array returned as its spectrum.
 
     Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant is a quarter of the work of the whole
     plane's. Raises ValueError where `padded` = (px, py) are not even."""
     px, py = padded
     if px % 2 or py % 2:
         raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
+    along, across = (parity, parity) if isinstance(parity, int) else parity
     hx, hy = px // 2, py // 2
     quarter = np.zeros((hy + 1, hx + 1))
     part = quadrant[: hx + 1, : hy + 1].T
     quarter[: part.shape[0], : part.shape[1]] = part
-    if parity > 0:
-        quarter = _trigonometric(quarter, "FFTW_REDFT00")
-    elif min(hx, hy) > 1:
-        # An odd kernel vanishes on its axes and where its two images meet.
-        quarter[1:-1, 1:-1] = -_trigonometric(quarter[1:-1, 1:-1], "FFTW_RODFT00")
-        quarter[0] = quarter[-1] = quarter[:, 0] = quarter[:, -1] = 0.0
-    else:
-        quarter[...] = 0.0
+    quarter = _cosines_or_sines(quarter, along, across)
     symbol = np.empty((hy + 1, px))
     symbol[:, : hx + 1] = quarter
-    np.multiply(quarter[:, -2:0:-1], parity, out=symbol[:, hx + 1 :])
+    np.multiply(quarter[:, -2:0:-1], along, out=symbol[:, hx + 1 :])
     return symbol
 
 
-def _trigonometric(field: Array, kind: str) -> Array:
-    """Cosine (FFTW_REDFT00) or sine (FFTW_RODFT00) transform of type I along both axes, not normalised."""
+def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
+    """Cosine (parity 1) or sine (−1) transforms of type I of a quarter plane, axis 0 across and axis 1 along, not normalised.
+
+    Odd kernels vanish on their axes and where two images meet. Two sines have the factor (−i)² = −1."""
+    result = np.zeros_like(quarter)
+    inner = tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
+    part = quarter[inner]
+    if not part.size:
+        return result
+    kinds = ["FFTW_RODFT00" if parity < 0 else "FFTW_REDFT00" for parity in (across, along)]
     pyfftw = fftw()
-    source, target = (pyfftw.empty_aligned(field.shape, dtype=np.float64) for _ in range(2))
-    plan = pyfftw.FFTW(source, target, axes=(0, 1), direction=[kind, kind], flags=("FFTW_ESTIMATE",))
-    source[...] = field
+    source, target = (pyfftw.empty_aligned(part.shape, dtype=np.float64) for _ in range(2))
+    plan = pyfftw.FFTW(source, target, axes=(0, 1), direction=kinds, flags=("FFTW_ESTIMATE",))
+    source[...] = part
     plan.execute()
-    return np.asarray(target)
+    result[inner] = -target if along < 0 and across < 0 else target
+    return result
 
 
 def blocks(rows: int, length: int) -> list[slice]:

@@ -12,6 +12,10 @@ TEMPERATURES = ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", 
                 "surface_temperature_max_upper_K")
 
 
+BELOW_THE_SURFACE = ("von_mises_", "orthogonal_shear_range_", "tensile_stress_", "elastic_")
+"""How the names of scalars below the surface begin."""
+
+
 def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     """The unit of `error[name]`: the error in the scalar's own unit is `error[name]` times this (`absolute_error`).
 
@@ -22,11 +26,14 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | temperatures and their rises | the largest temperature difference of the problem: rises and bulk temperatures |
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
     | `gamma_st`; `stick_area_mm2` | 1 (absolute); the contact area |
+    | stresses below the surface; their places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 
     `summary` has the scalars of one state and those of the inputs (`SCALARS` and `HERTZ_SCALARS`), as in
     `Result.summary()`. nan where `summary` lacks what it takes.
     """
+    if name.startswith(BELOW_THE_SURFACE):
+        return _number(summary, "pressure_max_MPa") if name.endswith("_MPa") else _smaller_semi_axis(summary)
     if name in FORCES:
         return _number(summary, "friction_limit_N")
     if name == "spin_moment_Nmm":
@@ -60,6 +67,12 @@ def mean_semi_axis(summary: Mapping[str, Any]) -> float:
     """sqrt(a0 b0) in mm; for surfaces without a Hertz ellipse the radius of a circle of the same contact area."""
     axes = _number(summary, "hertz_a_mm") * _number(summary, "hertz_b_mm")
     return math.sqrt(_number(summary, "contact_area_mm2") / math.pi if math.isnan(axes) else axes)
+
+
+def _smaller_semi_axis(summary: Mapping[str, Any]) -> float:
+    """min(a0, b0) in mm; for surfaces without a Hertz ellipse as `mean_semi_axis`."""
+    axes = min(_number(summary, "hertz_a_mm"), _number(summary, "hertz_b_mm"))
+    return mean_semi_axis(summary) if math.isnan(axes) else axes
 
 
 def _number(summary: Mapping[str, Any], name: str) -> float:

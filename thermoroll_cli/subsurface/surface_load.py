@@ -1,0 +1,61 @@
+"""What acts on the surface of each body: pressure, traction and heat, with the signs of that body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+Array = NDArray[np.float64]
+
+TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
+"""τ points along the slip of the lower body: it brakes the lower body and drives the upper one."""
+
+
+@dataclass(frozen=True)
+class SurfaceLoad:
+    """Loads on one body, averages over elements, and what its material makes of them (SI, arrays (nx, ny)).
+
+    `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
+    the surface), None where there is none; `heat` is the flux into the body, None where thermal stresses are left out.
+    `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact."""
+
+    pressure: Array
+    traction: Array | None
+    heat: Array | None
+    poisson_ratio: float
+    sign: float = 1.0
+    thermal_modulus: float = 0.0
+    conductivity: float = 1.0
+    diffusivity: float = 1.0
+    speed: tuple[float, float] = (0.0, 0.0)
+
+
+def surface_loads(
+    discretisation: Discretisation, contact: Contact, bodies: tuple[str, ...], thermal: bool
+) -> dict[str, SurfaceLoad]:
+    """The loads of a steady state on each of the `bodies`, with heat if thermal stresses are wanted."""
+    derived = discretisation.derived
+    materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
+    traction = contact.tangential.traction if contact.tangential.traction.any() else None
+    loads = {}
+    heated = dict(zip(materials, derived.heated_bodies(*contact.tangential.creepage), strict=True)) if thermal else {}
+    flux = discretisation.heat(contact).into if thermal else None
+    for body in bodies:
+        material = materials[body]
+        plain = SurfaceLoad(contact.normal.pressure, traction, None, material.poisson_ratio, TRACTION_SIGNS[body])
+        heat = None if flux is None else getattr(flux, body)
+        if heat is None or not heat.any():
+            loads[body] = plain
+            continue
+        moving = heated[body]
+        assert material.expansion is not None
+        loads[body] = SurfaceLoad(
+            plain.pressure, traction, heat, material.poisson_ratio, plain.sign,
+            thermal_modulus=material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio),
+            conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y))
+    return loads
