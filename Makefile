@@ -14,7 +14,7 @@ help:
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff and mypy"
-	@echo "make stress   solve thousands of random cases and check what must hold of each (minutes)"
+	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make bench    measure run time against error, write benchmarks/ and docs/benchmarks.md (minutes)"
 
@@ -40,6 +40,7 @@ check: $(VENV)/.installed-test
 
 stress: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
+	$(BIN)/python -m scripts.stress.stress_signals --write
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures

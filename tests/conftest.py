@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from tests.support.signals import give_children_default_signals
+from scripts.signals import give_children_default_signals
 
 
 def pytest_configure() -> None:

@@ -1,8 +1,6 @@
 """`python -m thermoroll_cli` is the command `thermoroll`."""
 
-import sys
-
-from thermoroll_cli.cli.main import main
+from thermoroll_cli.cli.main import program
 
 if __name__ == "__main__":
-    sys.exit(main())
+    program()

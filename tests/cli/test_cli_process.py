@@ -7,7 +7,6 @@ import shlex
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -72,19 +71,6 @@ def test_signals_stop_without_a_trace(name: str, code: int, tmp_path: Path) -> N
     assert line.startswith("long: ")
     assert name in rest and "Traceback" not in rest
     assert list((tmp_path / "results").iterdir()) == []
-
-
-def test_interrupted_at_any_moment(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    for delay in (0.15, 0.3, 0.45, 0.6):
-        process = subprocess.Popen([*COMMAND, "run", "case.toml", "-q"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-        time.sleep(delay)
-        process.send_signal(signal.SIGINT)
-        _, error = process.communicate(timeout=PATIENCE)
-        assert process.returncode in (130, 0)  # it may have been done
-        assert "Traceback" not in error
-        results = tmp_path / "results"
-        assert not results.exists() or not [path for path in results.iterdir() if path.suffix == ".part"]
 
 
 def test_ignored_signals_stay_ignored(tmp_path: Path) -> None:

@@ -8,6 +8,8 @@ from enum import IntEnum
 from types import FrameType
 from typing import Any
 
+from thermoroll_cli.interruption import note_signal
+
 
 class ExitCode(IntEnum):
     """What each exit code means. Scripts depend on these."""
@@ -29,24 +31,13 @@ def worst(codes: Iterable[int]) -> int:
     return ExitCode.BUG if ExitCode.BUG in codes else max(codes, default=ExitCode.FINE)
 
 
-class Interrupted(BaseException):
-    """A signal asks the program to stop. Not an Exception, so that no handler of errors swallows it."""
-
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
-    @property
-    def exit_code(self) -> int:
-        return 128 + self.number
-
-
 class ClosedOutput(BaseException):
     """Standard output was closed by its reader."""
 
 
-def catch_signals() -> Callable[[], None]:
-    """Make the signals that stop a program raise `Interrupted`, so that temporary files are cleaned up on the way out.
+def catch_signals(handler: Callable[[int, FrameType | None], None] = note_signal) -> Callable[[], None]:
+    """Have the signals that stop a program go to `handler`: as it is, the program stops at its next safe point, and temporary
+    files are cleaned up on the way out.
 
     Returns what puts the previous handlers back. A signal that is being ignored (nohup, background jobs) stays so.
     """
@@ -56,7 +47,7 @@ def catch_signals() -> Callable[[], None]:
         if number is None or signal.getsignal(number) in (signal.SIG_IGN, None):
             continue
         try:
-            previous[number] = signal.signal(number, _raise_interrupted)
+            previous[number] = signal.signal(number, handler)
         except ValueError:  # not the main thread: whoever embeds us handles signals
             break
 
@@ -65,7 +56,3 @@ def catch_signals() -> Callable[[], None]:
             signal.signal(number, handler)
 
     return restore
-
-
-def _raise_interrupted(number: int, frame: FrameType | None) -> None:
-    raise Interrupted(number)

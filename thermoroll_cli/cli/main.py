@@ -5,28 +5,47 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Sequence
+from typing import NoReturn
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, Interrupted, catch_signals
+from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, catch_signals
 from thermoroll_cli.environment import no_plugins, one_thread, rare_collections
+from thermoroll_cli.interruption import Interrupted, end_at_once, forget, noted
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run `thermoroll` with `arguments` (default: those of the process) and return its exit code."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    forget()
+    restore_signals = catch_signals()
+    try:
+        return _stoppable(sys.argv[1:] if arguments is None else list(arguments))
+    finally:
+        restore_signals()
+
+
+def program() -> NoReturn:
+    """The process `thermoroll`."""
+    catch_signals()
+    code = _stoppable(sys.argv[1:])
+    # Nothing is left to be cleared up: while Python puts its things away, a signal just ends it, without a trace.
+    catch_signals(end_at_once)
+    sys.exit(128 + noted() if noted() else code)
+
+
+def _stoppable(arguments: Sequence[str]) -> int:
     one_thread()
     rare_collections()
     no_plugins()
-    restore_signals = catch_signals()
     streams.prepare()
     try:
-        return _guarded(arguments)
+        code = _guarded(arguments)
+        if noted():  # too late to stop anything
+            raise Interrupted(noted())
+        return code
     except Interrupted as stop:
         streams.note(f"thermoroll: stopped by {signal.Signals(stop.number).name}; what was written is complete")
         streams.abandon_output()
         return stop.exit_code
-    finally:
-        restore_signals()
 
 
 def _guarded(arguments: Sequence[str]) -> int:

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from typing import Any, TextIO
 
 from thermoroll_cli.cli.exits import ClosedOutput
+from thermoroll_cli.interruption import waiting
 
 
 def prepare() -> None:
@@ -26,7 +27,8 @@ def write(text: str) -> None:
     if sys.stdout is None:  # started with standard output closed
         return
     try:
-        sys.stdout.write(text + "\n")
+        with waiting():  # for whoever reads it
+            sys.stdout.write(text + "\n")
     except BrokenPipeError:
         raise ClosedOutput from None
     flush()
@@ -37,7 +39,8 @@ def flush() -> None:
     if sys.stdout is None:
         return
     try:
-        sys.stdout.flush()
+        with waiting():
+            sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None
 

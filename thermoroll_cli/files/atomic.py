@@ -11,6 +11,8 @@ import platform
 import secrets
 from collections.abc import Iterator
 
+from thermoroll_cli.interruption import waiting
+
 _EXPLANATIONS = {
     errno.ENOSPC: "no space left on the device",
     errno.EDQUOT: "the disk quota is used up",
@@ -117,6 +119,8 @@ def _write_all(descriptor: int, content: bytes | memoryview, *, durable: bool) -
         rest = memoryview(content)
         while rest:
             # One call may write less than asked for: at most 2 GiB on Linux, or what still fitted on the disk.
-            rest = rest[stream.write(rest) :]
+            with waiting():
+                rest = rest[stream.write(rest) :]
         if durable:
-            os.fsync(stream.fileno())
+            with waiting():
+                os.fsync(stream.fileno())

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.kernels.fftw import complex_type, fftw
 
 Array = NDArray[Any]
@@ -51,6 +52,7 @@ class PaddedPlane:
 
     def forward(self, out: Spectrum, phase: Array | None = None) -> None:
         """Spectrum of what is in `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
+        safe_point()  # every step of every solver comes by here
         hat = self._line_hat[: self._nx]
         self._forward_y.execute()
         if phase is not None:

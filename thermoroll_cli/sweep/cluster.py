@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError, as_completed
+from concurrent.futures import CancelledError
 
 from thermoroll_cli.sweep.points import Stretch
+from thermoroll_cli.sweep.processes import completed
 from thermoroll_cli.sweep.stretch import Outcome, solve_away
 
 CONNECT_SECONDS = 10
@@ -47,14 +48,15 @@ def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) ->
         executor = client.get_executor(pure=False)
         stack.callback(executor.shutdown, wait=False)
         running = {executor.submit(solve_away, stretch, command_line): stretch for stretch in stretches}
-        for future in as_completed(running):
-            stretch = running.pop(future)
-            try:
-                yield from future.result()
-            except distributed.KilledWorker:
-                reason = "several workers of the cluster died of its stretch (killed, or out of memory)"
-                yield from (Outcome(point.number, reason) for point in stretch.pending)
-            except ImportError as cause:
-                raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
-            except CancelledError:
-                raise OSError(f"the Dask scheduler at {address} went away; --resume continues the sweep") from None
+        while running:
+            for future in completed(running):
+                stretch = running.pop(future)
+                try:
+                    yield from future.result()
+                except distributed.KilledWorker:
+                    reason = "several workers of the cluster died of its stretch (killed, or out of memory)"
+                    yield from (Outcome(point.number, reason) for point in stretch.pending)
+                except ImportError as cause:
+                    raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
+                except CancelledError:
+                    raise OSError(f"the Dask scheduler at {address} went away; --resume continues the sweep") from None

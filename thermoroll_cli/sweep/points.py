@@ -12,6 +12,7 @@ from functools import lru_cache
 
 from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case.case_source import CaseSource, parse_source
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.sweep.axis import Axis, Number
 
@@ -112,6 +113,7 @@ class PointMaker:
         """All points. Raises CaseError at the end, with the errors of all of them, each told once."""
         findings: dict[tuple[str, str, str], Finding] = {}
         for number in range(1, self.count + 1):
+            safe_point()
             try:
                 yield self.point(number)
             except CaseError as cause:

@@ -9,13 +9,16 @@ import pathlib
 import signal
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from typing import Any
 
 from thermoroll_cli.environment import one_thread
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweep.points import Stretch
 from thermoroll_cli.sweep.stretch import WRITING, Outcome, Target, solve_all_into
 
@@ -47,8 +50,7 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
                 run = _Run.of(waiting.popleft(), target, idle.pop())
                 with fit_for_children():
                     running[run.pool.submit(solve_all_into, run.stretch, target)] = run
-            done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
-            for future in done:
+            for future in completed(running):
                 run = running.pop(future)
                 try:
                     outcomes = future.result()
@@ -115,18 +117,28 @@ def _after_death(run: _Run, deaths: Counter[int]) -> tuple[Stretch, list[Outcome
     return replace(stretch, given_up=stretch.given_up | {number}), [Outcome(number, reason)]
 
 
+def completed(running: Iterable[Future[Any]]) -> set[Future[Any]]:
+    """Those of `running` that are done; waits a little for the first. Raises Interrupted if a signal has come."""
+    done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
+    safe_point()
+    return done
+
+
 def one_process(leash: Connection) -> ProcessPoolExecutor:
     """A process that ends when the other side of `leash` is closed."""
+    with fit_for_children():
+        # Python's own helper, which it starts with the first process, must not die of what is sent to all, either.
+        resource_tracker.ensure_running()
     return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_prepare, initargs=(leash,))
 
 
 @contextlib.contextmanager
 def fit_for_children() -> Iterator[None]:
-    """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C, which the terminal
-    sends to all: only this process decides what it means."""
+    """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C and the like, which
+    terminals and supervisors send to all: only this process decides what it means, and the others follow its end."""
     one_thread()
     masks = hasattr(signal, "pthread_sigmask")
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT}) if masks else set()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}) if masks else set()
     try:
         yield
     finally:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from thermoroll_cli.files.result.stored import ResultFileError, read_result
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweep.points import Point, identity
 
 
@@ -18,6 +19,7 @@ def finished_points(folder: pathlib.Path, points: Sequence[Point], note: Callabl
     names = {point.name for point in points}
     found: dict[int, str] = {}
     for path in sorted(folder.glob("*.h5")):
+        safe_point()
         try:
             point = wanted.get(identity(read_result(path, with_fields=False).case_json))
             if point is not None and found.get(point.number) != point.name:

@@ -6,14 +6,14 @@ import contextlib
 import multiprocessing
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
 from thermoroll_cli.files.result.scalar_file import ScalarRow
 from thermoroll_cli.sweep.cluster import CONNECT_SECONDS, check_dask
 from thermoroll_cli.sweep.points import PointMaker
-from thermoroll_cli.sweep.processes import DEATHS_PER_POINT, POLL_SECONDS, fit_for_children, one_process
+from thermoroll_cli.sweep.processes import DEATHS_PER_POINT, completed, fit_for_children, one_process
 from thermoroll_cli.sweep.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
 
 Task = tuple[Part, ...]
@@ -75,8 +75,7 @@ def rows_in_processes(
                     running[pool.submit(solve_task, maker, task)] = task, pool
             if not running:
                 return
-            done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
-            for future in done:
+            for future in completed(running):
                 task, pool = running.pop(future)
                 try:
                     solved = future.result()
@@ -116,8 +115,7 @@ def rows_on_cluster(maker: PointMaker, parts: Iterable[Part], address: str) -> I
                 running[executor.submit(solve_task, maker, task)] = task
             if not running:
                 return
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+            for future in completed(running):
                 task = running.pop(future)
                 try:
                     solved = future.result()

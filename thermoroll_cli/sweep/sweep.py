@@ -9,6 +9,7 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweep.axis import Axis
 from thermoroll_cli.sweep.lock import sole_sweep
 from thermoroll_cli.sweep.points import Point, Stretch, stretches
@@ -71,6 +72,7 @@ def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callab
         try:
             with contextlib.closing(_outcomes(sweep, pending, target, note)) as outcomes:
                 for row in _rows(outcomes, points, target):
+                    safe_point()
                     table.rows[row.point.number] = row
                     report(row, True)
                     if time.monotonic() - written > SECONDS_BETWEEN_TABLES:

@@ -14,6 +14,7 @@ from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
+from thermoroll_cli.interruption import waiting
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
@@ -161,9 +162,10 @@ def _read_bytes(path: str | os.PathLike[str], name: str) -> bytes:
         if os.fspath(path) == STANDARD_INPUT:
             if sys.stdin is None:
                 raise CaseError([Finding("standard input is closed", source=name)])
-            raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
+            with waiting():
+                raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
         else:
-            with open(path, "rb") as stream:
+            with waiting(), open(path, "rb") as stream:  # it may be a pipe
                 # One byte more than allowed tells a large file, and an endless one, without reading it.
                 raw = stream.read(SIZE_LIMIT + 1)
     except FileNotFoundError:

@@ -1,4 +1,4 @@
-"""Signals of the processes that tests start, however the suite itself was started."""
+"""Signals of the processes that tests and scripts start, however these were started themselves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ def give_children_default_signals() -> None:
     """Let processes started from here hear the signals that `nohup` and background jobs have us ignore.
 
     A process inherits what is ignored, but not what is handled: where a signal is ignored it gets a handler that does
-    nothing. The suite goes on ignoring it, and its children start as from a terminal.
+    nothing. We go on ignoring it, and our children start as from a terminal.
     """
     for name in ("SIGINT", "SIGHUP", "SIGTERM", "SIGQUIT"):
         number = getattr(signal, name, None)

@@ -1,0 +1,191 @@
+"""Stop runs and sweeps by signals at random moments: each must end with its exit code, soon, and leave nothing behind.
+
+    python -m scripts.stress.stress_signals [--signals N] [--seed N] [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from scripts.signals import give_children_default_signals
+from thermoroll_cli.files.result.hdf5 import read_result
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCUMENT = ROOT / "docs" / "stress.md"
+PLACE = ("<!-- signals -->\n", "<!-- end of signals -->")
+
+COMMAND = (sys.executable, "-m", "thermoroll_cli")
+OVER = ("--over", "creepage.longitudinal=5e-4:3e-3:6", "--set", "numerics.grid=32")
+PROGRAMS: dict[str, tuple[str, ...]] = {
+    "run": ("run", "case.toml", "--set", "numerics.grid=192"),
+    "sweep": ("sweep", "case.toml", *OVER),
+    "sweep --jobs 2": ("sweep", "case.toml", *OVER, "--jobs", "2"),
+}
+"""A second or two of work each, with pictures."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+TO_ALL = (signal.SIGINT, signal.SIGHUP)
+"""Those that a terminal sends to a program and all processes it has started."""
+PATIENCE = 120.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """How a program ended `seconds` after it was sent the signal `number`, in which it had the processor for `busy` seconds (on
+    a machine that has other things to do that says more); `faults` should be empty."""
+
+    program: str
+    number: signal.Signals
+    seconds: float
+    busy: float
+    faults: tuple[str, ...]
+
+
+def stops(count: int, seed: int, programs: Sequence[str] = tuple(PROGRAMS)) -> Iterator[Stop]:
+    """Send `count` signals, in turn to each of `programs` and of each kind, at moments drawn with `seed`."""
+    give_children_default_signals()
+    random_numbers = random.Random(seed)
+    lasting = {program: _undisturbed(program) for program in programs}
+    for index in range(count):
+        program = programs[index % len(programs)]
+        number = SIGNALS[index // len(programs) % len(SIGNALS)]
+        stop = None
+        while stop is None:  # None: it was done before its moment came
+            stop = stopped(program, number, random_numbers.uniform(0.0, lasting[program]))
+        yield stop
+
+
+def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
+    """Start `program` and send it `number` when it has worked for `moment` seconds. None if it has ended by then."""
+    with tempfile.TemporaryDirectory(prefix="thermoroll-signals-") as name:
+        folder, already = pathlib.Path(name), _children_seconds()
+        with started(program, folder) as process:
+            time.sleep(moment)
+            if process.poll() is not None:
+                process.communicate()
+                return None
+            sent, before = time.perf_counter(), _group_seconds(process.pid)
+            if number in TO_ALL:
+                os.killpg(process.pid, number)
+            else:
+                process.send_signal(number)
+            try:
+                out, err = process.communicate(timeout=PATIENCE)
+            except subprocess.TimeoutExpired:
+                os.killpg(process.pid, signal.SIGKILL)
+                out, err = process.communicate()
+            seconds = time.perf_counter() - sent
+        busy = _children_seconds() - already - before
+        return Stop(program, number, seconds, busy, tuple(_faults(process.returncode, number, out + err, folder)))
+
+
+def started(program: str, folder: pathlib.Path) -> subprocess.Popen[str]:
+    """The program at work in `folder`: it has taken hold of the signals, which takes Python a moment."""
+    shutil.copy(ROOT / "cases" / "article_4_1.toml", folder / "case.toml")
+    process = subprocess.Popen(
+        [*COMMAND, *PROGRAMS[program]], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)}, start_new_session=True,
+    )  # fmt: skip
+    while process.poll() is None and not _catches(process.pid, signal.SIGTERM):
+        time.sleep(0.001)
+    return process
+
+
+def _catches(pid: int, number: signal.Signals) -> bool:
+    try:
+        status = pathlib.Path(f"/proc/{pid}/status").read_text()
+    except FileNotFoundError:
+        return False
+    caught = next(line.split()[1] for line in status.splitlines() if line.startswith("SigCgt"))
+    return bool(int(caught, 16) >> (number - 1) & 1)
+
+
+def _children_seconds() -> float:
+    """Processor time of all processes that were started from here and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def _group_seconds(group: int) -> float:
+    """Processor time of a process and all that it has started so far."""
+    ticks = 0
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[2]) == group:
+            ticks += sum(int(field) for field in fields[11:15])  # its own, and of its children that have ended
+    return ticks / os.sysconf("SC_CLK_TCK")
+
+
+def _undisturbed(program: str) -> float:
+    with tempfile.TemporaryDirectory(prefix="thermoroll-signals-") as name, started(program, pathlib.Path(name)) as process:
+        start = time.perf_counter()
+        process.communicate()
+        if process.returncode != 0:
+            raise RuntimeError(f"{program} fails by itself: exit code {process.returncode}")
+        return time.perf_counter() - start
+
+
+def _faults(code: int, number: signal.Signals, told: str, folder: pathlib.Path) -> Iterator[str]:
+    # As a shell shows it: a process that a signal ended right away counts the same.
+    shown = 128 - code if code < 0 else code
+    if shown != 128 + number:
+        yield f"exit code {shown} instead of {128 + number}"
+    for word in ("Traceback", "Exception ignored", "bug in thermoroll"):
+        if word in told:
+            yield f"{word}: {told.strip()[-300:]}"
+    for path in sorted((folder / "results").glob("*")) if (folder / "results").exists() else ():
+        if path.name.startswith("."):
+            yield f"left {path.name}"
+        elif path.suffix == ".h5" and not read_result(path).converged:
+            yield f"{path.name} is no result"
+
+
+def table(found: Sequence[Stop]) -> str:
+    """What became of all signals, as Markdown."""
+    lines = ["| command | signals | lost, wrong code, files left | CPU s until the end: median | longest | elapsed s: longest |",
+             "|---|---:|---:|---:|---:|---:|"]  # fmt: skip
+    for program in dict.fromkeys(stop.program for stop in found):
+        own = [stop for stop in found if stop.program == program]
+        busy, longest = [stop.busy for stop in own], max(stop.seconds for stop in own)
+        lines.append(f"| `{program}` | {len(own)} | {sum(bool(stop.faults) for stop in own)} | "
+                     f"{statistics.median(busy):.2f} | {max(busy):.2f} | {longest:.2f} |")  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--signals", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--write", action="store_true", help="put the table into docs/stress.md")
+    options = parser.parse_args()
+    found = []
+    for stop in stops(options.signals, options.seed):
+        found.append(stop)
+        for fault in stop.faults:
+            print(f"{stop.program}, {stop.number.name}: {fault}", file=sys.stderr, flush=True)
+    text = table(found)
+    print(text, end="")
+    if options.write:
+        before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(PLACE[0])
+        after = rest.partition(PLACE[1])[2]
+        DOCUMENT.write_text(before + PLACE[0] + text + PLACE[1] + after, encoding="utf-8")
+    return int(any(stop.faults for stop in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,98 @@
+"""Stopping by signals: noted at once, acted upon at the next step, and never lost in code that drops exceptions."""
+
+from __future__ import annotations
+
+import os
+import signal
+import weakref
+from collections.abc import Iterator
+
+import pytest
+
+from scripts.stress.stress_signals import SIGNALS, stopped
+from tests.support.scenes import rolling
+from thermoroll_cli import interruption
+from thermoroll_cli.cli.exits import catch_signals
+from thermoroll_cli.interruption import Interrupted, safe_point, waiting
+from thermoroll_cli.refinement.solve import solve
+
+
+@pytest.fixture
+def caught() -> Iterator[None]:
+    """Signals that have us stop, as they do while a command runs."""
+    interruption.forget()
+    restore = catch_signals()
+    try:
+        yield
+    finally:
+        restore()
+        interruption.forget()
+
+
+@pytest.mark.usefixtures("caught")
+def test_a_signal_inside_a_callback_is_not_lost() -> None:
+    """Whatever a callback of a weak reference raises is dropped: the signal shows at the next safe point, and only there."""
+
+    class Thing:
+        pass
+
+    thing = Thing()
+    called: list[object] = []
+    reference = weakref.ref(thing, lambda _: (os.kill(os.getpid(), signal.SIGTERM), called.append(1)))
+    del thing
+    assert called and reference() is None
+    with pytest.raises(Interrupted) as stop:
+        safe_point()
+    assert stop.value.exit_code == 128 + signal.SIGTERM
+    safe_point()  # on the way out nothing is disturbed any more
+    assert interruption.noted() == signal.SIGTERM
+
+
+@pytest.mark.usefixtures("caught")
+def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A signal that comes in the tenth transform ends the solution before the eleventh."""
+    from thermoroll_cli.kernels import padded
+
+    steps: list[int] = []
+
+    def step() -> None:
+        steps.append(len(steps))
+        safe_point()
+        if len(steps) == 10:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(padded, "safe_point", step)
+    with pytest.raises(Interrupted):
+        solve(rolling(grid=32, creepage=(1e-3, 0.0)))
+    assert len(steps) == 11
+
+
+@pytest.mark.usefixtures("caught")
+def test_waiting_ends_with_the_signal() -> None:
+    reading, writing = os.pipe()
+    signal.signal(signal.SIGALRM, lambda *_: os.kill(os.getpid(), signal.SIGHUP))
+    signal.setitimer(signal.ITIMER_REAL, 0.05)
+    with pytest.raises(Interrupted), waiting():
+        os.read(reading, 1)
+    os.close(reading), os.close(writing)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+
+
+@pytest.mark.usefixtures("caught")
+def test_a_second_signal_much_later_ends_the_process_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended: list[int] = []
+    monkeypatch.setattr(interruption.os, "_exit", ended.append)
+    moments = iter([100.0, 100.1, 102.0])
+    monkeypatch.setattr(interruption.time, "monotonic", lambda: next(moments))
+    for count in (0, 0, 1):
+        os.kill(os.getpid(), signal.SIGINT)
+        assert len(ended) == count
+    assert ended == [130]
+
+
+@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize(("program", "moment"), [("run", 0.3), ("sweep", 0.7), ("sweep --jobs 2", 0.6)])
+def test_programs_stop_with_their_code_and_leave_nothing(program: str, moment: float, number: signal.Signals) -> None:
+    """A small part of what `make stress` does at random moments."""
+    stop = stopped(program, number, moment)
+    assert stop is not None and stop.faults == ()
