@@ -157,7 +157,7 @@ def _faults(code: int, number: signal.Signals, told: str, folder: pathlib.Path) 
 
 def table(found: Sequence[Stop]) -> str:
     """What became of all signals, as Markdown."""
-    lines = ["| command | signals | lost, wrong code, files left | CPU s until the end: median | longest | elapsed s: longest |",
+    lines = ["| command | signals | lost, wrong code, files left | CPU s to the end: median | longest | elapsed s: longest |",
              "|---|---:|---:|---:|---:|---:|"]  # fmt: skip
     for program in dict.fromkeys(stop.program for stop in found):
         own = [stop for stop in found if stop.program == program]
