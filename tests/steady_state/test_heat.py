@@ -14,6 +14,7 @@ from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -149,7 +150,7 @@ def test_response_is_the_direct_sum_of_its_tables():
     bodies = body(0.5, 0.1), body(0.2, -0.1, conductivity=20.0, expansion=2e-5)
     pair = Pair(grid, *bodies, 0.35)
 
-    def direct(table):
+    def direct(table, flux):
         out = np.zeros(grid.shape)
         for i in range(7):
             for j in range(9):
@@ -159,10 +160,12 @@ def test_response_is_the_direct_sum_of_its_tables():
     expansion = np.zeros(grid.shape)
     for found, b, share in zip(pair.temperatures(flux), bodies, (0.35, 0.65), strict=True):
         peclets = b.speed_x * grid.dx / b.diffusivity, b.speed_y * grid.dx / b.diffusivity
-        expected = direct(temperature_table(7, 9, 1.5, *peclets)) * share * grid.dx / b.conductivity
+        expected = direct(temperature_table(7, 9, 1.5, *peclets), flux)
+        expected += direct(temperature_slope_table(7, 9, 1.5, *peclets), slopes(flux))
+        expected *= share * grid.dx / b.conductivity
         np.testing.assert_allclose(found, expected, rtol=1e-10)
         scale = share * b.free_expansion * grid.dx**2 / b.conductivity
-        expansion += scale * direct(displacement_table(7, 9, 1.5, *peclets))
+        expansion += scale * direct(displacement_table(7, 9, 1.5, *peclets), flux)
     np.testing.assert_allclose(pair.displacement(flux), expansion, rtol=1e-10)
 
 

@@ -70,8 +70,9 @@ def test_response_is_the_sum_over_sources_with_a_kernel_each(peclet, other):
 @pytest.mark.parametrize("divided", [True, False])
 def test_uniform_slip_is_uniform_motion(divided):
     """The same slip everywhere, or none, is the convolution with one kernel (the constant of sources at rest is arbitrary)."""
-    flux = np.random.default_rng(3).random(GRID.shape)
-    heat = DividedHeat(0.7 * flux, 0.3 * flux[::-1]) if divided else DividedHeat.evenly(flux, 0.4)
+    # The same along each row: nothing changes within elements, which only uniform motion takes into account.
+    flux = np.tile(np.random.default_rng(3).random(GRID.ny), (GRID.nx, 1))
+    heat = DividedHeat(0.7 * flux, 0.3 * flux[:, ::-1], contact=flux > 0.0) if divided else DividedHeat.evenly(flux, 0.4)
     for speed in (0.0, 0.02, 3.0):
         pair = [replace(b, speed_x=speed) for b in (body(), body(2 * KAPPA, 20.0))]
         sliding = SlidingHeatResponse(SlidingKernels(GRID), *pair, np.full(GRID.shape, speed))
@@ -80,7 +81,7 @@ def test_uniform_slip_is_uniform_motion(divided):
             np.testing.assert_allclose(found, exact, atol=2e-5 * np.abs(exact).max())
         found, exact = sliding.displacement(heat), moving.displacement(heat)
         np.testing.assert_allclose(found - found.mean(), exact - exact.mean(), atol=2e-5 * np.ptp(exact))
-        gap, exact = sliding.temperature_gap(flux), moving.temperature_gap(flux)
+        gap, exact = sliding.temperature_gap(flux, flux > 0.0), moving.temperature_gap(flux, flux > 0.0)
         np.testing.assert_allclose(gap, exact, atol=2e-5 * np.abs(exact).max())
 
 
@@ -188,7 +189,7 @@ def test_a_scaled_problem_has_the_same_numbers():
     large = replace(small, geometry=geometry, normal_force=64.0 * 65.0, motion=Motion(12.5, 0.003, 0.0))
     a, b = solved(small), solved(large)
     for name in ("gamma_p", "gamma_c", "gamma_st", "temperature_rise_max_lower_K"):
-        assert b.coupled.scalars[name] == pytest.approx(a.coupled.scalars[name], rel=1e-10)
+        assert b.coupled.scalars[name] == pytest.approx(a.coupled.scalars[name], rel=1e-9)
     assert b.work["sliding"] == pytest.approx(a.work["sliding"], rel=1e-6)
 
 

@@ -145,4 +145,4 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
 
 def _hottest(rise: Array) -> float:
     """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
-    return peak_value(rise) if rise.max() > COOLED * np.abs(rise).max() else 0.0
+    return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0

@@ -27,6 +27,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+Spread = Callable[[FloatArray, float, float, FloatArray], FloatArray]
+"""Of centres, element length, speed and times: where the heat of an element is by then, (times, centres)."""
 
 TAIL = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""
@@ -38,6 +40,8 @@ ANGLE_STEP = 0.3
 """Step of the rule over y in U."""
 SERIES_FROM = 3.0
 """τ in element widths from which the cell average of a Gaussian is a series; its first missing term is below 3e-11."""
+STILL_INSIDE = 1e-3
+"""Where heat is not the same all over its element, its drift is felt before it leaves: the τ rule starts that much earlier."""
 CHUNK = 48
 """τ nodes taken together: few enough for narrow windows, enough for an efficient matrix product."""
 SLOW = 1e-11
@@ -52,8 +56,8 @@ def temperature_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y
     source at [nx−1, ny−1]. Good to 1e-10 of the coefficient of the element on itself. Raises ValueError for an empty
     grid, an aspect that is not positive, or a Péclet number that is not finite.
     """
-    x, y = _offsets(nx, ny, aspect, peclet_x, peclet_y)
-    return _mirrored(temperature_at(x, y, aspect, peclet_x, peclet_y), ny)
+    x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
+    return mirrored(temperature_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
 def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
@@ -63,8 +67,8 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
     coefficient of the element on itself. Without motion the displacement is defined up to a constant: P = 0 gives
     −ln(r)/2π integrated over the element. With P → 0 the table rises without bound, by −b ln(P)/2π everywhere.
     """
-    x, y = _offsets(nx, ny, aspect, peclet_x, peclet_y)
-    return _mirrored(displacement_at(x, y, aspect, peclet_x, peclet_y), ny)
+    x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
+    return mirrored(displacement_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
 def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
@@ -81,15 +85,15 @@ def temperature_at_depths(
     """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
 
     In time a depth only weights what has arrived: the integrand of T gains the factor exp(−z²/4τ²)."""
-    if math.hypot(peclet_x, peclet_y) * _extent(x, y, aspect) < SLOW:
+    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < SLOW:
         return np.stack([stationary_temperature_below(x, y, float(z), aspect) for z in depths])
-    return 2.0 / math.sqrt(math.pi) * _time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
+    return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
 
 def displacement_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
     """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y; as `temperature_at`."""
     peclet = math.hypot(peclet_x, peclet_y)
-    size = _extent(x, y, aspect)
+    size = extent(x, y, aspect)
     if peclet * size < SLOW:
         table = stationary_displacement(x, y, aspect)
         if peclet > 0.0:
@@ -133,10 +137,10 @@ def advected_expansion(
     peclet = math.hypot(peclet_x, peclet_y)
     if peclet == 0.0:
         raise ValueError("Φ is infinite without motion")
-    if peclet * _extent(x, y, aspect) < SLOW:
+    if peclet * extent(x, y, aspect) < SLOW:
         constant = aspect / (2.0 * math.pi) * (math.log(4.0) - math.log(peclet) - np.euler_gamma)
         return stationary_displacement(x, y, aspect) + constant
-    return 2.0 * _time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
+    return 2.0 * time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
 
 
 def stationary_temperature(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
@@ -145,7 +149,7 @@ def stationary_temperature(x: FloatArray, y: FloatArray, aspect: float) -> Float
     def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
         return xi * np.arcsinh(eta / np.abs(xi)) + eta * np.arcsinh(xi / np.abs(eta))
 
-    return _between_corners(corner, x, y, aspect) / (2.0 * math.pi)
+    return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
 
 def stationary_temperature_below(x: FloatArray, y: FloatArray, z: float, aspect: float) -> FloatArray:
@@ -158,7 +162,7 @@ def stationary_temperature_below(x: FloatArray, y: FloatArray, z: float, aspect:
         rho = np.sqrt(xi**2 + eta**2 + z * z)
         return xi * np.arcsinh(eta / along) + eta * np.arcsinh(xi / across) - z * np.arctan(xi * eta / (z * rho))
 
-    return _between_corners(corner, x, y, aspect) / (2.0 * math.pi)
+    return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
 
 def stationary_displacement(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
@@ -168,10 +172,10 @@ def stationary_displacement(x: FloatArray, y: FloatArray, aspect: float) -> Floa
         log_r = 0.5 * np.log(xi**2 + eta**2)
         return xi * eta * (log_r - 1.5) + 0.5 * xi**2 * np.arctan(eta / xi) + 0.5 * eta**2 * np.arctan(xi / eta)
 
-    return _between_corners(corner, x, y, aspect) / (-2.0 * math.pi)
+    return between_corners(corner, x, y, aspect) / (-2.0 * math.pi)
 
 
-def _between_corners(
+def between_corners(
     corner: Callable[[FloatArray, FloatArray], FloatArray], x: FloatArray, y: FloatArray, aspect: float
 ) -> FloatArray:
     """A primitive function of both coordinates, differenced over the element at every offset."""
@@ -180,7 +184,7 @@ def _between_corners(
     return corner(right, high) - corner(left, high) - corner(right, low) + corner(left, low)
 
 
-def _offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> tuple[FloatArray, FloatArray]:
+def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> tuple[FloatArray, FloatArray]:
     """Offsets at which a table has to be computed: half the lateral ones where the response is even in y."""
     if nx < 1 or ny < 1:
         raise ValueError(f"a grid needs at least one element per side, not {nx} × {ny}")
@@ -192,20 +196,22 @@ def _offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) 
     return np.arange(1.0 - nx, nx), aspect * np.arange(float(first), ny)
 
 
-def _mirrored(table: FloatArray, ny: int) -> FloatArray:
+def mirrored(table: FloatArray, ny: int) -> FloatArray:
     return table if table.shape[1] == 2 * ny - 1 else np.concatenate((table[:, :0:-1], table), axis=1)
 
 
-def _extent(x: FloatArray, y: FloatArray, aspect: float) -> float:
+def extent(x: FloatArray, y: FloatArray, aspect: float) -> float:
     return max(float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect)
 
 
-def _time_integral(
-    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: FloatArray
+def time_integral(
+    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: FloatArray,
+    along: Spread | None = None,
 ) -> FloatArray:
-    """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y below the surface by each of `depths`."""
+    """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y below the surface by each of `depths`; `along` takes
+    the place of gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
-    tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths)
+    tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths, 1.0 if along is None else STILL_INSIDE)
     table = np.zeros((len(depths), len(x), len(y)))
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
     starts = np.unique(np.concatenate((np.arange(0, len(tau), CHUNK), breaks, [len(tau)])))
@@ -213,15 +219,16 @@ def _time_integral(
         times = tau[start:stop]
         rows = _window(x, 1.0, peclet_x, times)
         columns = _window(y, aspect, peclet_y, times)
-        along = _cell_average(x[rows], 1.0, peclet_x, times)
-        across = _cell_average(y[columns], aspect, peclet_y, times)
+        lengthwise = (along or cell_average)(x[rows], 1.0, peclet_x, times)
+        across = cell_average(y[columns], aspect, peclet_y, times)
         for layer, arrived in zip(table, weights[:, start:stop], strict=True):
-            layer[rows, columns] += along.T @ (across * arrived[:, None])
+            layer[rows, columns] += lengthwise.T @ (across * arrived[:, None])
     return table
 
 
 def _time_rule(
-    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: FloatArray
+    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: FloatArray,
+    onset: float,
 ) -> tuple[FloatArray, FloatArray]:
     """Nodes, and for each depth weights, of ∫ τ^power exp(−z²/4τ²) … dτ: trapezoidal in u = ln(sτ) + sτ, with s ∝ P.
 
@@ -230,7 +237,7 @@ def _time_rule(
     from scipy.special import wrightomega
 
     speeds = abs(peclets[0]), abs(peclets[1])
-    first = min(
+    first = onset * min(
         length / (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 2.0 * speed * length))
         for length, speed in zip((1.0, aspect), speeds, strict=True)
     )
@@ -261,7 +268,7 @@ def _window(centres: FloatArray, length: float, speed: float, tau: FloatArray) -
     return slice(int(low), int(high))
 
 
-def _cell_average(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> FloatArray:
+def cell_average(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> FloatArray:
     """g at each time and offset: the share of a drifting element's heat, in one direction; shape (times, offsets)."""
     tau = tau[:, None]
     half = length / (4.0 * tau)

@@ -1,4 +1,4 @@
-"""The largest value of a smooth field that is known by its element averages."""
+"""The largest value of a smooth field that is known on a grid."""
 
 from __future__ import annotations
 
@@ -13,18 +13,19 @@ SHARPEST = 3.0
 are 20 % larger); at the edge of a plateau the ratio has no end."""
 
 
-def peak_value(field: Array) -> float:
-    """Maximum of a smooth field given by its element averages, shape (nx, ny): what is reported and written over pictures.
+def peak_value(field: Array, *, averages: bool = True) -> float:
+    """Maximum of a smooth field of shape (nx, ny), given by its element averages (pressure) or, without `averages`, by its
+    values at the elements' centres (temperature): what is reported and written over pictures.
 
     The top of the parabolas along x and y through the largest element, or that element's value at the edge of the field's
     support. Fields may have a corner there (a plateau that ends, a border of stick): the parabola bends at most `SHARPEST`
     times as much as the field does beside the largest element, so nothing is made of a drop on one side alone.
     """
     i, j = np.unravel_index(int(np.argmax(field)), field.shape)
-    return float(field[i, j]) + _rise(field[:, j], int(i)) + _rise(field[i, :], int(j))
+    return float(field[i, j]) + _rise(field[:, j], int(i), averages) + _rise(field[i, :], int(j), averages)
 
 
-def _rise(line: Array, k: int) -> float:
+def _rise(line: Array, k: int, averages: bool) -> float:
     """How far the parabola along one line of averages rises above element k, the largest."""
     if not 0 < k < len(line) - 1 or min(line[k - 1], line[k + 1]) <= 0.0:
         return 0.0
@@ -35,4 +36,4 @@ def _rise(line: Array, k: int) -> float:
     # The slope in the middle, from the side that falls less: the other may lie behind a corner.
     slope = max(-0.5 * bend - float(line[k] - max(line[k - 1], line[k + 1])), 0.0)
     # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
-    return -0.5 * slope**2 / bend - bend / 24.0
+    return -0.5 * slope**2 / bend - (bend / 24.0 if averages else 0.0)

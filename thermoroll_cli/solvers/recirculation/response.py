@@ -61,9 +61,9 @@ class RecirculatingResponse:
         )
         return lower, upper
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
         """As `ThermalResponse`."""
-        return self.passing.temperature_gap(exchange) + self._returning @ exchange.sum(axis=0)
+        return self.passing.temperature_gap(exchange, contact) + self._returning @ exchange.sum(axis=0)
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """As `ThermalResponse`, of the present pass."""

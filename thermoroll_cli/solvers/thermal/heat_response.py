@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
 
 Array = NDArray[np.float64]
 
@@ -31,11 +33,13 @@ class HeatedBody:
 @dataclass(frozen=True)
 class DividedHeat:
     """Heat flux into the lower and into the upper body in W/m², (nx, ny); `share` of the lower body if it is the same
-    everywhere. Conduction makes the one or the other negative in places."""
+    everywhere. Conduction makes the one or the other negative in places, and flows on the mask `contact` (None: there is
+    none, heat enters where there is friction)."""
 
     lower: Array
     upper: Array
     share: float | None = None
+    contact: NDArray[np.bool_] | None = None
 
     @classmethod
     def evenly(cls, flux: Array, share: float) -> DividedHeat:
@@ -65,9 +69,9 @@ class ThermalResponse(Protocol):
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
         """Surface temperature rise in K of the lower and of the upper body."""
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
         """Temperature of the lower less that of the upper surface if the flux `exchange` leaves the upper body for the
-        lower one."""
+        lower one on the mask `contact`."""
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
@@ -80,7 +84,8 @@ class ThermalResponse(Protocol):
 class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
-    `tables` counts influence tables built: equal bodies at equal speed share theirs.
+    For temperatures the heat flux changes linearly along x within each element (`kernels.thermal_slope`): they are those of
+    the elements' centres, at second order. `tables` counts influence tables built: equal bodies at equal speed share theirs.
     """
 
     def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody) -> None:
@@ -89,6 +94,7 @@ class HeatResponse:
         self.tables = 0
         self._convolution: Convolution | None = None
         self._temperature: dict[tuple[float, float], Spectrum] = {}
+        self._slope: dict[tuple[float, float], Spectrum] = {}
         self._expansion: dict[tuple[float, float], Spectrum] = {}
         self._gap: Spectrum | None = None
 
@@ -131,32 +137,44 @@ class HeatResponse:
         """As `ThermalResponse`."""
         lower, upper = self.bodies
         if heat.share is None:
-            return self._rise(lower, self.convolution.forward(heat.lower)), self._rise(
-                upper, self.convolution.forward(heat.upper)
+            return self._rise(lower, *self._transformed(heat.lower, heat.contact)), self._rise(
+                upper, *self._transformed(heat.upper, heat.contact)
             )
-        hat = self.convolution.forward(heat.total)
-        return heat.share * self._rise(lower, hat), (1.0 - heat.share) * self._rise(upper, hat)
+        hats = self._transformed(heat.total, heat.contact)
+        return heat.share * self._rise(lower, *hats), (1.0 - heat.share) * self._rise(upper, *hats)
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
         """As `ThermalResponse`."""
         convolution, spectrum = self.gap_symbol()
-        hat = convolution.forward(exchange)
-        hat *= spectrum
-        return convolution.inverse(hat)
+        flux_hat, slope_hat = self._transformed(exchange, contact)
+        flux_hat *= spectrum
+        slope_hat *= self._gap_slope
+        flux_hat += slope_hat
+        return convolution.inverse(flux_hat)
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
-        """As `ThermalResponse`, exact."""
+        """As `ThermalResponse`, but for the slopes within elements."""
         if self._gap is None:
             spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
             self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
 
+    @cached_property
+    def _gap_slope(self) -> Spectrum:
+        spectra = [self._slope_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
+        return np.asarray(spectra[0] + spectra[1])
+
+    def _transformed(self, flux: Array, contact: NDArray[np.bool_] | None) -> tuple[Spectrum, Spectrum]:
+        """Transforms of a flux and of its slopes."""
+        return self.convolution.forward(flux), self.convolution.forward(slopes(flux, contact))
+
     def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
         """As `ThermalResponse`: nothing is lacking."""
         return None
 
-    def _rise(self, body: HeatedBody, flux_hat: Spectrum) -> Array:
-        rise = self.convolution.inverse(flux_hat * self._temperature_spectrum(body))
+    def _rise(self, body: HeatedBody, flux_hat: Spectrum, slope_hat: Spectrum) -> Array:
+        rise = self.convolution.inverse(
+            flux_hat * self._temperature_spectrum(body) + slope_hat * self._slope_spectrum(body))
         rise *= self.grid.dx / body.conductivity
         return rise
 
@@ -167,6 +185,12 @@ class HeatResponse:
             table = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
             self._temperature[key] = self.convolution.spectrum(table)
         return self._temperature[key]
+
+    def _slope_spectrum(self, body: HeatedBody) -> Spectrum:
+        grid, key = self.grid, _peclets(self.grid, body)
+        if key not in self._slope:
+            self._slope[key] = self.convolution.spectrum(temperature_slope_table(grid.nx, grid.ny, grid.dy / grid.dx, *key))
+        return self._slope[key]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
         """Kernel of the sum of both expansions if the bodies take these shares of a heat flux."""

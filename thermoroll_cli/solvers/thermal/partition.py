@@ -53,9 +53,10 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
     share = response.matched_share
     if share is not None and bulk_difference == 0.0:
         return Partition(DividedHeat.evenly(flux, share), 0.0, 0)
-    even = DividedHeat.evenly(flux, response.likely_share)
+    share = response.likely_share
+    even = DividedHeat(share * flux, (1.0 - share) * flux, contact=contact)
     if not contact.any() or not (flux.any() or bulk_difference):
-        return Partition(even, 0.0, 0)
+        return Partition(DividedHeat.evenly(flux, share), 0.0, 0)
     lower, upper = response.temperatures(even)
     peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
 
@@ -65,7 +66,7 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
         return field
 
     def gap(exchange: Vector) -> Vector:
-        return response.temperature_gap(on_grid(exchange))[contact]
+        return response.temperature_gap(on_grid(exchange), contact)[contact]
 
     precondition = _preconditioner(response, contact)
     mismatch = (upper - lower)[contact] + bulk_difference
@@ -79,7 +80,7 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
         exchange += solution.step
         mismatch = mismatch - solution.image
     exchanged = on_grid(exchange)
-    heat = DividedHeat(even.lower + exchanged, even.upper - exchanged)
+    heat = DividedHeat(even.lower + exchanged, even.upper - exchanged, contact=contact)
     return Partition(heat, float(np.abs(mismatch).max()) / peak, applications)
 
 

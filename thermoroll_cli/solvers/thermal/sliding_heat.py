@@ -129,7 +129,7 @@ class SlidingHeatResponse:
             )
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
         """As `solvers.thermal.heat_response.ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike:
