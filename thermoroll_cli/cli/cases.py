@@ -9,15 +9,11 @@ from typing import Annotated
 import typer
 
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.files.case.templates import TEMPLATES, template_text
 
-
-class Template(StrEnum):
-    """Cases that `init` writes."""
-
-    article = "article"
-    wheel_rail = "wheel-rail"
-    ball_bearing = "ball-bearing"
-    traction_drive = "traction-drive"
+Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
+"""Cases that `init` writes."""
+_FIRST = Template("article")
 
 
 def validate(
@@ -52,14 +48,12 @@ def init(
     file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Case file to write; - is standard output.")] = Path(
         "case.toml"
     ),
-    template: Annotated[Template, typer.Option("--template", help="What to start from.")] = Template.article,
+    template: Annotated[Template, typer.Option("--template", help="What to start from.")] = _FIRST,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    from thermoroll_cli.files.case.templates import template_text
-
     text = template_text(template.value)
     if str(file) == "-":
         streams.write(text.rstrip("\n"))

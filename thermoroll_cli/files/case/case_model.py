@@ -12,7 +12,7 @@ THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s"
 DEFAULT_ACCURACY = 1e-3
 GRID_RANGE = (8, 2048)
 
-_RADIUS_RANGE = (1e-9, 1e9)
+RADIUS_RANGE = (1e-9, 1e9)
 _GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
 _RADIUS_ALLOWED = "a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat)"
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
@@ -26,7 +26,7 @@ def _radius(value: Any) -> float:
         return float("inf")
     if value == 0:
         raise PydanticCustomError("radius", "must not be zero: a flat body has the radius inf")
-    if not _RADIUS_RANGE[0] <= abs(value) <= _RADIUS_RANGE[1]:  # nan and -inf, too
+    if not RADIUS_RANGE[0] <= abs(value) <= RADIUS_RANGE[1]:  # nan and -inf, too
         raise PydanticCustomError("radius", "is outside the allowed range")
     return float(value)
 

@@ -4,37 +4,66 @@ from __future__ import annotations
 
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import GRID_RANGE, Settings
+from thermoroll_cli.files.case.case_model import GRID_RANGE, RADIUS_RANGE, Settings
 
 
 def case_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of a case file. Units stand in the keyword `unit` of each number.
 
     It knows every key, type and range and which keys exclude each other; convexity and the friction limit need the
-    program (`thermoroll validate`).
+    program (`thermoroll validate`). Written so that an error is about one key: alternatives by `anyOf` would only say that
+    a whole table fits none of them.
     """
     schema = _tidied(Settings.model_json_schema())
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
-    tables["Numerics"]["not"] = {"required": ["grid", "accuracy"]}
+    schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
     side = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
-    grid = tables["Numerics"]["properties"]["grid"]
-    grid["anyOf"] = [side, {"type": "array", "items": side, "minItems": 2, "maxItems": 2}]
-    partition = tables["Thermal"]["properties"]["partition"]
-    partition["anyOf"] = [{"type": "number", "minimum": 0, "maximum": 1}, {"const": "matched"}]
+    numerics = tables["Numerics"]
+    _instead(numerics["properties"]["grid"], side, type=["integer", "array"], items=side, minItems=2, maxItems=2)
+    numerics["dependentSchemas"] = {"grid": {"properties": {"accuracy": _not_with("numerics.grid")}}}
+    share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
+    _instead(tables["Thermal"]["properties"]["partition"], share, **{"if": {"type": "string"}, "then": {"enum": ["matched"]}})
     for radius in tables["Geometry"]["properties"].values():
-        radius["not"] = {"const": 0}
+        # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
+        smallest, largest = RADIUS_RANGE
+        radius |= {"type": ["number", "null"], "minimum": -largest}
+        radius["not"] = {"type": "number", "exclusiveMinimum": -smallest, "exclusiveMaximum": smallest}
     schema["allOf"] = [
         {
-            "not": {
-                "properties": {"creepage": {"required": [direction]}, "force": {"required": [f"{direction}_N"]}},
-                "required": ["creepage", "force"],
-            }
+            "if": {"properties": {"creepage": {"required": [direction]}}, "required": ["creepage"]},
+            "then": {"properties": {"force": {"properties": {f"{direction}_N": _not_with(f"creepage.{direction}")}}}},
         }
         for direction in ("longitudinal", "lateral")
     ]
     return schema
+
+
+def _material(described: dict[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
+    """One table with the keys of both forms, of which either goes alone."""
+    one, two = tables["Material"], tables.pop("TwoMaterials")
+    constants = dict.fromkeys(one["properties"], _not_with("[material.lower] and [material.upper]"))
+    return {
+        "description": described["description"],
+        "type": "object",
+        "properties": one["properties"] | two["properties"],
+        "additionalProperties": False,
+        "if": {"anyOf": [{"required": [body]} for body in two["properties"]]},
+        "then": {"required": two["required"], "properties": constants},
+        "else": {"required": one["required"]},
+    }
+
+
+def _not_with(other: str) -> dict[str, Any]:
+    """A key that must not be there. `false` would say so, too, but validators quote this schema in their message."""
+    return {"not": {"description": f"anything together with {other}"}}
+
+
+def _instead(key: dict[str, Any], first: dict[str, Any], **more: Any) -> None:
+    """Replace the alternatives of `key` by keywords that each concern one type only."""
+    key.pop("anyOf", None)
+    key |= first | more
 
 
 def _tidied(node: Any) -> Any:

@@ -8,6 +8,8 @@ from string import Template
 
 @dataclass(frozen=True)
 class _Values:
+    """What tells one template from another. `more` are tables and comments of its own, put before [numerics]."""
+
     about: str
     title: str
     radii: tuple[float, float, float, float]
@@ -20,9 +22,10 @@ class _Values:
     numerics: str = "accuracy = 1e-3"
     conductivity: float = 50.2
     diffusivity: float = 10.0
+    more: str = ""
 
 
-_TEMPLATES = {
+TEMPLATES = {
     "article": _Values(
         about="Two steel spheres, the case of Sec. 4.1 of Yu & Suh. The article's speed of 1 m/s gives far less heat\n"
         "# than it reports; at 200 m/s with stationary heat sources its pressure peak and its leading edge are met.",
@@ -73,6 +76,7 @@ _TEMPLATES = {
         diffusivity=12.5,
     ),
 }
+"""Name of each template of `thermoroll init`. A new one is an entry here."""
 
 _TEXT = Template("""\
 # $about
@@ -82,13 +86,21 @@ _TEXT = Template("""\
 
 title = "$title"
 
-# Of both bodies. Without the last three constants and [thermal] the case is purely mechanical.
+# Of both bodies. Without the last three constants and [thermal] the case is purely mechanical. For two materials call this
+# table [material.lower], and add another:
 [material]
 youngs_modulus_GPa = 210.0
 poisson_ratio = 0.28
 conductivity_W_mK = $conductivity
 expansion_um_mK = 11.7      # 1e-6 per K
 diffusivity_mm2_s = $diffusivity
+
+# [material.upper]            # silicon nitride
+# youngs_modulus_GPa = 310.0
+# poisson_ratio = 0.27
+# conductivity_W_mK = 25.0
+# expansion_um_mK = 3.0
+# diffusivity_mm2_s = 11.0
 
 # Radii along rolling (x) and across (y); inf is flat, negative is concave.
 [geometry]
@@ -100,6 +112,8 @@ upper_radius_y_mm = $upper_y
 [load]
 normal_N = $normal
 friction_coefficient = $friction
+# friction_temperature_slope_1_K = 0.001    # share of the friction lost per kelvin of the contact's temperature,
+# friction_minimum_factor = 0.3             # and the share that remains however hot it gets
 
 # Mean speed of both surfaces.
 [rolling]
@@ -111,16 +125,24 @@ longitudinal = $longitudinal
 lateral = 0.0
 spin_rad_mm = $spin
 
-# heat = false: purely mechanical; deformation = false: heat and temperature, but the bodies keep their shape.
-# peclet = "rolling": the material carries the heat through the contact; "stationary": as if nothing moved.
-# partition: share of the heat that enters the lower body, or "matched": surfaces equally warm wherever they touch.
+# A force in place of the creepage of its direction, which is then solved for: take that creepage out above.
+# [force]
+# longitudinal_N = $force
+# lateral_N = 0.0
+
+# heat: false is a purely mechanical case; deformation: with false there are temperatures, but the bodies keep their shape.
+# peclet: with "rolling" the material carries the heat through the contact; "stationary" is as if nothing moved.
+# partition: share of the heat that enters the lower body.
 [thermal]
 heat = true
 deformation = true
 peclet = "$peclet"
 partition = 0.5
+# partition = "matched"             # instead: divided so that the surfaces are equally warm wherever they touch,
+# bulk_temperature_lower_K = 0.0    # also where one body is hotter far from the contact
+# bulk_temperature_upper_K = 20.0
 
-# An accuracy wanted in the scalars, or a grid: elements per side, or [nx, ny].
+$more# An accuracy wanted in the scalars, or a grid: elements per side, or [nx, ny].
 # extent: side of the domain in Hertz semi-axes; the contact itself takes 2.
 [numerics]
 $numerics
@@ -133,7 +155,8 @@ plots = true
 
 def template_text(name: str) -> str:
     """The template `name` as the text of a case file. Raises KeyError for a name there is none of."""
-    values = _TEMPLATES[name]
+    values = TEMPLATES[name]
     fields = dict(vars(values))
     radii = dict(zip(("lower_x", "lower_y", "upper_x", "upper_y"), fields.pop("radii"), strict=True))
-    return _TEXT.substitute(fields | radii)
+    force = f"{0.5 * values.friction * values.normal:.4g}"
+    return _TEXT.substitute(fields | radii | {"force": force if "." in force else force + ".0"})
