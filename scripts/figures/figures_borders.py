@@ -14,7 +14,7 @@ from thermoroll_cli.assessment.scalars import STICK
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.solvers.options import RollingOptions, SolverOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions, SolverOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 4, 5))

@@ -39,7 +39,7 @@ from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
-from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
+from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
 from thermoroll_cli.steady_state.discretisation import Discretisation

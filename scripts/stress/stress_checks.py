@@ -93,7 +93,7 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
     slip[0] += derived.differential_slip(grid.y) - motion.spin * grid.y
     slip[1] += motion.spin * grid.x[:, None]
     if derived.dissimilar:
-        slip -= NormalShearCoupling(grid, derived.coupling_constant).stretch(pressure)
+        slip -= NormalShearCoupling(grid, derived.coupling_constant).tangential_gradient(pressure)
     return float((traction * slip).sum()) * grid.element_area
 
 

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import THERMAL, Called, call
-from thermoroll_cli.cli.table import with_error
+from thermoroll_cli.cli.result_table import with_error
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.error_scale import error_scale
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS

@@ -13,7 +13,7 @@ from tests.support.cases import findings
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.files.case.case import Case, CaseError, Override
 from thermoroll_cli.files.case.case_errors import Finding
-from thermoroll_cli.files.case.case_model import SECTIONS, Material
+from thermoroll_cli.files.case.case_model import SECTIONS, MaterialTable
 from thermoroll_cli.files.case.case_source import SIZE_LIMIT
 from thermoroll_cli.files.case.toml_positions import Span
 
@@ -280,7 +280,7 @@ def test_errors_in_python_do_not_speak_of_the_command_line() -> None:
     assert case.with_values({"load.normal_N": np.float32(2.0)}).problem.normal_force == 2.0
 
 
-TABLES = {"": ("title", "material", *SECTIONS), "material": Material.model_fields} | {
+TABLES = {"": ("title", "material", *SECTIONS), "material": MaterialTable.model_fields} | {
     name: model.model_fields for name, model in SECTIONS.items()
 }
 ODD = (True, 10**400, -(10**400), float("nan"), float("inf"), float("-inf"), [], [1], {}, {"a": 1}, "", dt.date(2000, 1, 1))

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from tests.support import synthetic
-from thermoroll_cli.files.result.compare import Comparison, Row, compare_results
+from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.hdf5 import ResultFileError, StoredResult, read_result, write_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, Result
@@ -34,7 +34,7 @@ def with_scalars(result: StoredResult, **scalars: float | str) -> StoredResult:
     return dataclasses.replace(result, summary={**result.summary, **scalars})
 
 
-def row(comparison: Comparison, name: str) -> Row:
+def row(comparison: Comparison, name: str) -> Pair:
     return next(row for row in comparison.rows if row.name == name)
 
 

@@ -24,7 +24,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS, Tolerances
+from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS, Tolerances
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -111,13 +111,13 @@ def test_hertz_pressure_draws_the_surface_inwards():
         hertz = DerivedQuantities(contact_case("free_rolling", 16)).hertz
         pressure, _ = element_averages(hertz, edges * 4.013407e-4, edges * 4.013407e-4)
         pressure /= DerivedQuantities(contact_case("free_rolling", 16)).hertz.peak_pressure
-        stretch = NormalShearCoupling(grid, constant).stretch(pressure)
+        gradient = NormalShearCoupling(grid, constant).tangential_gradient(pressure)
         inside = r < 0.8
         root = np.sqrt(1.0 - np.minimum(r, 0.99) ** 2)
         over_r = 2.0 * math.pi * constant * (1.0 - root**3) / (3.0 * r**2)  # u_r/r
         slope = 2.0 * math.pi * constant * root - 2.0 * over_r  # r d(u_r/r)/dr
         exact = np.stack([over_r + slope * (x / r) ** 2, slope * x * y / r**2])
-        errors.append(np.abs(stretch - exact)[:, inside].max() / (2.0 * math.pi * constant))
+        errors.append(np.abs(gradient - exact)[:, inside].max() / (2.0 * math.pi * constant))
     assert errors[-1] < 2e-3
     assert order(sizes, errors) > 1.4
 
@@ -128,22 +128,22 @@ def test_outward_shear_sinks_the_surface():
     for n in sizes:
         grid, x, y, r = axisymmetric(n)
         root = np.sqrt(np.maximum(1.0 - r**2, 0.0))
-        lift = NormalShearCoupling(grid, constant).lift(np.stack([x * root, y * root]))
-        errors.append(np.abs(lift + 2.0 * math.pi * constant * root**3 / 3.0).max())
+        displacement = NormalShearCoupling(grid, constant).normal_displacement(np.stack([x * root, y * root]))
+        errors.append(np.abs(displacement + 2.0 * math.pi * constant * root**3 / 3.0).max())
     assert errors[-1] < 2e-3
     assert order(sizes, errors) > 1.4
 
 
 def test_both_directions_are_reciprocal():
-    """Σ τ·∂u^p/∂x = −Σ p·lift(Dᵀτ): one kernel serves both, and D is the formula of the traction's own displacement."""
+    """Σ τ·∂u^p/∂x = −Σ p·(−u_z)(Dᵀτ): one kernel serves both, and D is the formula of the traction's own displacement."""
     random = np.random.default_rng(7)
     grid = Grid(14, 9, 1.0, 0.8)
     coupling = NormalShearCoupling(grid, 0.4)
     pressure, traction = random.normal(size=(14, 9)), random.normal(size=(2, 14, 9))
     traction[:, :3] = traction[:, -3:] = 0.0
     transposed = sum(w * np.roll(traction, k, axis=1) for k, w in zip(DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, strict=True))
-    work = float((traction * coupling.stretch(pressure)).sum())
-    assert work == pytest.approx(-float((pressure * coupling.lift(transposed)).sum()), rel=1e-12)
+    work = float((traction * coupling.tangential_gradient(pressure)).sum())
+    assert work == pytest.approx(-float((pressure * coupling.normal_displacement(transposed)).sum()), rel=1e-12)
 
 
 # --- limits with closed forms ------------------------------------------------------------------------------------
@@ -178,14 +178,14 @@ def test_spence_stick_circle(poisson_ratio, stick_ratio):
     tangential = np.block([[quarter_matrix(xx, (1, 1), x, y, along), quarter_matrix(xy, (-1, -1), x, y, across)],
                            [quarter_matrix(xy, (-1, -1), x, y, along), quarter_matrix(yy, (1, 1), x, y, across)]])  # fmt: skip
     spread = np.vstack([quarter_matrix(j_x, along, x, y, (1, 1)), quarter_matrix(j_y, across, x, y, (1, 1))])
-    lift = np.hstack([quarter_matrix(j_x, along, x, y, along), quarter_matrix(j_y, across, x, y, across)])
+    normal_by_shear = np.hstack([quarter_matrix(j_x, along, x, y, along), quarter_matrix(j_y, across, x, y, across)])
     beta = (1.0 - 2.0 * poisson_ratio) / (2.0 * (1.0 - poisson_ratio))
     published = (beta, stick_ratio) == (0.5, 0.5)
     friction = spence.PUBLISHED_FRICTION if published else spence.spence_contact(stick_ratio, beta).friction
 
-    # A p = 1 + lift τ, and with it the displacement u = (A_t + J A⁻¹ lift) τ + J A⁻¹ 1
+    # A p = 1 + N τ, and with it the displacement u = (A_t + J A⁻¹ N) τ + J A⁻¹ 1
     inverse = np.linalg.inv(normal)
-    flat, bent = inverse.sum(axis=1), inverse @ lift
+    flat, bent = inverse.sum(axis=1), inverse @ normal_by_shear
     matrix, drive = tangential + spread @ bent, spread @ flat
     radial = np.concatenate([x, y]) / np.tile(np.hypot(x, y), 2)
     sign = -1.0  # the lower body is drawn inwards, and held back by −τ: τ points inwards
@@ -223,11 +223,12 @@ class Cylinders:
         self.covered = (np.diff(edge) * a / grid.dx)[:, None]
         area = 0.5 * (edge * np.sqrt(1.0 - edge**2) + np.arcsin(edge))
         self.pressure = (self.contact.peak_pressure * np.diff(area) * a / grid.dx)[:, None]
-        self.stretch = NormalShearCoupling(grid, coupling_constant(ALUMINIUM, HARD_STEEL)).stretch(self.pressure)
+        coupling = NormalShearCoupling(grid, coupling_constant(ALUMINIUM, HARD_STEEL))
+        self.pressure_gradient = coupling.tangential_gradient(self.pressure)
         self._solver = RollingSolver(RollingGradient((n, 1), grid.dx, grid.dy, compliance))
 
     def roll(self, creepage, friction):
-        rigid = -self.stretch
+        rigid = -self.pressure_gradient
         rigid[0] += creepage
         problem = TangentialProblem(friction * self.pressure, self.covered, rigid, self.grid.element_area)
         solution = self._solver.solve(problem, [(np.zeros_like(rigid), (0.0, 0.0))], 1e-8)

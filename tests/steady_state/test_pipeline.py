@@ -28,7 +28,7 @@ from thermoroll_cli.model.problem import Geometry, Heating, Motion, Numerics, Pr
 from thermoroll_cli.model.result import FIELDS, SCALARS
 from thermoroll_cli.refinement.plan import grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.solvers.options import RefinementOptions
+from thermoroll_cli.solvers.solver_options import RefinementOptions
 
 PHYSICAL = [
     "Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",

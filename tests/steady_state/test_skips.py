@@ -24,7 +24,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.starts import Starts
-from thermoroll_cli.solvers.options import Tolerances
+from thermoroll_cli.solvers.solver_options import Tolerances
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.steady_state.discretisation import Discretisation

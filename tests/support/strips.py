@@ -18,7 +18,7 @@ def solve_cell(
     gradient: RollingGradient, cell: TangentialProblem, tolerance: float, start: np.ndarray | None = None
 ) -> TangentialSolution:
     """The solver by itself, from zero traction unless told otherwise."""
-    first = np.zeros((2, *cell.bound.shape)) if start is None else start
+    first = np.zeros((2, *cell.traction_bound.shape)) if start is None else start
     return RollingSolver(gradient).solve(cell, [(first, (0.0, 0.0))], tolerance)
 
 

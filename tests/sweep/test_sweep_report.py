@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.cli.result_table import wrapped
 from thermoroll_cli.cli.sweep_table import FAILED
-from thermoroll_cli.cli.table import wrapped
 from thermoroll_cli.files.result.hdf5 import read_result
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from thermoroll_cli import __version__
-from thermoroll_cli.cli import cases, results, run, show, streams, sweep
+from thermoroll_cli.cli import cases, results, run, show, streams, sweep_command
 
 app = typer.Typer(
     name="thermoroll",
@@ -36,7 +36,7 @@ def thermoroll(
 
 
 app.command("run")(run.run)
-app.command("sweep")(sweep.sweep)
+app.command("sweep")(sweep_command.sweep)
 app.command("show")(show.show)
 app.command("validate")(cases.validate)
 app.command("init")(cases.init)

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from thermoroll_cli.cli import streams
+from thermoroll_cli.cli.bug_report import report_bug
 from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, catch_signals
 from thermoroll_cli.environment import no_plugins, one_thread, rare_collections
 from thermoroll_cli.interruption import Interrupted, end_at_once, forget, noted
@@ -81,16 +82,3 @@ def _dispatch(arguments: Sequence[str]) -> int:
             raise ClosedOutput from None
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     return ExitCode.FINE
-
-
-def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> None:
-    """Tell that `cause` should not have happened; with its trace if `-v` was given."""
-    arguments = sys.argv[1:] if arguments is None else arguments
-    message = " ".join(str(cause).split())
-    streams.error(f"this is a bug in thermoroll, please report it: {type(cause).__name__}: {message}")
-    if {"-v", "--verbose"} & set(arguments):
-        import traceback
-
-        streams.note("".join(traceback.format_exception(cause)).rstrip())
-    else:
-        streams.note("  -v shows where it happened")

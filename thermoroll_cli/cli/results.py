@@ -12,7 +12,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.result.compare import Comparison, Row
+    from thermoroll_cli.files.result.compare import Comparison, Pair
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
@@ -123,7 +123,7 @@ def _comparison_record(comparison: Comparison) -> dict[str, Any]:
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
     """What differs by more than the tolerance, worst first; with `verbose` everything, in its order."""
-    from thermoroll_cli.cli.table import folded, with_remarks
+    from thermoroll_cli.cli.result_table import folded, with_remarks
 
     shown = comparison.rows if verbose else comparison.outside
     cells = [("", "first", "second", "difference")]
@@ -144,7 +144,7 @@ def _value(value: float | str | None) -> str:
     return value if isinstance(value, str) else f"{value:.8g}"
 
 
-def _remark(row: Row, comparison: Comparison, verbose: bool) -> str:
+def _remark(row: Pair, comparison: Comparison, verbose: bool) -> str:
     outside = verbose and not row.within(comparison.rtol)
     note = "" if row.note in comparison.notes else row.note
     return "; ".join(part for part in ("outside" if outside else "", note) if part)

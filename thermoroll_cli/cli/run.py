@@ -97,7 +97,7 @@ def _check_names(cases: Sequence[Case]) -> None:
 
 def _attempt(case: Case, wishes: _Wishes) -> int:
     """Run one case; what goes wrong with it does not stop the others."""
-    from thermoroll_cli.cli.main import report_bug
+    from thermoroll_cli.cli.bug_report import report_bug
 
     try:
         return _run_case(case, wishes)
@@ -175,7 +175,7 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
 
 
 def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.table import SHORT, folded, scalar_table
+    from thermoroll_cli.cli.result_table import SHORT, folded, scalar_table
     from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 
     width = streams.width()

@@ -55,7 +55,7 @@ class TallyProgress:
 def solve_scalars_only(sweep: ScalarSweep, *, as_json: bool, picture: Path | None, quiet: bool) -> int:
     """Solve the sweep, print what came of it and return the exit code."""
     from thermoroll_cli.cli.options import tell_invalid
-    from thermoroll_cli.cli.sweep import SHOWN_ERRORS
+    from thermoroll_cli.cli.sweep_command import SHOWN_ERRORS
     from thermoroll_cli.files.case.case import CaseError
     from thermoroll_cli.sweep.scalars_only import FILE_NAME, TABLE_NAME, run_scalars_only
 

@@ -76,7 +76,7 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
 
 
 def _lines(case: Case, plan: Plan) -> Iterator[str]:
-    from thermoroll_cli.cli.table import align, number
+    from thermoroll_cli.cli.result_table import align, number
 
     problem = case.problem
     yield case.name + (f" ({problem.title})" if problem.title else "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from thermoroll_cli.cli.table import align, folded, number, wrapped
+from thermoroll_cli.cli.result_table import align, folded, number, wrapped
 
 if TYPE_CHECKING:
     from thermoroll_cli.sweep.axis import Axis

@@ -95,11 +95,11 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
     normal, radial = _ring_integrals(_kernel_0, r, edge), _ring_integrals(_kernel_1, r, edge)
     lower = np.tril(np.ones((count, count)), -1)
     inward = -beta * (lower * annulus + np.diag(0.5 * (r**2 - edge[:-1] ** 2))) / r[:, None]
-    lift = -beta * (lower.T * np.diff(edge) + np.diag(edge[1:] - r))
+    normal_by_shear = -beta * (lower.T * np.diff(edge) + np.diag(edge[1:] - r))
 
     def tractions(friction: float) -> tuple[FloatArray, FloatArray]:
         slip = np.diag(np.where(np.arange(count) < sticking, 0.0, friction))
-        top = np.hstack([normal + lift @ slip, lift[:, :sticking]])
+        top = np.hstack([normal + normal_by_shear @ slip, normal_by_shear[:, :sticking]])
         bottom = np.hstack([inward + radial @ slip, radial[:, :sticking]])[:sticking]
         right = np.concatenate([np.ones(count), np.zeros(sticking)])
         solution = np.linalg.solve(np.vstack([top, bottom]), right)

@@ -51,7 +51,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Grid:
+class PanelGrid:
     """Rows and columns of panels, and the size of one in inches. `true_shape` is False where a very long contact
     is drawn shorter than it is."""
 
@@ -122,7 +122,7 @@ def colours_of(quantity: Quantity, limits: tuple[float, float]) -> tuple[str, tu
     return COOLING, (-reach, reach)
 
 
-def grid_for(count: int, states: int, aspect: float) -> Grid:
+def grid_for(count: int, states: int, aspect: float) -> PanelGrid:
     """Arrange `count` panels whose height over width is `aspect`: states side by side, below each other if flat."""
     shown = min(max(aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
     columns = 1 if shown < 0.5 else states if states > 1 else count
@@ -131,7 +131,7 @@ def grid_for(count: int, states: int, aspect: float) -> Grid:
         width = 5.4
     else:
         width = min(2.9, 4.4 / shown, 6.0 / (shown * rows))
-    return Grid(rows, columns, width, width * shown, shown == aspect)
+    return PanelGrid(rows, columns, width, width * shown, shown == aspect)
 
 
 def maximum_of(state: StateView, quantity: Quantity, values: NDArray[np.float64], body: str) -> float:
@@ -204,7 +204,7 @@ def _figure(
     return figure
 
 
-def _label_sides(axes: Axes, frame: Frame, grid: Grid, *, lowest: bool, leftmost: bool) -> None:
+def _label_sides(axes: Axes, frame: Frame, grid: PanelGrid, *, lowest: bool, leftmost: bool) -> None:
     """Ticks on all sides, numbers and labels on the outer ones."""
     few_ticks(axes, *(max(1, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
     axes.tick_params(labelbottom=lowest, labelleft=leftmost)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
-from thermoroll_cli.solvers.options import LimitOptions
+from thermoroll_cli.solvers.solver_options import LimitOptions
 
 
 def last_steady_state(

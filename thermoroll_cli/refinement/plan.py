@@ -9,7 +9,7 @@ import numpy as np
 
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.solvers.options import RefinementOptions
+from thermoroll_cli.solvers.solver_options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import divide
 

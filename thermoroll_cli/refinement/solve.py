@@ -18,7 +18,7 @@ from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
 from thermoroll_cli.refinement.starts import Starts
-from thermoroll_cli.solvers.options import SolverOptions, Tolerances
+from thermoroll_cli.solvers.solver_options import SolverOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
 

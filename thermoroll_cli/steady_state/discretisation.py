@@ -14,7 +14,7 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.options import SolverOptions
+from thermoroll_cli.solvers.solver_options import SolverOptions
 from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.steady_state.frictional_heat import Heat, divide
@@ -111,7 +111,7 @@ class Discretisation:
         """−u_z^τ by which `traction` (2, nx, ny) closes the gap between dissimilar bodies, in m, (nx, ny).
 
         Its mean stays in: unlike thermal expansion it vanishes far away, and so it counts in the approach."""
-        return self.normal_shear.lift(traction)
+        return self.normal_shear.normal_displacement(traction)
 
     # --- tangential ----------------------------------------------------------------------------------------------
 
@@ -119,7 +119,7 @@ class Discretisation:
         """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x where the bodies stretch differently."""
         rigid = self.derived.rigid_slip(self.grid)
         if self.derived.dissimilar:
-            rigid -= self.normal_shear.stretch(normal.pressure)
+            rigid -= self.normal_shear.tangential_gradient(normal.pressure)
         return rigid
 
     def roll(

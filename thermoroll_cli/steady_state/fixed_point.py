@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.solvers.algorithms.anderson import Anderson
-from thermoroll_cli.solvers.options import FixedPointOptions, Tolerances
+from thermoroll_cli.solvers.solver_options import FixedPointOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
 from thermoroll_cli.steady_state.turn import turn

@@ -10,7 +10,7 @@ from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities, unfolded
 from thermoroll_cli.model.contact import Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.solvers.options import RollingOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
 from thermoroll_cli.solvers.tangential.rolling_gradient import MARGIN, RollingGradient, difference
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem, TangentialSolution
@@ -47,7 +47,7 @@ class TractionSolver:
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar
         cell = TangentialProblem(
-            bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
+            traction_bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
             covered=window.cut(normal.covered),
             rigid_slip=window.cut(rigid),
             element_area=self.grid.element_area * window.weight,

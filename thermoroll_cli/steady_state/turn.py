@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.solvers.options import Tolerances
+from thermoroll_cli.solvers.solver_options import Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import friction_of
 from thermoroll_cli.steady_state.frictional_heat import Heat

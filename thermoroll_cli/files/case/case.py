@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.case_model import Material, Settings
+from thermoroll_cli.files.case.case_model import MaterialTable, Settings
 from thermoroll_cli.files.case.case_source import (
     STANDARD_INPUT,
     CaseSource,
@@ -161,7 +161,7 @@ def _problem(settings: Settings) -> si.Problem:
     )
 
 
-def _material(material: Material) -> si.Material:
+def _material(material: MaterialTable) -> si.Material:
     expansion, diffusivity = material.expansion_um_mK, material.diffusivity_mm2_s
     return si.Material(
         youngs_modulus=material.youngs_modulus_GPa * 1e9,

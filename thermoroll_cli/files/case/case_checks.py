@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, Material, TwoMaterials
+from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, TwoMaterials
 from thermoroll_cli.files.case.toml_positions import KeyPath
 
 Sections = Mapping[str, Any]
@@ -128,10 +128,10 @@ def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
         )
 
 
-def _materials(sections: Sections) -> Iterator[tuple[KeyPath, Material]]:
+def _materials(sections: Sections) -> Iterator[tuple[KeyPath, MaterialTable]]:
     material = sections.get("material")
     if isinstance(material, TwoMaterials):
         yield ("material", "lower"), material.lower
         yield ("material", "upper"), material.upper
-    elif isinstance(material, Material):
+    elif isinstance(material, MaterialTable):
         yield ("material",), material

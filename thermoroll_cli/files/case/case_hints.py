@@ -7,10 +7,10 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, Material
+from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, MaterialTable
 
 TABLES: dict[str, tuple[str, ...]] = {
-    "material": (*Material.model_fields, "lower", "upper"),
+    "material": (*MaterialTable.model_fields, "lower", "upper"),
     **{name: tuple(model.model_fields) for name, model in SECTIONS.items()},
 }
 """Keys of every table."""
@@ -51,7 +51,7 @@ def known_keys(table: str) -> tuple[str, ...]:
     """Keys `table` ("" is the top level) may have."""
     if not table:
         return _TOP_LEVEL
-    return tuple(Material.model_fields) if "." in table else TABLES[table]  # [material.lower] has constants only
+    return tuple(MaterialTable.model_fields) if "." in table else TABLES[table]  # [material.lower] has constants only
 
 
 def missing_table(name: str) -> str:

@@ -9,7 +9,6 @@ from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field
 from pydantic_core import PydanticCustomError
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
-DEFAULT_ACCURACY = 1e-3
 GRID_RANGE = (8, 2048)
 
 RADIUS_RANGE = (1e-9, 1e9)
@@ -71,7 +70,7 @@ class Table(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
-class Material(Table):
+class MaterialTable(Table):
     """Constants of one material."""
 
     youngs_modulus_GPa: float = _quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
@@ -84,11 +83,11 @@ class Material(Table):
 class TwoMaterials(Table):
     """A material for each body."""
 
-    lower: Material = Field(description="Material of the lower body")
-    upper: Material = Field(description="Material of the upper body")
+    lower: MaterialTable = Field(description="Material of the lower body")
+    upper: MaterialTable = Field(description="Material of the upper body")
 
 
-class Geometry(Table):
+class GeometryTable(Table):
     """Principal radii of both bodies. inf is flat, negative is concave."""
 
     lower_radius_x_mm: Radius = _quantity("mm", "Radius of the lower body along rolling")
@@ -97,7 +96,7 @@ class Geometry(Table):
     upper_radius_y_mm: Radius = _quantity("mm", "Radius of the upper body across rolling")
 
 
-class Load(Table):
+class LoadTable(Table):
     """Normal load and friction."""
 
     normal_N: float = _quantity("N", "Normal load", ge=1e-15, le=1e15)
@@ -110,7 +109,7 @@ class Load(Table):
     )
 
 
-class Rolling(Table):
+class RollingTable(Table):
     """Rolling motion."""
 
     speed_m_s: float = _quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
@@ -119,7 +118,7 @@ class Rolling(Table):
     )
 
 
-class Creepage(Table):
+class CreepageTable(Table):
     """Relative motion of the bodies over the rolling speed; what is left out is 0 (or follows from a force)."""
 
     longitudinal: float | None = _quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
@@ -127,14 +126,14 @@ class Creepage(Table):
     spin_rad_mm: float = _quantity("rad/mm", "Spin", 0.0, ge=-1e9, le=1e9)
 
 
-class Force(Table):
+class ForceTable(Table):
     """Tangential forces; each replaces the creepage of its direction, which is then solved for."""
 
     longitudinal_N: float | None = _quantity("N", "Longitudinal force", None, ge=-1e15, le=1e15)
     lateral_N: float | None = _quantity("N", "Lateral force", None, ge=-1e15, le=1e15)
 
 
-class Thermal(Table):
+class ThermalTable(Table):
     """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
 
     heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
@@ -150,7 +149,7 @@ class Thermal(Table):
     bulk_temperature_upper_K: float = _quantity("K", f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
 
 
-class Numerics(Table):
+class NumericsTable(Table):
     """Discretisation: a grid or an accuracy."""
 
     grid: Annotated[int | tuple[int, int], BeforeValidator(_grid)] | None = Field(
@@ -160,7 +159,7 @@ class Numerics(Table):
     extent: float = _quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
 
 
-class Output(Table):
+class OutputTable(Table):
     """What is written besides the result file."""
 
     plots: bool = Field(default=True, description="Draw pictures")
@@ -172,18 +171,18 @@ class Settings(Table):
     title: Annotated[str, BeforeValidator(_one_line)] = Field(
         default="", description="What the case is, for pictures and tables", max_length=200
     )
-    material: Material | TwoMaterials = Field(description="One material for both bodies, or one for each")
-    geometry: Geometry
-    load: Load
-    rolling: Rolling
-    creepage: Creepage = Creepage()
-    force: Force = Force()
-    thermal: Thermal = Thermal()
-    numerics: Numerics = Numerics()
-    output: Output = Output()
+    material: MaterialTable | TwoMaterials = Field(description="One material for both bodies, or one for each")
+    geometry: GeometryTable
+    load: LoadTable
+    rolling: RollingTable
+    creepage: CreepageTable = CreepageTable()
+    force: ForceTable = ForceTable()
+    thermal: ThermalTable = ThermalTable()
+    numerics: NumericsTable = NumericsTable()
+    output: OutputTable = OutputTable()
 
     @property
-    def materials(self) -> dict[str, Material]:
+    def materials(self) -> dict[str, MaterialTable]:
         """The material of each body."""
         if isinstance(self.material, TwoMaterials):
             return {"lower": self.material.lower, "upper": self.material.upper}
@@ -191,14 +190,14 @@ class Settings(Table):
 
 
 SECTIONS: dict[str, type[Table]] = {
-    "geometry": Geometry,
-    "load": Load,
-    "rolling": Rolling,
-    "creepage": Creepage,
-    "force": Force,
-    "thermal": Thermal,
-    "numerics": Numerics,
-    "output": Output,
+    "geometry": GeometryTable,
+    "load": LoadTable,
+    "rolling": RollingTable,
+    "creepage": CreepageTable,
+    "force": ForceTable,
+    "thermal": ThermalTable,
+    "numerics": NumericsTable,
+    "output": OutputTable,
 }
 """Tables of a case other than the material, whose shape depends on its content."""
 
@@ -208,7 +207,7 @@ REQUIRED_SECTIONS = ("geometry", "load", "rolling")
 def allowed_values(table: type[Table], key: str) -> str:
     """What `key` of `table` may be, in words."""
     field = table.model_fields[key]
-    if table is Geometry:
+    if table is GeometryTable:
         return f"{_RADIUS_ALLOWED}, in mm"
     special = {"grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
     if key in special:

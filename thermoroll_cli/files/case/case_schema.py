@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import Any
 
 from thermoroll_cli.files.case.case_model import GRID_RANGE, RADIUS_RANGE, Settings
@@ -14,7 +16,9 @@ def case_schema() -> dict[str, Any]:
     program (`thermoroll validate`). Written so that an error is about one key: alternatives by `anyOf` would only say that
     a whole table fits none of them.
     """
-    schema = _tidied(Settings.model_json_schema())
+    # Definitions have the names of the sections, not of the classes that read them.
+    text = json.dumps(Settings.model_json_schema())
+    schema = _tidied(json.loads(re.sub(r'\b([A-Z][a-z]+)Table"', r'\1"', text)))
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]

@@ -12,18 +12,18 @@ from thermoroll_cli.files.case import case_hints
 from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.case_model import (
-    DEFAULT_ACCURACY,
     REQUIRED_SECTIONS,
     SECTIONS,
-    Material,
+    MaterialTable,
     Settings,
     Table,
-    Thermal,
+    ThermalTable,
     TwoMaterials,
     allowed_values,
 )
 from thermoroll_cli.files.case.case_source import CaseSource
 from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.model.problem import STANDARD_ACCURACY
 
 
 def validate(source: CaseSource) -> Settings:
@@ -65,7 +65,7 @@ class _Checker:
         if given is None:
             return
         if not {"lower", "upper"} & given.keys():
-            self.sections["material"] = self._table(("material",), Material, given)
+            self.sections["material"] = self._table(("material",), MaterialTable, given)
         else:
             self._two_materials(given)
         if self.sections.get("material") is None:
@@ -74,7 +74,7 @@ class _Checker:
     def _two_materials(self, given: dict[str, Any]) -> None:
         allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
         for key in given.keys() - {"lower", "upper"}:
-            if key in Material.model_fields:
+            if key in MaterialTable.model_fields:
                 message = "cannot be given together with [material.lower] and [material.upper]"
                 self._note(("material", key), message, allowed=allowed, at_key=True)
             else:
@@ -87,7 +87,7 @@ class _Checker:
             elif not isinstance(given[body], dict):
                 self._note(path, "must be a table", allowed=f"a table [material.{body}]")
             else:
-                bodies[body] = self._table(path, Material, given[body])
+                bodies[body] = self._table(path, MaterialTable, given[body])
         if len(bodies) == 2 and all(bodies.values()):
             self.sections["material"] = TwoMaterials(**bodies)
 
@@ -151,10 +151,10 @@ class _Checker:
         """The settings with what is left out decided: nothing depends on defaults any more."""
         sections = dict(self.sections)
         if sections["thermal"] is None:
-            sections["thermal"] = Thermal(heat=heat_is_on(sections))
+            sections["thermal"] = ThermalTable(heat=heat_is_on(sections))
         numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
         if numerics.grid is None and numerics.accuracy is None:
-            sections["numerics"] = numerics.model_copy(update={"accuracy": DEFAULT_ACCURACY})
+            sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
         zeros = {
             direction: 0.0
             for direction in ("longitudinal", "lateral")

@@ -20,7 +20,7 @@ _NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings")
 
 
 @dataclass(frozen=True)
-class Row:
+class Pair:
     """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
     state the numbers of contact elements; None means it is missing there.
 
@@ -43,7 +43,7 @@ class Row:
 class Comparison:
     """All rows and the verdict. Fields on different grids are not compared and do not count (`notes` says so)."""
 
-    rows: tuple[Row, ...]
+    rows: tuple[Pair, ...]
     rtol: float
     notes: tuple[str, ...] = ()
 
@@ -52,7 +52,7 @@ class Comparison:
         return all(row.within(self.rtol) for row in self.rows)
 
     @property
-    def outside(self) -> tuple[Row, ...]:
+    def outside(self) -> tuple[Pair, ...]:
         """The rows that exceed the tolerance, worst first."""
         rows = [row for row in self.rows if not row.within(self.rtol)]
         return tuple(sorted(rows, key=lambda row: -row.difference))
@@ -88,48 +88,48 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
         note = f"fields not compared: different grids ({_grid(a)} and {_grid(b)})"
         notes.append(note)
         rows += [
-            Row(name, "field", _magnitude(a.fields.get(name)), _magnitude(b.fields.get(name)), math.nan, note)
+            Pair(name, "field", _magnitude(a.fields.get(name)), _magnitude(b.fields.get(name)), math.nan, note)
             for name in _union(a.fields, b.fields, tuple(FIELDS))
         ]
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
-def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Row:
+def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Pair:
     left, right = a.get(name), b.get(name)
-    return Row(name, "text", left, right, 0.0 if left == right else math.inf)
+    return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
 
 
-def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...], arm: float) -> Iterator[Row]:
+def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...], arm: float) -> Iterator[Pair]:
     for name in _union(a, b, order):
         if name in _NOT_PHYSICAL:
             continue
         if name not in a or name not in b:
-            yield Row(prefix + name, "scalar", a.get(name), b.get(name), math.inf, _missing(name in a))
+            yield Pair(prefix + name, "scalar", a.get(name), b.get(name), math.inf, _missing(name in a))
         elif isinstance(a[name], str) or isinstance(b[name], str):
             yield _text_row(prefix + name, {prefix + name: a[name]}, {prefix + name: b[name]})
         else:
             scale = max(_scale(name, a, arm), _scale(name, b, arm))
-            yield Row(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
+            yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
 def _field_rows(
     prefix: str, on: StoredResult, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]
-) -> Iterator[Row]:
+) -> Iterator[Pair]:
     for name in _union(a, b, tuple(FIELDS)):
         if name not in a or name not in b:
-            yield Row(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
+            yield Pair(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
         elif name == "state":
             left, right = (int(np.count_nonzero(fields[name])) for fields in (a, b))
             contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
             share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
-            yield Row(prefix + name, "field", left, right, share, "share of the contact elements whose state differs")
+            yield Pair(prefix + name, "field", left, right, share, "share of the contact elements whose state differs")
         else:
             family = next((family for family in _FAMILIES if name in family), (name,))
             scale = max(_magnitude(a.get(member)) or 0.0 for member in family)
             yield _field_row(prefix + name, on, a[name], b[name], scale)
 
 
-def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], scale: float) -> Row:
+def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
     """The difference of a field, and both values where it is largest."""
     distance = np.abs(np.asarray(a, dtype=np.float64) - b)
     distance[np.isnan(a) & np.isnan(b)] = 0.0
@@ -137,10 +137,10 @@ def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], sc
     i, j = np.unravel_index(np.argmax(distance), distance.shape)
     difference = float(distance[i, j])
     if difference == 0.0:
-        return Row(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
+        return Pair(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
     relative = difference / scale if scale > 0.0 else math.inf
     place = f"at x = {1e3 * on.x[i]:.3g}, y = {1e3 * on.y[j]:.3g} mm"
-    return Row(name, "field", float(a[i, j]), float(b[i, j]), relative, place)
+    return Pair(name, "field", float(a[i, j]), float(b[i, j]), relative, place)
 
 
 def _arm(summary: Mapping[str, Any]) -> float:

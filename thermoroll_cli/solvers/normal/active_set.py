@@ -12,7 +12,7 @@ from thermoroll_cli.kernels.elastic import normal_table
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.normal.contact_border import border_elements
-from thermoroll_cli.solvers.options import NormalOptions
+from thermoroll_cli.solvers.solver_options import NormalOptions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -1,4 +1,4 @@
-"""What two different bodies do to each other's problem: pressure slides the surfaces, shear lifts them (Dundurs' β)."""
+"""How pressure and shear act on each other between different bodies (Dundurs' β)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.kernels.convolution import Convolution
 from thermoroll_cli.kernels.elastic import coupling_tables
 from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
+from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
 
 Array = NDArray[np.float64]
@@ -18,16 +18,16 @@ Spectrum = NDArray[np.complex128]
 class NormalShearCoupling:
     """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa) and the difference formula `weights`.
 
-    The tangential problem sees the pressure as a further part of its rigid slip, −∂u^p/∂x (`stretch`); the normal problem
-    sees the tractions as an offset of its gap, like a thermal expansion (`lift`). Neither solver has to know more.
-    Kernels and the derivation of their signs: `coupling_tables`.
+    The tangential problem sees the pressure as a further part of its rigid slip, −∂u^p/∂x (`tangential_gradient`); the normal
+    problem sees the tractions as an offset of its gap, like a thermal expansion (`normal_displacement`). Neither solver has to
+    know more. Kernels and the derivation of their signs: `coupling_tables`.
     """
 
     def __init__(self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS) -> None:
         self.grid, self.constant, self._weights = grid, constant, weights
         self._convolution = Convolution(*grid.shape)
-        self._stretch: list[Spectrum] = []
-        self._lift: list[Spectrum] = []
+        self._gradient_kernels: list[Spectrum] = []
+        self._displacement_kernels: list[Spectrum] = []
 
     @property
     def transforms(self) -> int:
@@ -39,31 +39,31 @@ class NormalShearCoupling:
         j_x, j_y = coupling_tables(grid.nx + 2, grid.ny, grid.dx, grid.dy)
         return _all_offsets(j_x, -1, 1), _all_offsets(j_y, 1, -1)
 
-    def stretch(self, pressure: Array) -> Array:
+    def tangential_gradient(self, pressure: Array) -> Array:
         """∂u^p/∂x, (2, nx, ny): gradient of the relative tangential displacement by the pressure (nx, ny) in Pa.
 
         By the difference formula that the tractions' displacement is differentiated with: where the surfaces stick the two
         displacements add up to a straight line, and that formula has no error on straight lines. The exact derivative of
         u^p leaves ten times the error in the forces (docs/dissimilar.md)."""
-        if not self._stretch:
+        if not self._gradient_kernels:
             n = self.grid.nx
             scale = self.constant / self.grid.dx
             for table in self._tables():
                 terms = (w * table[k + 2 : k + 2 + 2 * n - 1] for k, w in
                          zip(DIFFERENCE_OFFSETS, self._weights, strict=True))
-                self._stretch.append(self._convolution.spectrum(scale * sum(terms, start=np.zeros(()))))
+                self._gradient_kernels.append(self._convolution.spectrum(scale * sum(terms, start=np.zeros(()))))
         hat = self._convolution.forward(pressure)
-        return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._stretch])
+        return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._gradient_kernels])
 
-    def lift(self, traction: Array) -> Array:
+    def normal_displacement(self, traction: Array) -> Array:
         """−u_z^τ in m, (nx, ny): by how much the tractions (2, nx, ny) in Pa bring the surfaces towards each other."""
-        if not self._lift:
-            self._lift = [self._convolution.spectrum(self.constant * table[2:-2]) for table in self._tables()]
+        if not self._displacement_kernels:
+            self._displacement_kernels = [self._convolution.spectrum(self.constant * table[2:-2]) for table in self._tables()]
         total = self._convolution.forward(traction[0])
-        total *= self._lift[0]
+        total *= self._displacement_kernels[0]
         if traction[1].any():
             hat = self._convolution.forward(traction[1])
-            hat *= self._lift[1]
+            hat *= self._displacement_kernels[1]
             total += hat
         return self._convolution.inverse(total)
 

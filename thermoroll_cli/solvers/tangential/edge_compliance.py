@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import sobel
-from thermoroll_cli.solvers.options import RollingOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions
 
 Array = NDArray[Any]
 Mask = NDArray[np.bool_]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import highest, sobel
-from thermoroll_cli.solvers.options import RollingOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.solvers.algorithms.krylov import gmres
-from thermoroll_cli.solvers.options import RollingOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
 from thermoroll_cli.solvers.tangential.neutral_line import neutral_compliance
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
@@ -42,13 +42,13 @@ class Newton:
         self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse, options: RollingOptions
     ) -> None:
         self.problem, self.gradient, self.inverse, self.options = problem, gradient, inverse, options
-        self.contact: Mask = (problem.bound > 0.0) & (problem.covered > 0.0)
-        self.bound = np.where(self.contact, problem.bound, 0.0)
+        self.contact: Mask = (problem.traction_bound > 0.0) & (problem.covered > 0.0)
+        self.traction_bound = np.where(self.contact, problem.traction_bound, 0.0)
         element = np.array(gradient.self_gradient)[:, None, None]
         self.neutral: Array | None = None
         self.crossed: Mask = np.zeros_like(self.contact)
         if problem.variation is not None:
-            self.neutral, self.crossed = neutral_compliance(problem.variation, self.bound, float(element.mean()))
+            self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
         self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
                                      problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
                                      options)
@@ -56,14 +56,14 @@ class Newton:
         self.rho = options.relaxation / self.self_compliance.mean(axis=0)
         self.free = problem.free
         self.count = max(int(self.contact.sum()), 1)
-        self.size = self.bound.size
+        self.size = self.traction_bound.size
         self.force_scale = math.sqrt(self.count) / options.force_weight
         # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
-        expected = np.minimum(self.bound, options.stick_traction * rigid / float(element.mean()) + force_traction)
+        expected = np.minimum(self.traction_bound, options.stick_traction * rigid / float(element.mean()) + force_traction)
         self.reference = float(np.linalg.norm(expected)) or 1.0
-        typical = float(self.bound.sum()) / self.count
+        typical = float(self.traction_bound.sum()) / self.count
         self.creepage_unit = typical * float(element.mean()) or 1.0  # a creepage of the size that matters
         self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
 
@@ -76,7 +76,7 @@ class Newton:
 
     def start(self, traction: Array, creepage: tuple[float, float]) -> Iterate:
         size = np.hypot(traction[0], traction[1])
-        shrink = np.where(size > self.bound, self.bound / np.where(size > 0.0, size, 1.0), 1.0)
+        shrink = np.where(size > self.traction_bound, self.traction_bound / np.where(size > 0.0, size, 1.0), 1.0)
         unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
@@ -115,9 +115,9 @@ class Newton:
     def _iterate(self, traction: Array, unknown: Array, slip: Array) -> Iterate:
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
-        stick = length <= self.bound
+        stick = length <= self.traction_bound
         safe = np.where(stick, 1.0, length)
-        scale = np.where(stick, 1.0, self.bound / safe)
+        scale = np.where(stick, 1.0, self.traction_bound / safe)
         residual = traction - scale * trial
         residual *= self.contact
         force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
@@ -137,7 +137,7 @@ class Newton:
         right = (state.residual * (-1.0 / self.reference)).astype(precision)
         solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing,
                          self.options.most_krylov_steps)
-        shape = (2, *self.bound.shape)
+        shape = (2, *self.traction_bound.shape)
         n = 2 * self.size
         step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
         change, change_unknown = step[:n].reshape(shape), step[n:]
@@ -201,7 +201,7 @@ class Linearisation:
         for i in newton.free:
             unit = np.zeros(2)
             unit[i] = newton.creepage_unit
-            e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.bound.shape))
+            e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.traction_bound.shape))
             columns.append(self._invert(self._times(self.q, e)))
         self.response = columns
         free = list(newton.free)
@@ -222,11 +222,11 @@ class Linearisation:
 
     def expensive(self, v: Array) -> Array:
         n = 2 * self.newton.size
-        return self.newton.gradient(v[:n].reshape(2, *self.newton.bound.shape)).ravel()
+        return self.newton.gradient(v[:n].reshape(2, *self.newton.traction_bound.shape)).ravel()
 
     def cheap(self, v: Array, image: Array) -> Array:
         newton = self.newton
-        shape = (2, *newton.bound.shape)
+        shape = (2, *newton.traction_bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
         inner = self.border.add(image.reshape(shape).copy(), change)
@@ -249,7 +249,7 @@ class Linearisation:
         if not newton.options.preconditioned:
             return v
         n = 2 * newton.size
-        change = self._invert(v[:n].reshape(2, *newton.bound.shape))
+        change = self._invert(v[:n].reshape(2, *newton.traction_bound.shape))
         if not newton.free:
             return change.ravel()
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale

@@ -12,7 +12,7 @@ from thermoroll_cli.kernels.convolution import free_space
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.kernels.shear import FreeShear, MirroredShear, shear_symbols
-from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
+from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
 
 Array = NDArray[Any]
 

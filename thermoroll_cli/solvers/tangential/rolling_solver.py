@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.solvers.options import RollingOptions
+from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.newton import Iterate, Newton
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse
@@ -119,7 +119,8 @@ class RollingSolver:
 
     def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
         """Tractions that let nothing slip, whatever the bound: a linear problem."""
-        newton = Newton(replace(problem, bound=problem.bound * self.options.unbounded), self.gradient, inverse, self.options)
+        unbounded = replace(problem, traction_bound=problem.traction_bound * self.options.unbounded)
+        newton = Newton(unbounded, self.gradient, inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), self.options.stick_forcing)
         creep = newton.creepage(state.unknown)
         return state.traction, (float(creep[0]), float(creep[1]))

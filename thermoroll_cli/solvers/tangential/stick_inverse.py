@@ -12,7 +12,7 @@ from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.fftw import complex_type, fftw
 from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
 from thermoroll_cli.kernels.shear import Symbols, shear_symbols
-from thermoroll_cli.solvers.options import UPSTREAM_WEIGHTS
+from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
 
 Array = NDArray[Any]

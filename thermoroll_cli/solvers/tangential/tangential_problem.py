@@ -14,14 +14,16 @@ Array = NDArray[np.float64]
 class TangentialProblem:
     """Data on the contact's bounding box (n, m).
 
-    `bound`: Coulomb bound μp, element averages in Pa, 0 outside. `covered`: fraction of each element's length along x
-    that lies in contact. `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed,
-    without the creepage of that direction. `force`: prescribed resultants along x and y in N, None where the creepage is given.
+    `traction_bound`: Coulomb's bound μp, element averages in Pa, 0 outside.
+    `covered`: fraction of each element's length along x that lies in contact.
+    `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed, without the creepage
+    of that direction.
+    `force`: prescribed resultants along x and y in N, None where the creepage is given.
     `leading`: (3, n, m) what the difference formula misses at the leading edge (`leading_edge`), None where unknown.
     `variation`: (n, m) half of what ξ_x changes by across the width of an element, None where it hardly does (`neutral_line`).
     """
 
-    bound: Array
+    traction_bound: Array
     covered: Array
     rigid_slip: Array
     element_area: float

@@ -117,7 +117,7 @@ class HeatResponse:
 
     @property
     def likely_share(self) -> float:
-        lower, upper = (uptake(self.grid, b, math.hypot(b.speed_x, b.speed_y)) for b in self.bodies)
+        lower, upper = (thermal_admittance(self.grid, b, math.hypot(b.speed_x, b.speed_y)) for b in self.bodies)
         return lower / (lower + upper)
 
     def displacement(self, heat: DividedHeat) -> Array:
@@ -211,7 +211,7 @@ class HeatResponse:
         return self._expansion[shares]
 
 
-def uptake(grid: Grid, body: HeatedBody, speed: float) -> float:
+def thermal_admittance(grid: Grid, body: HeatedBody, speed: float) -> float:
     """How readily a body takes up heat on the size of the grid, relative: k for material at rest, k sqrt(P) for fast."""
     size = 0.5 * math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy)
     return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)

@@ -23,7 +23,7 @@ from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import temperature_table
 from thermoroll_cli.kernels.variable_peclet import ThermalKind, VariablePecletKernel, variable_peclet_kernel
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, uptake
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, thermal_admittance
 
 Array = NDArray[np.float64]
 
@@ -104,7 +104,7 @@ class SlidingHeatResponse:
     @property
     def likely_share(self) -> float:
         """As `solvers.thermal.heat_response.ThermalResponse`."""
-        lower, upper = (uptake(self.grid, body, 0.5 * self._fastest) for body in self.bodies)
+        lower, upper = (thermal_admittance(self.grid, body, 0.5 * self._fastest) for body in self.bodies)
         return lower / (lower + upper)
 
     def displacement(self, heat: DividedHeat) -> Array:
