@@ -1,6 +1,6 @@
 """Three-dimensional thermo-elastic rolling contact in the steady state.
 
-For notebooks and scripts::
+For notebooks and scripts (docs/python.md)::
 
     from thermoroll_cli import Case, solve
 
@@ -10,35 +10,44 @@ For notebooks and scripts::
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from thermoroll_cli.files.case.case import Case
+    from thermoroll_cli.files.case.case_errors import CaseError
+    from thermoroll_cli.files.result.stored import StoredResult, read_result
     from thermoroll_cli.model.problem import Problem
     from thermoroll_cli.model.result import Result
+    from thermoroll_cli.python_api import solve, sweep
+    from thermoroll_cli.refinement.solve import Solver
 
-__all__ = ["Case", "__version__", "solve"]
+__all__ = [
+    "Case", "CaseError", "Problem", "Result", "Solver", "StoredResult", "__version__", "read_result", "solve", "sweep",
+]  # fmt: skip
 
-
-def solve(case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
-    """Solve a case (or a problem in SI units): both states with fields in SI units, scalars in those of their names.
-
-    `threads` and `report` as in `refinement.solve.solve`. A result that did not converge says so in `converged`.
-    """
-    from thermoroll_cli.model.problem import Problem
-    from thermoroll_cli.refinement.solve import solve as solve_problem
-
-    return solve_problem(case if isinstance(case, Problem) else case.problem, threads=threads, report=report)
+_PLACES = {
+    "Case": "thermoroll_cli.files.case.case",
+    "CaseError": "thermoroll_cli.files.case.case_errors",
+    "Problem": "thermoroll_cli.model.problem",
+    "Result": "thermoroll_cli.model.result",
+    "Solver": "thermoroll_cli.refinement.solve",
+    "StoredResult": "thermoroll_cli.files.result.stored",
+    "read_result": "thermoroll_cli.files.result.stored",
+    "solve": "thermoroll_cli.python_api",
+}
 
 
 def __getattr__(name: str) -> Any:
     # Imported when asked for: the command line must start without pydantic and NumPy.
-    if name == "Case":
-        from thermoroll_cli.files.case.case import Case
-
-        return Case
+    if name == "sweep":
+        return importlib.import_module("thermoroll_cli.sweep")  # which can be called
+    if name in _PLACES:
+        return getattr(importlib.import_module(_PLACES[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -27,3 +27,27 @@ def rare_collections() -> None:
 def no_plugins() -> None:
     """Spare pydantic the search for plugins among all installed packages: case files need none."""
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+
+
+def provenance() -> dict[str, str]:
+    """What results depend on besides this program: versions of Python and the libraries that compute, and the platform. Loads
+    these libraries."""
+    import platform
+
+    import h5py
+    import numpy
+    import scipy
+
+    from thermoroll_cli.kernels.fftw import fftw
+
+    pyfftw = fftw()
+    return {
+        "python_version": platform.python_version(),
+        "numpy_version": numpy.__version__,
+        "scipy_version": scipy.__version__,
+        "fftw_version": pyfftw.fftw_version,
+        "pyfftw_version": pyfftw.__version__,
+        "h5py_version": h5py.__version__,
+        "hdf5_version": h5py.version.hdf5_version,
+        "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
+    }

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import pathlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.problem import Problem
+
+if TYPE_CHECKING:
+    import xarray
 
 FIELDS: dict[str, tuple[str, str]] = {
     "pressure": ("Pa", "contact pressure"),
@@ -80,6 +85,9 @@ class State:
     fields: Mapping[str, NDArray[Any]]
     scalars: Mapping[str, float]
 
+    def __repr__(self) -> str:
+        return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
+
 
 @dataclass(frozen=True)
 class Result:
@@ -89,6 +97,7 @@ class Result:
     same object when nothing feeds back. `x`, `y` are the element centres in m. `error` maps scalar names to
     the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON types: grid,
     iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
+    `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
     """
 
     problem: Problem
@@ -103,10 +112,31 @@ class Result:
     work: Mapping[str, Any]
     history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    case_text: str = ""
+    case_json: str = ""
 
     @property
     def status(self) -> str:
         return "converged" if self.converged else "not_converged"
+
+    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
+        """Write this result as `thermoroll run` does; see `thermoroll_cli.python_api.save`. Raises OSError."""
+        from thermoroll_cli.python_api import save
+
+        return save(self, path)
+
+    def to_xarray(self, state: str = "coupled") -> xarray.Dataset:
+        """The fields of a state with coordinates and units; see `thermoroll_cli.python_api.to_xarray`. Raises ImportError."""
+        from thermoroll_cli.python_api import to_xarray
+
+        return to_xarray(self, state)
+
+    def __repr__(self) -> str:
+        title = f"{self.problem.title!r}, " if self.problem.title else ""
+        outcome = "converged" if self.converged else f"not converged: {self.reason}"
+        told = {"Q_F_W": "Q_F = {:.4g} W", "force_x_N": "F_x = {:.4g} N", "gamma_st": "γ_st = {:.3g}"}
+        numbers = [text.format(self.coupled.scalars[k]) for k, text in told.items() if self.coupled.scalars.get(k, 0.0) != 0.0]
+        return f"<Result {title}{len(self.x)}×{len(self.y)}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:
         """All scalars under the public names of the interface (plain Python types, nan where not computed)."""

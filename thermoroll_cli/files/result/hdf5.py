@@ -5,7 +5,8 @@ up while a file is open, a byte string has.
 
 Layout (format version 1)::
 
-    /               format_version, program, program_version, created, command_line, title, converged
+    /               format_version, program, program_version, created, command_line, title, converged; versions of Python,
+                    numpy, scipy, FFTW, pyFFTW, h5py, HDF5, and the platform
     /input          case_text, case_json (as read and resolved), problem_json (SI, as solved)
     /fields         x, y and the 2-D fields of `FIELDS` in SI units, coupled state
     /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back
@@ -27,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli import __version__
+from thermoroll_cli.environment import provenance
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, StoredResult, read_result
@@ -82,6 +84,7 @@ def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         command_line=command_line,
         title=result.problem.title,
+        **provenance(),
     )
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli import __version__
+from thermoroll_cli.environment import provenance
 from thermoroll_cli.files.atomic import WriteError, replacing
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
@@ -179,7 +180,7 @@ def _write_structure(
 ) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     label(file, program=PROGRAM, program_version=__version__, kind=KIND, title=title, command_line=command_line,
-          created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))
+          created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), **provenance())
     inputs = file.create_group("input")
     for name, text in {**texts, "identity": identity, "keys": json.dumps(list(coordinates))}.items():
         inputs[name] = fixed_text(text)

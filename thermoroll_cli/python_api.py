@@ -1,0 +1,122 @@
+"""What notebooks and scripts use beyond a single solve: files, labelled arrays and sweeps. It stands above all layers, and
+`thermoroll_cli` offers it lazily."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import pathlib
+import tempfile
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import xarray
+
+    from thermoroll_cli.files.case.case import Case
+    from thermoroll_cli.model.problem import Problem
+    from thermoroll_cli.model.result import Result
+
+Number = int | float
+COMMAND_LINE = "Python"
+"""What files written from Python have in place of a command line."""
+
+
+def solve(case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
+    """Solve a case (or a problem in SI units): both states with fields in SI units, scalars in those of their names.
+
+    `threads` > 1 transforms both traction components side by side, with the same result. `report` is called with the name of a
+    stage and a mapping (grid, iteration, residual, …) as the work goes on; what it raises ends the work. A result that did not
+    converge says so in `converged` and `reason`. Raises ValueError where no steady state can exist.
+    """
+    import dataclasses
+
+    from thermoroll_cli.model.problem import Problem
+    from thermoroll_cli.refinement.solve import solve as solve_problem
+
+    if isinstance(case, Problem):
+        return solve_problem(case, threads=threads, report=report)
+    result = solve_problem(case.problem, threads=threads, report=report)
+    return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
+
+
+def save(result: Result, path: str | os.PathLike[str]) -> pathlib.Path:
+    """Write `result` as `thermoroll run` does (docs/file_format.md), complete or not at all, and return the path.
+
+    A result of a `Case` carries that case, and `thermoroll run --from` solves it again; one of a `Problem` has none. Raises
+    OSError, with a plain message, if the file cannot be written."""
+    from thermoroll_cli.files.result.hdf5 import write_result
+
+    write_result(path, result, case_text=result.case_text, case_json=result.case_json, command_line=COMMAND_LINE)
+    return pathlib.Path(path)
+
+
+def to_xarray(result: Result, state: str = "coupled") -> xarray.Dataset:
+    """The fields of one state of `result`, "coupled" or "isothermal", as an `xarray.Dataset` over x and y in m, with units, as
+    opening its file gives; scalars are attributes.
+
+    Raises ImportError, which says what to install, where xarray is missing; ValueError for another state."""
+    try:
+        import xarray
+    except ImportError:
+        raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+    from thermoroll_cli.model.result import FIELDS
+
+    if state not in ("coupled", "isothermal"):
+        raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
+    chosen = result.coupled if state == "coupled" else result.isothermal
+    variables = {}
+    for name, values in chosen.fields.items():
+        units, long_name = FIELDS.get(name, ("", name))
+        variables[name] = (("x", "y"), values, {"units": units, "long_name": long_name})
+    coordinates = {"x": ("x", result.x, {"units": "m"}), "y": ("y", result.y, {"units": "m"})}
+    return xarray.Dataset(variables, coordinates, {**chosen.scalars, **result.hertz, "converged": int(result.converged)})
+
+
+def sweep(
+    case: Case,
+    over: Mapping[str, Iterable[Number]],
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    report: Callable[[dict[str, Any]], None] | None = None,
+) -> list[dict[str, Any]]:
+    """Solve `case` for every combination of the values of some keys, for example `{"rolling.speed_m_s": [1, 2, 5]}`, as
+    `thermoroll sweep` does: neighbours start from each other, the last key varies fastest.
+
+    Returns a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as mappings, and
+    `file`, the path of its result. `folder` receives these files and sweep.csv, and `resume` leaves out points that it has
+    already; without a folder nothing is kept and `file` is None. `jobs` processes share the work (a script then needs
+    `if __name__ == "__main__":`). `report` is called with each row as soon as it is known.
+
+    Raises CaseError (all errors of all points), ValueError (no values, the same value or key twice), OSError.
+    """
+    from thermoroll_cli.sweep.axis import MOST_POINTS, Axis
+    from thermoroll_cli.sweep.points import make_points
+    from thermoroll_cli.sweep.sweep import Sweep, run_sweep
+    from thermoroll_cli.sweep.table import Row
+
+    axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in over.items())
+    for axis in axes:
+        if not axis.values or len(set(axis.values)) < len(axis.values):
+            raise ValueError(f"{axis.key} has no values, or the same value more than once")
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > MOST_POINTS:
+        raise ValueError(f"{count} points are too many: at most {MOST_POINTS}")
+    points = make_points(case.to_toml(), case.name, case.name, axes)
+
+    def row_of(row: Row) -> dict[str, Any]:
+        swept = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
+        return {**swept, **row.summary, "file": row.file if folder is not None else None}
+
+    def told(row: Row, solved: bool) -> None:
+        if report is not None:
+            report(row_of(row))
+
+    with contextlib.ExitStack() as stack:
+        place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
+        place.mkdir(parents=True, exist_ok=True)
+        wanted = Sweep(points, axes, place, COMMAND_LINE, jobs=jobs, resume=resume)
+        return [row_of(row) for row in run_sweep(wanted, report=told, note=lambda text: None)]
