@@ -30,13 +30,12 @@ def no_plugins() -> None:
 
 
 def provenance() -> dict[str, str]:
-    """What results depend on besides this program: versions of Python and the libraries that compute, and the platform. Loads
-    these libraries."""
+    """What results depend on besides this program: versions of Python and the libraries that compute, and the platform."""
+    import importlib.metadata
     import platform
 
     import h5py
     import numpy
-    import scipy
 
     from thermoroll_cli.kernels.fftw import fftw
 
@@ -44,7 +43,8 @@ def provenance() -> dict[str, str]:
     return {
         "python_version": platform.python_version(),
         "numpy_version": numpy.__version__,
-        "scipy_version": scipy.__version__,
+        # Not loaded for this: few runs need it.
+        "scipy_version": importlib.metadata.version("scipy"),
         "fftw_version": pyfftw.fftw_version,
         "pyfftw_version": pyfftw.__version__,
         "h5py_version": h5py.__version__,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pathlib
 
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.centreline import centreline_figure
 from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure, temperature_figure, traction_figure
@@ -41,6 +42,7 @@ def write_figures(
             lambda: summary_figure(view, frame, normalised),
         )
         for name, draw in zip(PICTURES, drawing, strict=True):
+            safe_point()
             figure = draw()
             if figure is not None:
                 written.append(save(figure, stem.with_name(f"{stem.name}_{name}.{image_format}")))
