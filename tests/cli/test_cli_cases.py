@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case.case import Case, Override
+from thermoroll_cli.files.case.case_units import inputs
 from thermoroll_cli.files.case.templates import TEMPLATES
+
+CASES = Path(__file__).parents[2] / "cases"
 
 
 @pytest.fixture
@@ -49,7 +54,7 @@ def test_validate_json(case: Path, invalid: Path) -> None:
     done = call("validate", "--json", case, invalid)
     assert done.returncode == 3
     good, bad = (json.loads(line) for line in done.stdout.splitlines())
-    assert good == {"case": str(case), "valid": True, "errors": []}
+    assert good == {"case": str(case), "valid": True, "errors": [], "warnings": []}
     assert [(error["key"], error["line"]) for error in bad["errors"]] == [("material.poisson_ratio", 4), ("load.normal_N", 11)]
 
 
@@ -139,10 +144,93 @@ def test_show_json(case: Path) -> None:
     done = call("show", case, "--json", "--set", "rolling.speed_m_s=2")
     (line,) = done.stdout.splitlines()
     shown: dict[str, Any] = json.loads(line)
-    assert shown["inputs"]["motion"]["speed"] == 2.0
+    assert shown["inputs"]["rolling.speed_m_s"] == {"value": 2.0, "si": 2.0, "unit": "m/s"}
+    assert shown["inputs"]["geometry.lower_radius_x_mm"] == {"value": 30.0, "si": 0.03, "unit": "m"}
     assert shown["grid"] == [16, 16]
     assert shown["hertz_a_mm"] == pytest.approx(0.1858, rel=1e-3)
     assert set(shown["skipped"]) | set(shown["run"]) >= {"tangential", "heat", "deformation"}
+
+
+def numbers(part: Any) -> Iterator[float]:
+    """All numbers in a problem in SI units, however deep."""
+    for field in dataclasses.fields(part):
+        value = getattr(part, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from numbers(value)
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield value
+
+
+@pytest.mark.parametrize("name", [path.name for path in sorted(CASES.glob("*.toml"))])
+def test_show_has_case_keys_with_the_si_values_that_are_solved(name: str) -> None:
+    case = Case.read(CASES / name)
+    solved = {*numbers(case.problem), *(case.problem.numerics.grid or ())}
+    for item in inputs(case.settings):
+        Override.parse(f"{item.key}=1")
+        assert item.si is None or item.si in solved, item.key
+        section, _, key = item.key.partition(".")
+        assert section in tomllib.loads(case.to_toml())
+        assert key or section == "title"
+
+
+def test_show_fits_eighty_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    lines = call("show", CASES / "wheel_rail.toml", "--set", "load.normal_N=1e9").stdout.splitlines()
+    assert max(map(len, lines)) <= 80
+    assert any(line.startswith("  warning: ") for line in lines)
+    assert "motion." not in "\n".join(lines)
+
+
+def test_the_time_of_pictures_is_part_of_the_estimate(case: Path) -> None:
+    def seconds(*options: str) -> float:
+        return float(json.loads(call("show", case, "--json", *options).stdout)["picture_seconds"])
+
+    assert seconds("--set", "output.plots=false") == 0.0
+    assert 0.0 < seconds("--set", "thermal.heat=false") < seconds()
+    assert "s for pictures" in call("show", case).stdout
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        (["load.normal_N=1e6"], "Hertz's pressure is 22.3 GPa: beyond 10 GPa"),
+        (["load.normal_N=1e3"], "% of Young's modulus"),
+        (["material.youngs_modulus_GPa=210e3"], "Young's modulus of both bodies is 2.1e+05 GPa"),
+        (["material.expansion_um_mK=11.7e-6"], "thermal expansion of both bodies"),
+        (["material.expansion_um_mK=11.7e3"], "a mistaken unit?"),
+        (["material.conductivity_W_mK=50e3", "material.diffusivity_mm2_s=10"], "thermal conductivity of both bodies"),
+        (["material.diffusivity_mm2_s=0.05"], "the heat capacity of solids"),
+        (["material.youngs_modulus_GPa=0.01", "load.normal_N=1e4"], "half-space"),
+        (["load.friction_temperature_slope_1_K=1e-3", "thermal.heat=false"], "no effect: heat is off"),
+    ],
+)
+def test_what_is_allowed_and_doubtful_is_told_everywhere(settings: list[str], words: str, case: Path, tmp_path: Path) -> None:
+    options = [word for setting in (*settings, "numerics.grid=8") for word in ("--set", setting)]
+    checked = call("validate", case, *options)
+    assert (checked.returncode, checked.stdout) == (0, f"{case}: valid\n")
+    assert f"{case}: warning: " in checked.stderr and words in checked.stderr
+    assert any(words in warning for warning in json.loads(call("validate", case, *options, "--json").stdout)["warnings"])
+    assert words in " ".join(call("show", case, *options).stdout.split())
+    solved = json.loads(call("run", case, *options, "--json", "--no-plots", "-q", "-o", tmp_path / "out").stdout)
+    assert any(words in warning for warning in solved["warnings"])
+    assert call("validate", case, *options, "-q").stderr == ""
+
+
+def test_temperatures_no_solid_stands_are_expected_and_then_found(case: Path, tmp_path: Path) -> None:
+    options = ("--set", "rolling.speed_m_s=2e5", "--set", "thermal.deformation=false", "--set", "creepage.longitudinal=0.05")
+    assert "expected to get about" in call("validate", case, *options).stderr
+    done = call("run", case, *options, "--json", "--no-plots", "-q", "-o", tmp_path / "out")
+    (warning,) = json.loads(done.stdout)["warnings"]
+    assert warning.startswith("temperature rises by up to ") and "2000 K" in warning
+    assert "expected" not in done.stdout
+
+
+def test_shipped_cases_and_templates_are_beyond_doubt() -> None:
+    done = call("validate", *sorted(CASES.glob("*.toml")))
+    assert (done.returncode, done.stderr) == (0, "")
+    for template in TEMPLATES:
+        done = call("validate", "-", stdin=call("init", "-", "--template", template).stdout)
+        assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_show_of_an_invalid_case(invalid: Path) -> None:

@@ -41,7 +41,7 @@ def test_python_m_is_the_same_command() -> None:
     assert done.stdout == thermoroll("--help").stdout
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["validate", "-"], ["schema"], ["init", "-"]])
+@pytest.mark.parametrize("arguments", [["--help"], ["validate", "-q", "-"], ["schema"], ["init", "-"]])
 def test_light_commands_load_nothing_heavy(arguments: list[str]) -> None:
     program = (
         "import sys; from thermoroll_cli.cli.main import main; code = main(); "

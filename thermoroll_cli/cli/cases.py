@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.files.case.templates import TEMPLATES, template_text
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case.case import Case
 
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
 """Cases that `init` writes."""
@@ -23,25 +26,41 @@ def validate(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Check cases, tell all their errors."""
+    """Check cases, tell all their errors.
+
+    What is allowed and yet doubtful is told as a warning, and does not change the exit code.
+    """
     from thermoroll_cli.files.case.case import Case, CaseError
 
     overrides = options.parse_overrides(settings)
     errors: list[CaseError] = []
     for path in cases:
         found: CaseError | None = None
+        warnings: list[str] = []
         try:
-            Case.read(path, overrides)
+            case = Case.read(path, overrides)
+            warnings = [] if quiet else _doubts(case)
         except CaseError as cause:
             found = cause
             errors.append(cause)
         if as_json:
             findings = [finding.record() for finding in found.findings] if found else []
-            streams.write_json({"case": str(path), "valid": found is None, "errors": findings})
+            streams.write_json({"case": str(path), "valid": found is None, "errors": findings, "warnings": warnings})
         elif found is None and not quiet:
             streams.write(f"{path}: valid")
+            for warning in warnings:
+                streams.note(f"{path}: warning: {warning}")
     if errors:
         raise typer.Exit(options.tell_invalid(errors))
+
+
+def _doubts(case: Case) -> list[str]:
+    from thermoroll_cli.model.derived import DerivedQuantities
+    from thermoroll_cli.model.plausibility import expected_temperature_warning
+    from thermoroll_cli.refinement.plan import doubts
+
+    derived = DerivedQuantities(case.problem)
+    return [*doubts(derived), *expected_temperature_warning(derived)]
 
 
 def init(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -12,27 +11,26 @@ from thermoroll_cli.cli import options, streams
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Case
+    from thermoroll_cli.files.case.case_units import Input
     from thermoroll_cli.refinement.plan import Plan
 
-UNITS = {
-    "youngs_modulus": "Pa",
-    "conductivity": "W/(m K)",
-    "expansion": "1/K",
-    "diffusivity": "m²/s",
-    "lower_radius_x": "m",
-    "lower_radius_y": "m",
-    "upper_radius_x": "m",
-    "upper_radius_y": "m",
-    "normal_force": "N",
-    "speed": "m/s",
-    "spin": "rad/m",
-    "force_x": "N",
-    "force_y": "N",
-    "bulk_lower": "K",
-    "bulk_upper": "K",
-    "friction_slope": "1/K",
+MEANINGS = {
+    "hertz_a_mm": "Hertz semi-axis along rolling",
+    "hertz_b_mm": "Hertz semi-axis across rolling",
+    "hertz_p0_MPa": "Hertz peak pressure",
+    "approach_um": "by which the bodies come closer",
+    "peclet_lower": "Péclet number V a0/κ, lower body",
+    "peclet_upper": "Péclet number V a0/κ, upper body",
+    "friction_limit_N": "μW: no tangential force exceeds it",
+    "saturation_creepage": "about where the whole contact slides",
+    "dundurs_beta": "couples pressure and shear",
 }
-"""Units of the inputs that are not plain numbers."""
+"""What the numbers known before solving are."""
+
+START_SECONDS, PICTURE_SECONDS = 0.5, 0.2
+"""What pictures take: loading the library, and drawing each; measured on one core."""
+HEAT_PICTURES = 2
+"""Pictures that need heat."""
 
 
 def show(
@@ -43,8 +41,8 @@ def show(
 ) -> None:
     """Show what a case means and what would run.
 
-    Inputs in SI units, Hertz and Péclet numbers, saturation creepage, and the plan: stages that run, stages that are
-    skipped and why, expected memory and time.
+    Inputs in the units of their keys and in SI, Hertz and Péclet numbers, saturation creepage, and the plan: stages that
+    run, stages that are skipped and why, expected memory and time.
     """
     from thermoroll_cli.files.case.case import Case, CaseError
     from thermoroll_cli.refinement.plan import make_plan
@@ -57,49 +55,83 @@ def show(
     if as_json:
         streams.write_json(_record(read, plan))
         return
-    for line in _lines(read, plan):
+    for line in _lines(read, plan, streams.width()):
         streams.write(line)
 
 
 def _record(case: Case, plan: Plan) -> dict[str, Any]:
+    from thermoroll_cli.files.case.case_units import inputs
+
     return {
         "name": case.name,
-        "inputs": dataclasses.asdict(case.problem),
+        "inputs": {item.key: _input_record(item) for item in inputs(case.settings)},
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
-        "warnings": plan.warnings,
+        "warnings": _warnings(case, plan),
         "grid": plan.grid,
         "memory_bytes": plan.memory_bytes,
         "seconds": plan.seconds,
+        "picture_seconds": _picture_seconds(case, plan),
     }
 
 
-def _lines(case: Case, plan: Plan) -> Iterator[str]:
-    from thermoroll_cli.cli.result_table import align, number
+def _input_record(item: Input) -> dict[str, Any]:
+    # JSON has no infinity; as in the resolved case of a result file.
+    value, si = ("inf" if number == float("inf") else number for number in (item.value, item.si))
+    return {"value": value, "si": si, "unit": item.unit}
 
-    problem = case.problem
-    yield case.name + (f" ({problem.title})" if problem.title else "")
-    yield "inputs in SI units"
-    yield from align(list(_inputs(problem)))
+
+def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
+    from thermoroll_cli.cli.result_table import align, folded, number, with_remarks
+    from thermoroll_cli.files.case.case_units import inputs
+
+    yield case.name
+    table = [("inputs", "", "in SI")]
+    table += [(f"  {item.key}", _shown(item.value), _in_si(item)) for item in inputs(case.settings) if item.key != "title"]
+    if case.settings.title:
+        yield from folded(f"title {case.settings.title}", width)
+    yield from (line[2:] for line in align(table))
     yield "known before solving"
-    yield from align([(name, number(value)) for name, value in plan.facts.items()])
+    facts = [(name, number(value)) for name, value in plan.facts.items()]
+    yield from with_remarks(facts, [MEANINGS.get(name, "") for name, _ in facts], width)
     yield "plan"
-    steps = [(name, "runs") for name in plan.run] + [(name, f"skipped: {why}") for name, why in plan.skipped.items()]
-    yield from align(steps)
-    accuracy = problem.numerics.accuracy
+    steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
+    yield from with_remarks([step[:2] for step in steps], [step[2] for step in steps], width)
+    accuracy = case.problem.numerics.accuracy
     upto = f" at most, until the scalars are good to {accuracy:g}" if accuracy is not None else ""
     yield f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}"
-    yield f"  about {plan.memory_bytes / 2**20:.0f} MiB and {plan.seconds:.2g} s"
-    for warning in plan.warnings:
-        yield f"  warning: {warning}"
+    drawing = _picture_seconds(case, plan)
+    pictures = f", and {drawing:.2g} s for pictures" if drawing else ""
+    yield f"  about {plan.memory_bytes / 2**20:.0f} MiB and {plan.seconds:.2g} s{pictures}"
+    for warning in _warnings(case, plan):
+        yield from folded(f"warning: {warning}", width)
 
 
-def _inputs(part: Any, prefix: str = "") -> Iterator[tuple[str, str, str]]:
-    for field in dataclasses.fields(part):
-        value = getattr(part, field.name)
-        if dataclasses.is_dataclass(value):
-            yield from _inputs(value, f"{prefix}{field.name}.")
-        elif value is not None and value != "":
-            shown = f"{value:.6g}" if isinstance(value, float) else str(value)
-            yield prefix + field.name, shown, UNITS.get(field.name, "")
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"{len(value)} values" if len(value) > 2 else "×".join(map(_shown, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _in_si(item: Input) -> str:
+    """The value in SI, where that is another number."""
+    if item.si is None or not item.unit:
+        return ""
+    return f"{item.si:.6g} {item.unit}"
+
+
+def _picture_seconds(case: Case, plan: Plan) -> float:
+    from thermoroll_cli.plots.run_figures import PICTURES
+
+    count = len(PICTURES) - (0 if plan.runs("heat") else HEAT_PICTURES)
+    return START_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
+
+
+def _warnings(case: Case, plan: Plan) -> list[str]:
+    from thermoroll_cli.model.derived import DerivedQuantities
+    from thermoroll_cli.model.plausibility import expected_temperature_warning
+
+    return [*plan.warnings, *expected_temperature_warning(DerivedQuantities(case.problem))]

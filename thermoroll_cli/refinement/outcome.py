@@ -10,6 +10,7 @@ import numpy as np
 from thermoroll_cli.assessment.checks import failures
 from thermoroll_cli.assessment.scalars import input_scalars
 from thermoroll_cli.assessment.thermal_stretch import thermal_stretch_warning
+from thermoroll_cli.model.plausibility import temperature_warning
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported
@@ -35,6 +36,8 @@ def result_of(
     rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
     if rises and derived.has_traction and (stretch := thermal_stretch_warning(derived, *rises)):
         warnings.append(stretch)
+    if rises:
+        warnings += temperature_warning(max(float(rise.max()) for rise in rises))
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = [k for k in ERROR_SCALARS if errors[k] > wanted]

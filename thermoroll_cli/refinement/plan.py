@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.plausibility import plausibility_warnings
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.solvers.solver_options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -102,7 +103,7 @@ def make_plan(problem: Problem, options: RefinementOptions | None = None) -> Pla
     if extent < options.smallest_extent:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {options.smallest_extent:g}")
         extent = options.smallest_extent
-    warnings += _half_space_warnings(derived)
+    warnings += doubts(derived)
     return Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
 
 
@@ -168,6 +169,11 @@ def _even_share(derived: DerivedQuantities, options: RefinementOptions) -> float
     discretisation = _preview(derived, options)
     creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
     return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
+
+
+def doubts(derived: DerivedQuantities) -> list[str]:
+    """What is doubtful about a problem before it is solved."""
+    return [*plausibility_warnings(derived), *_half_space_warnings(derived)]
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
