@@ -8,9 +8,9 @@ from typing import Any
 from benchmarks.baselines.rolling import BASELINES
 from scripts.benchmark.bench_measure import (
     CONTACT,
+    FINE_REFERENCE,
     HOT,
     MECHANICAL,
-    PROTOTYPE,
     WORST,
     errors,
     estimated,
@@ -48,14 +48,14 @@ def accuracy(runs: int = RUNS, largest: int = 512) -> dict[str, Any]:
                 "case": case, "N": grid, "seconds": run.wall, "cpu_seconds": run.cpu, "runs": run.runs,
                 "error": errors(result.coupled.scalars, fine[case], limit), "estimate": estimated(result),
                 "applications": finest(result)["applications"],
-                "against_prototype": None if case == HOT else _against_prototype(case, result),
+                "against_fine_reference": None if case == HOT else _against_fine_reference(case, result),
             })
     return {"rows": rows, "contact": _contact(fine)}
 
 
-def _against_prototype(case: str, result: Any) -> dict[str, dict[str, float]]:
+def _against_fine_reference(case: str, result: Any) -> dict[str, dict[str, float]]:
     """Distance from rolling_fine.json, and the uncertainty that it states, both over μW (heat: relative)."""
-    fine = PROTOTYPE[case]["fine"]
+    fine = FINE_REFERENCE[case]["fine"]
     stated = fine["uncertainty"]
     limit, scalars = result.problem.traction_limit, result.isothermal.scalars
     distance, uncertainty = {}, {}

@@ -27,8 +27,8 @@ FOLDER = ROOT / "benchmarks"
 REFERENCE = ROOT / "tests" / "reference"
 
 CONTACT = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
-PROTOTYPE = json.loads((REFERENCE / "rolling_fine.json").read_text())["cases"]
-MECHANICAL = tuple(PROTOTYPE)
+FINE_REFERENCE = json.loads((REFERENCE / "rolling_fine.json").read_text())["cases"]
+MECHANICAL = tuple(FINE_REFERENCE)
 """Seven isothermal rolling cases of the article."""
 HOT = "article_4_1"
 """The article's thermally coupled case."""
@@ -49,7 +49,7 @@ def problem_of(case: str, grid: int) -> Problem:
     if case == HOT:
         problem = Case.read(ROOT / "cases" / "article_4_1.toml").problem
     else:
-        given = PROTOTYPE[case]["input"]
+        given = FINE_REFERENCE[case]["input"]
         name = "article_3_1_case_1" if case.startswith("article_3_1") else "article_4_1"
         problem = Case.read(ROOT / "cases" / f"{name}.toml").problem
         motion = dataclasses.replace(problem.motion, speed=1.0, creepage_x=given["creepage_longitudinal"],

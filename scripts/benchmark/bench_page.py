@@ -74,7 +74,7 @@ def _accuracy(measured: dict[str, Any], machine: str) -> str:
     text += "Against `rolling_fine.json`, largest distance beyond the uncertainty which that file states for itself:\n\n"
     rows = []
     for grid in (32, 64, 128):
-        some = [r["against_prototype"] for r in isothermal if r["N"] == grid]
+        some = [r["against_fine_reference"] for r in isothermal if r["N"] == grid]
         rows.append([str(grid), *(_error(max(max(0.0, s["distance"][k] - s["uncertainty"][k]) for s in some))
                                   for k in ("force_x", "force_y", "heat", "stick"))])
     text += _table(("N", "F_x / μW", "F_y / μW", "Q_F", "γ_st"), rows)

@@ -96,7 +96,7 @@ def _normal() -> list[Row]:
 def _tangential() -> list[Row]:
     rows = [_gradient(), _kalker()]
     contact, fine = reference("contact_rolling")["cases"], reference("rolling_fine")["cases"]
-    worst = {"CONTACT": 0.0, "prototype": 0.0, "stick": 0.0, "heat": 0.0}
+    worst = {"CONTACT": 0.0, "fine": 0.0, "stick": 0.0, "heat": 0.0}
     for name, case in fine.items():
         given = case["input"]
         radius = given["radius_mm"] * 1e-3
@@ -105,11 +105,11 @@ def _tangential() -> list[Row]:
         problem = Problem(body, body, Geometry(radius, radius, radius, radius), given["normal_N"],
                           given["friction_coefficient"], motion, Heating(False, False), Numerics((SIDE, SIDE)), name)
         s, limit = solve_problem(problem).coupled.scalars, problem.traction_limit
-        theirs, prototype = contact[name]["extrapolated"], case["fine"]
+        theirs, peer = contact[name]["extrapolated"], case["fine"]
         for axis in "xy":
             force = s[f"force_{axis}_N"] / limit
             worst["CONTACT"] = max(worst["CONTACT"], abs(force - theirs[f"force_{axis}_N"] / limit))
-            worst["prototype"] = max(worst["prototype"], abs(force - prototype[f"force_{axis}_over_muW"]))
+            worst["fine"] = max(worst["fine"], abs(force - peer[f"force_{axis}_over_muW"]))
         worst["stick"] = max(worst["stick"], abs(s["gamma_st"] - theirs["stick_fraction"]))
         worst["heat"] = max(worst["heat"], abs(s["Q_F_W"] / theirs["dissipation_from_forces_W"] - 1.0))
     return [
@@ -118,8 +118,8 @@ def _tangential() -> list[Row]:
              f"{worst['CONTACT']:.0e} μW", "test_tangential"),
         _row("stick fraction of the same", "CONTACT, extrapolated", f"{worst['stick']:.0e}", "test_tangential"),
         _row("dissipated heat of the same", "CONTACT, extrapolated", f"{worst['heat']:.0e}", "test_tangential"),
-        _row("creep forces of the same", "an independent prototype, its uncertainty stated per value (1e-5 to 6e-4 μW)",
-             f"{worst['prototype']:.0e} μW", "test_tangential"),
+        _row("creep forces of the same", "an independent program, its uncertainty stated per value (1e-5 to 6e-4 μW)",
+             f"{worst['fine']:.0e} μW", "test_tangential"),
     ]
 
 

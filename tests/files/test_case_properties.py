@@ -34,7 +34,7 @@ CREEPAGE = st.floats(-1e6, 1e6)
 
 @st.composite
 def cases(draw: st.DrawFn) -> dict[str, Any]:
-    """Valid cases over the whole range of the contract."""
+    """Valid cases over everything that a case file may hold."""
     thermal = draw(st.booleans())
     elastic = draw(SHARED)
     if draw(st.booleans()):

@@ -153,7 +153,7 @@ def test_normal_table_is_loves_solution():
 
 @pytest.mark.parametrize("bodies", [((80e9, 0.28), (80e9, 0.28)), ((80e9, 0.3), (26e9, 0.0)), ((2e9, 0.5), (9e9, 0.1))])
 def test_shear_tables_are_cerrutis_solution_summed_over_the_bodies(bodies):
-    """u_x = Σ 1/(2πG) ∬ {[(1−ν)/r + ν x²/r³] τ_x + ν x y/r³ τ_y}, and likewise u_y (model.md)."""
+    """u_x = Σ 1/(2πG) ∬ {[(1−ν)/r + ν x²/r³] τ_x + ν x y/r³ τ_y}, and likewise u_y."""
     dx, dy, (i, j) = 2e-6, 3e-6, (2, 1)
     expected = np.zeros(3)
     for g, nu in bodies:

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from thermoroll_cli.kernels.drift_rules import EXACT, FAST
 from thermoroll_cli.kernels.subsurface_elastic import (
     TWISTED,
     pressure_stress,
     traction_x_stress,
     traction_y_stress,
 )
-from thermoroll_cli.kernels.subsurface_thermal import EXACT, FAST, thermal_stress
+from thermoroll_cli.kernels.subsurface_thermal import thermal_stress
 from thermoroll_cli.kernels.thermal import temperature_at_depths, temperature_table
 
 ELEMENTS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_elements.json").read_text())

@@ -26,7 +26,8 @@ from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
 from thermoroll_cli.plots.run_figures import write_figures
-from thermoroll_cli.plots.sweep_figures import is_logarithmic, words_of, write_sweep_figure
+from thermoroll_cli.plots.sweep_columns import words_of
+from thermoroll_cli.plots.sweep_figures import is_logarithmic, write_sweep_figure
 from thermoroll_cli.plots.units import unit_for
 from thermoroll_cli.plots.view import view_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -120,8 +121,69 @@ def test_package_folders_do_nothing_on_import() -> None:
         assert all(isinstance(node, ast.Expr) for node in tree.body), f"{name(init)} does more than describe"
 
 
+LONGEST_MODULE, LONGEST_FUNCTION = 300, 59
+LONGEST_TURN = 29
+"""In lines, with docstrings. `turn` is the article's Fig. 2 and must be seen at a glance."""
+
+
 @pytest.mark.parametrize("path", [path for path in modules() if path.stat().st_size], ids=name)
-def test_modules_are_documented_and_short(path: Path) -> None:
+def test_modules_and_functions_are_documented_and_short(path: Path) -> None:
     text = path.read_text()
-    assert ast.get_docstring(ast.parse(text)), "says what it is about"
-    assert len(text.splitlines()) <= 400, "one idea per module, usually under 300 lines"
+    tree = ast.parse(text)
+    assert ast.get_docstring(tree), "says what it is about"
+    assert len(text.splitlines()) <= LONGEST_MODULE, "one idea per module: give its second one a module of its own"
+    for node in ast.walk(tree):
+        if isinstance(node, ast.FunctionDef):
+            assert (node.end_lineno or 0) - node.lineno + 1 <= LONGEST_FUNCTION, f"{node.name} is too long to be read at once"
+
+
+def test_a_turn_is_seen_at_a_glance() -> None:
+    tree = ast.parse((PACKAGE / "steady_state" / "turn.py").read_text())
+    (turn,) = (node for node in tree.body if isinstance(node, ast.FunctionDef) and node.name == "turn")
+    assert (turn.end_lineno or 0) - turn.lineno + 1 <= LONGEST_TURN
+    called = [node.func.attr for node in ast.walk(turn) if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)]
+    assert [stage for stage in called if stage in ("press", "roll", "heat")] == ["press", "roll", "heat"]
+
+
+def test_no_two_modules_and_no_two_public_classes_share_a_name() -> None:
+    places: dict[str, list[str]] = {}
+    for path in modules():
+        if path.stem not in ("__init__", "__main__"):
+            places.setdefault(f"module {path.stem}", []).append(name(path))
+        for node in ast.parse(path.read_text()).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                places.setdefault(f"class {node.name}", []).append(name(path))
+    assert not {what: where for what, where in places.items() if len(where) > 1}
+
+
+# --- what the repository speaks of is in the repository --------------------------------------------------------------
+
+
+def texts() -> Iterator[tuple[str, str]]:
+    """Every file of the project that people read, without this one."""
+    for folder, kinds in (("thermoroll_cli", ".py"), ("tests", ".py .md"), ("scripts", ".py"), ("benchmarks", ".py"),
+                          ("docs", ".md"), ("cases", ".toml"), (".", ".md .toml")):
+        paths = (ROOT / folder).iterdir() if folder == "." else (ROOT / folder).rglob("*")
+        for path in paths:
+            if path.suffix in kinds.split() and path != Path(__file__).resolve():
+                yield path.relative_to(ROOT).as_posix(), path.read_text()
+
+
+def test_documents_that_are_named_exist() -> None:
+    """Also without their folder: `numerics.md` alone is docs/numerics.md."""
+    there = {path.name for path in (*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("tests/**/*.md"))}
+    named = ((where, found) for where, text in texts() for found in re.findall(r"\b([\w-]+\.md)\b", text))
+    assert not [(where, found) for where, found in named if found not in there]
+
+
+def test_nothing_speaks_of_what_only_its_authors_know() -> None:
+    speaks = re.compile(r"\bprototype\b|\bthe contract\b|\b[Ii]ssue #?\d|/work/|paper\.txt")
+    found = [(where, line) for where, text in texts() for line in text.splitlines() if speaks.search(line)]
+    assert not found
+
+
+def test_experiments_pass_options_and_patch_nothing() -> None:
+    """What an experiment changes is in `solver_options`; names of the package are left alone."""
+    for folder in ("scripts", "benchmarks"):
+        for path in (ROOT / folder).rglob("*.py"):
+            assert "setattr(" not in path.read_text() and "monkeypatch" not in path.read_text(), path

@@ -1,4 +1,4 @@
-"""Rolling with friction against CONTACT, the fine prototype, Kalker, Carter and full slip; its order and its cost."""
+"""Rolling with friction against CONTACT, an independent program, Kalker, Carter and full slip; its order and its cost."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ CONTACT = reference("contact_rolling")["cases"]
 FINE = reference("rolling_fine")["cases"]
 
 
-# --- CONTACT and the fine prototype -------------------------------------------------------------------------------
+# --- CONTACT and an independent program on fine grids ----------------------------------------------------------------
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -63,8 +63,8 @@ def test_stick_fraction_and_heat_match_contact(case):
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("n", "bound"), [(32, 1e-3), (64, 3e-4), (128, 1e-4)])
-def test_forces_and_moment_match_the_fine_prototype(case, n, bound):
-    """Within `bound` plus the stated uncertainty of the prototype (its change since N = 64)."""
+def test_forces_and_moment_match_an_independent_program(case, n, bound):
+    """Within `bound` plus the stated uncertainty of the reference (its change since N = 64)."""
     found, expected = rolled(case, n), FINE[case]["fine"]
     doubt = expected["uncertainty"]
     for name, value in (
@@ -77,7 +77,7 @@ def test_forces_and_moment_match_the_fine_prototype(case, n, bound):
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("n", "bound"), [(32, 3e-3), (64, 1e-3), (128, 3e-4)])
-def test_heat_matches_the_fine_prototype(case, n, bound):
+def test_heat_matches_an_independent_program(case, n, bound):
     """Relative, beside the stated uncertainty (at least 1e-4)."""
     expected = FINE[case]["fine"]
     doubt = expected["uncertainty"]["heat_over_V_muW"]
@@ -302,7 +302,7 @@ def test_pipeline_reaches_the_linear_limit():
 @pytest.mark.parametrize("lateral", [False, True])
 @pytest.mark.parametrize(("share", "least"), [(0.2, 1.5), (0.5, 1.0), (0.8, 0.5)])
 def test_strip_carries_carters_force_wherever_its_border_lies(share, least, lateral):
-    """Border elements covered in part: mean and spread over grid offsets as in numerics.md, falling with the grid.
+    """Border elements covered in part: mean and spread over grid offsets as in docs/numerics.md, falling with the grid.
 
     Close to saturation the border of a small stick zone dominates, whose place inside its element is not resolved."""
     sides = [32, 64, 128]

@@ -50,7 +50,7 @@ def slip_length(fields, result: Result) -> float:
 
 
 def test_article_case_4_1_at_128():
-    """γ_p 1.26 ± 0.01, γ_c 0.85 ± 0.01, leading edge −0.88 ± 0.02 a0: the article's numbers and the prototype's."""
+    """γ_p 1.26 ± 0.01, γ_c 0.85 ± 0.01, leading edge −0.88 ± 0.02 a0: the article's numbers, and an independent program's."""
     result = solved(HOT)
     s = result.coupled.scalars
     assert result.converged, result.reason
@@ -66,8 +66,8 @@ def test_article_case_4_1_at_128():
         (200.0, (11.3, 11.07), 1.261, 0.851, -0.875, 1.57, (1.475, 1.20)),
     ],
 )
-def test_both_heat_scales_of_the_model_match_the_prototype(speed, heat, gamma_p, gamma_c, edge, peak, slip):
-    """The table of model.md, row by row: Q_F, γ_p, γ_c, leading edge, peak heat flux ratio, slip length on y = 0."""
+def test_both_heat_scales_of_the_model_match_an_independent_program(speed, heat, gamma_p, gamma_c, edge, peak, slip):
+    """Two heat scales, row by row: Q_F, γ_p, γ_c, leading edge, peak heat flux ratio, slip length on y = 0."""
     result = solved(article_4_1(128, speed))
     cold, hot = result.isothermal.scalars, result.coupled.scalars
     assert (cold["Q_F_W"], hot["Q_F_W"]) == pytest.approx(heat, rel=3e-3)
@@ -76,7 +76,7 @@ def test_both_heat_scales_of_the_model_match_the_prototype(speed, heat, gamma_p,
     assert leading_edge(result) == pytest.approx(edge, abs=0.02)
     assert hot["heat_flux_max_W_mm2"] / cold["heat_flux_max_W_mm2"] == pytest.approx(peak, abs=0.02)
     lengths = slip_length(result.isothermal.fields, result), slip_length(result.coupled.fields, result)
-    # Two whole elements, 0.034: at V = 200 m/s the prototype's 1.20 is 1.160 at N = 512.
+    # Two whole elements, 0.034: at V = 200 m/s the reference's 1.20 is 1.160 at N = 512.
     assert lengths == pytest.approx(slip, abs=0.035)
 
 
@@ -217,7 +217,7 @@ def test_what_the_plan_calls_negligible_is_negligible():
 
 
 def test_heating_grows_with_speed():
-    """γ_p up, γ_c down, γ_st up (model.md, issue 3's trends), and Q_F less than in proportion."""
+    """γ_p up, γ_c down, γ_st up (docs/article.md), and Q_F less than in proportion."""
     speeds = [25.0, 50.0, 100.0, 200.0]
     states = [solved(article_4_1(64, v)).coupled.scalars for v in speeds]
     assert (np.diff([s["gamma_p"] for s in states]) > 0.0).all()
@@ -267,7 +267,7 @@ def test_without_friction_the_surfaces_slide_freely():
 
 
 def test_realistic_rolling_hardly_bulges():
-    """Table 1 with κ = 10 mm²/s: about 1e-4 of the approach (model.md), found out in advance."""
+    """Table 1 with κ = 10 mm²/s: about 1e-4 of the approach, found out in advance."""
     result = solved(rolling(grid=64, creepage=(0.003, 0.0), heating=Heating()))
     s = result.coupled.scalars
     assert "deformation" in result.work["skipped"]

@@ -259,7 +259,7 @@ def test_speeds_of_both_bodies_differ_by_the_creepage():
 
 
 def test_peclet_numbers_are_reported_with_a0_as_length():
-    """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6 (model.md)."""
+    """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6."""
     result = solved(rolling(grid=16, creepage=(0.003, 0.0), heating=Heating(deformation=False)))
     assert result.hertz["peclet_lower"] == pytest.approx(18.6, abs=0.05)
     assert result.hertz["peclet_upper"] == result.hertz["peclet_lower"]

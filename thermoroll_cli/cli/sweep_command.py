@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.sweep.axis import Axis
     from thermoroll_cli.sweep.points import Point
     from thermoroll_cli.sweep.scalars_only import ScalarSweep
+    from thermoroll_cli.sweep.sweep import Sweep
     from thermoroll_cli.sweep.table import Row
 
 SHOWN_ERRORS = 10
@@ -66,23 +67,11 @@ def sweep(
         raise typer.Exit(solve_scalars_only(rows_only, as_json=as_json, picture=picture_path, quiet=quiet))
     points = _points(case, axes, overrides)
     options.check_writable(output)
-    from thermoroll_cli.sweep.sweep import Sweep, run_sweep
-
-    progress = SweepProgress(len(points), quiet=quiet, verbose=verbose)
-    printer = _JsonPrinter(axes) if as_json else None
-
-    def report(row: Row, solved: bool) -> None:
-        outcome = "converged" if row.converged else f"NOT CONVERGED: {row.reason}"
-        progress.step(row.point.name, _values(row, axes), outcome, solved=solved)
-        if printer is not None:
-            printer.add(row)
+    from thermoroll_cli.sweep.sweep import Sweep
 
     command_line = shlex.join(["thermoroll", *sys.argv[1:]])
     wanted = Sweep(points, axes, output, command_line, jobs=jobs, dask=dask, resume=resume, threads=threads)
-    try:
-        rows = run_sweep(wanted, report=report, note=progress.note)
-    finally:
-        progress.close()
+    rows = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     picture = None
     if not no_plots and _plots_wanted(points[0]):
         picture = _draw(rows, axes, output / f"sweep.{image_format.value}")
@@ -92,6 +81,25 @@ def sweep(
         for line in _report(rows, axes, output, picture):
             streams.write(line)
     raise typer.Exit(_tell_failures(rows))
+
+
+def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> list[Row]:
+    """The rows of all points, reported as they are solved."""
+    from thermoroll_cli.sweep.sweep import run_sweep
+
+    progress = SweepProgress(len(sweep.points), quiet=quiet, verbose=verbose)
+    printer = _JsonPrinter(sweep.axes) if as_json else None
+
+    def report(row: Row, solved: bool) -> None:
+        outcome = "converged" if row.converged else f"NOT CONVERGED: {row.reason}"
+        progress.step(row.point.name, _values(row, sweep.axes), outcome, solved=solved)
+        if printer is not None:
+            printer.add(row)
+
+    try:
+        return run_sweep(sweep, report=report, note=progress.note)
+    finally:
+        progress.close()
 
 
 def _asked(

@@ -64,7 +64,7 @@ def rectangle_integrals(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, 
     """I_xx, I_yy, I_xy of one dx × dy rectangle, seen from element centres at offsets (i·dx, j·dy).
 
     Returns three arrays of shape (nx, ny) in units of length, for i = 0..nx−1 and j = 0..ny−1; I_xx and I_yy are even in
-    both offsets, I_xy is odd in both. Source: model.md; Johnson, Contact Mechanics, 3.2–3.3 (Love's closed form).
+    both offsets, I_xy is odd in both. Source: Johnson, Contact Mechanics, 3.2–3.3 (Love's closed form).
 
     y·ln(x+r) is written as y·asinh(x/|y|): the difference y·ln|y| drops out over a rectangle, and asinh does not cancel
     for x < 0.
@@ -107,7 +107,7 @@ def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Arra
 
     A point load P on a half-space moves the surface towards itself by (1−2ν)/(4πG)·P/r, a tangential point load Q along x
     moves it inwards by (1−2ν)/(4πG)·Q x/r² (Johnson, Contact Mechanics, Eqs. 3.18 and 3.75; Maxwell's reciprocity links the
-    two). Write k = (1−2ν)/(4πG). The pressure acts alike on both bodies, −τ on body 1 and τ on body 2 (model.md), and
+    two). Write k = (1−2ν)/(4πG). The pressure acts alike on both bodies, −τ on body 1 and τ on body 2, and
     displacements u_i of body i, as seen in the common directions x and y, give the slip ṡ/V = ξ + ∂(u_1 − u_2)/∂x. So
     the relative displacement in ṡ/V = ξ − ∂u/∂x is u = u_2 − u_1, and with K = k_1 − k_2 (`coupling_constant`)
 

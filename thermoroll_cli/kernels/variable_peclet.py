@@ -26,6 +26,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from thermoroll_cli.kernels.chebyshev import chebyshev, node_positions, series_matrix
+from thermoroll_cli.kernels.offset_samples import OffsetSamples, graded_offsets, spanning_columns, truncated
 from thermoroll_cli.kernels.thermal import (
     ANGLE_STEP,
     advected_expansion,
@@ -38,9 +40,6 @@ from thermoroll_cli.kernels.thermal import (
 FloatArray = NDArray[np.float64]
 ThermalKind = Literal["temperature", "displacement"]
 
-DENSE_OFFSETS = 12
-"""Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
-OFFSET_GROWTH = 1.12
 FIRST_DEGREE, LAST_DEGREE = 16, 512
 """Degrees of the polynomial in P^¼: doubled from the first until its error is small enough."""
 CHECKS = 7
@@ -96,25 +95,6 @@ class VariablePecletKernel:
         return smooth if self.kind == "temperature" else smooth - _unbounded_part(values, self.aspect)
 
 
-@dataclass(frozen=True)
-class _Offsets:
-    """Sampled offsets x × y, and the number of table entries that each stands for."""
-
-    x: FloatArray
-    y: FloatArray
-    counts: FloatArray
-
-    def mean(self, columns: FloatArray) -> FloatArray:
-        """Mean over the table of each column."""
-        return self.counts @ columns / self.counts.sum()
-
-    def relative_error(self, difference: FloatArray, columns: FloatArray) -> float:
-        """Largest error of any column, in both norms described at `VariablePecletKernel`."""
-        in_sum = (self.counts @ np.abs(difference)) / (self.counts @ np.abs(columns))
-        in_peak = np.abs(difference).max(axis=0) / np.abs(columns).max(axis=0)
-        return float(max(in_sum.max(), in_peak.max()))
-
-
 def variable_peclet_kernel(
     nx: int, ny: int, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float = 1e-5
 ) -> VariablePecletKernel:
@@ -136,12 +116,12 @@ def variable_peclet_kernel(
     if not 1e-7 <= tolerance <= 0.1:
         raise ValueError(f"the tolerance must be between 1e-7 and 0.1, not {tolerance}")
 
-    offsets = _graded_offsets(nx, ny, aspect)
+    offsets = graded_offsets(nx, ny, aspect)
     peclets, columns, means = _sample(offsets, aspect, peclet_max, kind, 0.1 * tolerance)
     degree = len(peclets) - 1
-    skeleton, basis, components = _skeleton(offsets, columns, 0.02 * tolerance)
+    skeleton, basis, components = spanning_columns(offsets, columns, 0.02 * tolerance)
     mixing = np.eye(degree + 1) if kind == "temperature" else _angle_average(degree)
-    from_kernel, weights, truncation = _truncated(offsets, basis, components @ mixing.T, 0.6 * tolerance)
+    from_kernel, weights, truncation = truncated(offsets, basis, components @ mixing.T, 0.6 * tolerance)
 
     # Table k = Σ_i kernel(P_i) from_kernel[i, k], and kernel(P_i) is itself a combination of the skeleton.
     solved = np.linalg.solve(components[:, skeleton], components @ mixing.T @ from_kernel)
@@ -157,7 +137,7 @@ def variable_peclet_kernel(
         offset = offset + weights @ left
     tables[:, :, : ny - 1] = half[:, :, :0:-1]
 
-    to_series = _to_series(degree)
+    to_series = series_matrix(degree)
     expansion = VariablePecletKernel(
         kind=kind,
         aspect=aspect,
@@ -170,26 +150,6 @@ def variable_peclet_kernel(
         offset_series=(to_series @ offset)[:, None],
     )
     return replace(expansion, error=max(truncation, _measured_error(expansion, offsets)))
-
-
-def _graded_offsets(nx: int, ny: int, aspect: float) -> _Offsets:
-    along, along_counts = _graded(nx)
-    across, across_counts = _graded(ny)
-    x = np.concatenate((-along[:0:-1], along))
-    x_counts = np.concatenate((along_counts[:0:-1], along_counts))
-    y_counts = across_counts * np.where(across > 0.0, 2.0, 1.0)
-    return _Offsets(x, aspect * across, np.outer(x_counts, y_counts).ravel())
-
-
-def _graded(count: int) -> tuple[FloatArray, FloatArray]:
-    """Offsets from 0 to count − 1, ever wider apart, and the number of whole offsets nearest to each."""
-    chosen = [0]
-    while chosen[-1] < count - 1:
-        step = 1 if chosen[-1] < DENSE_OFFSETS else max(1, round(chosen[-1] * (OFFSET_GROWTH - 1.0)))
-        chosen.append(min(count - 1, chosen[-1] + step))
-    offsets = np.array(chosen, dtype=np.float64)
-    borders = np.concatenate(([-0.5], 0.5 * (offsets[1:] + offsets[:-1]), [count - 0.5]))
-    return offsets, np.diff(borders)
 
 
 def _bounded(kind: ThermalKind, x: FloatArray, y: FloatArray, aspect: float, peclet: float) -> FloatArray:
@@ -209,7 +169,7 @@ def _unbounded_part(peclet: FloatArray, aspect: float) -> FloatArray:
 
 
 def _sample(
-    offsets: _Offsets, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float
+    offsets: OffsetSamples, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Péclet numbers that resolve the dependence on P, the sampled offsets there (one column each), and their means.
 
@@ -217,16 +177,16 @@ def _sample(
     out of displacement columns, and are zero for temperature.
     """
     degree = FIRST_DEGREE
-    peclets = peclet_max * _node_positions(degree) ** 4
+    peclets = peclet_max * node_positions(degree) ** 4
     columns = np.stack([_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclets], axis=1)
     error = math.inf
     while error > tolerance and degree < LAST_DEGREE:
-        positions = _node_positions(2 * degree)
+        positions = node_positions(2 * degree)
         between = positions[1::2]
         new = [_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclet_max * between**4]
         finer = np.empty((len(columns), 2 * degree + 1))
         finer[:, ::2], finer[:, 1::2] = columns, np.stack(new, axis=1)
-        predicted = columns @ (_chebyshev(between, degree).T @ _to_series(degree)).T
+        predicted = columns @ (chebyshev(between, degree).T @ series_matrix(degree)).T
         reference = finer[:, 1::2]
         if kind == "displacement":
             predicted, reference = predicted - offsets.mean(predicted), reference - offsets.mean(reference)
@@ -234,52 +194,6 @@ def _sample(
         degree, columns, peclets = 2 * degree, finer, peclet_max * positions**4
     means = offsets.mean(columns) if kind == "displacement" else np.zeros(degree + 1)
     return peclets, columns - means, means
-
-
-def _skeleton(offsets: _Offsets, columns: FloatArray, tolerance: float) -> tuple[list[int], FloatArray, FloatArray]:
-    """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
-
-    A pivoted QR factorisation by Gram-Schmidt steps, which ends when what remains of every column is small. Entries
-    of the columns are scaled so that each counts by the number of table entries it stands for.
-    """
-    scaled = np.sqrt(offsets.counts)[:, None] * columns
-    norms = np.sqrt((scaled**2).sum(axis=0))
-    remaining = scaled / norms
-    chosen: list[int] = []
-    basis = np.empty((0, len(columns)))
-    rows = []
-    while len(chosen) < len(norms):
-        sizes = np.sqrt((remaining**2).sum(axis=0))
-        pivot = int(sizes.argmax())
-        if sizes[pivot] <= tolerance:
-            break
-        direction = remaining[:, pivot] - basis.T @ (basis @ remaining[:, pivot])
-        direction /= math.sqrt(direction @ direction)
-        rows.append(direction @ remaining)
-        remaining -= np.outer(direction, rows[-1])
-        basis = np.vstack((basis, direction))
-        chosen.append(pivot)
-    return chosen, basis.T, np.array(rows) * norms
-
-
-def _truncated(
-    offsets: _Offsets, basis: FloatArray, components: FloatArray, tolerance: float
-) -> tuple[FloatArray, FloatArray, float]:
-    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables and weights, error.
-
-    ``components`` are those of the kernel at all samples in ``basis``, as from `_skeleton`. Samples of P count
-    relative to their own magnitude.
-    """
-    difference = (basis @ components) / np.sqrt(offsets.counts)[:, None]
-    kernel = difference.copy()
-    scale = offsets.counts @ np.abs(kernel)
-    left, singular, right = np.linalg.svd(components / scale, full_matrices=False)
-    modes = (basis @ left) / np.sqrt(offsets.counts)[:, None]
-    terms, error = 0, math.inf
-    while terms < len(singular) and error > tolerance:
-        difference -= np.outer(modes[:, terms], singular[terms] * right[terms] * scale)
-        terms, error = terms + 1, offsets.relative_error(difference, kernel)
-    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None], error
 
 
 def _combine(
@@ -299,7 +213,7 @@ def _combine(
             term += coefficient * table
 
 
-def _measured_error(expansion: VariablePecletKernel, offsets: _Offsets) -> float:
+def _measured_error(expansion: VariablePecletKernel, offsets: OffsetSamples) -> float:
     """Error at Péclet numbers between the samples, against the kernel computed directly."""
     nx, ny = (expansion.tables.shape[1] + 1) // 2, (expansion.tables.shape[2] + 1) // 2
     rows = np.rint(offsets.x).astype(int) + nx - 1
@@ -315,34 +229,10 @@ def _measured_error(expansion: VariablePecletKernel, offsets: _Offsets) -> float
 def _angle_average(degree: int) -> FloatArray:
     """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
     angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
-    positions = np.outer(_node_positions(degree), np.cosh(angles) ** -0.5)
+    positions = np.outer(node_positions(degree), np.cosh(angles) ** -0.5)
     blocks = np.array_split(positions, 1 + degree // 64)  # all at once would need degree² × angles numbers
-    series = [np.tensordot(_chebyshev(block, degree), weights, axes=(2, 0)) for block in blocks]
-    return np.concatenate(series, axis=1).T @ _to_series(degree)
-
-
-def _node_positions(degree: int) -> FloatArray:
-    """(P/P_max)^¼ at the degree + 1 Chebyshev nodes of [0, 1], ends included."""
-    return np.sin(0.5 * math.pi * np.arange(degree + 1) / degree) ** 2
-
-
-def _to_series(degree: int) -> FloatArray:
-    """Matrix from values at the nodes to the coefficients of the Chebyshev series through them."""
-    order = np.arange(degree + 1)
-    halved = np.where(order % degree == 0, 0.5, 1.0)
-    # The polynomials at their own nodes, as cosines: the recurrence loses digits at the ends of the range.
-    values = np.cos(math.pi / degree * (np.outer(order, degree - order) % (2 * degree)))
-    return 2.0 / degree * halved[:, None] * values * halved
-
-
-def _chebyshev(position: FloatArray, degree: int) -> FloatArray:
-    """Chebyshev polynomials 0..degree of 2·position − 1, shape (degree + 1, *shape of position)."""
-    argument = 2.0 * position - 1.0
-    values = np.empty((degree + 1, *position.shape))
-    values[0], values[1] = 1.0, argument
-    for order in range(2, degree + 1):
-        values[order] = 2.0 * argument * values[order - 1] - values[order - 2]
-    return values
+    series = [np.tensordot(chebyshev(block, degree), weights, axes=(2, 0)) for block in blocks]
+    return np.concatenate(series, axis=1).T @ series_matrix(degree)
 
 
 def _evaluate(series: FloatArray, peclet: FloatArray, peclet_max: float) -> FloatArray:
@@ -354,5 +244,5 @@ def _evaluate(series: FloatArray, peclet: FloatArray, peclet_max: float) -> Floa
     for start in range(0, flat.size, BLOCK):
         block = flat[start : start + BLOCK]
         position = (block / peclet_max) ** 0.25 if peclet_max > 0.0 else np.zeros(len(block))
-        result[:, start : start + BLOCK] = series.T @ _chebyshev(np.minimum(position, 1.0), len(series) - 1)
+        result[:, start : start + BLOCK] = series.T @ chebyshev(np.minimum(position, 1.0), len(series) - 1)
     return result

@@ -133,7 +133,7 @@ class DerivedQuantities:
     # --- heat ----------------------------------------------------------------------------------------------------
 
     def heated_bodies(self, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
-        """Lower and upper body with the speeds of their material through the contact, V ± C/2 (model.md)."""
+        """Lower and upper body with the speeds of their material through the contact, V ± C/2."""
         p = self.problem
         if p.heating.peclet != "rolling":
             return self._heated(p.lower, 0.0, 0.0), self._heated(p.upper, 0.0, 0.0)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
+from thermoroll_cli.plots.sweep_columns import Column, cell_text, failed_points, merged, numbers, summary_of_row, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -56,22 +57,6 @@ STEADY = 1e-6
 
 FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
 
-UNITS = {
-    "_mm2_s": "mm²/s",
-    "_um_mK": "µm/(m K)",
-    "_W_mK": "W/(m K)",
-    "_rad_mm": "rad/mm",
-    "_m_s": "m/s",
-    "_GPa": "GPa",
-    "_1_K": "1/K",
-    "_mm": "mm",
-    "_N": "N",
-    "_K": "K",
-}
-"""Endings of case keys and the units they stand for, the longer ones first."""
-
-Column = NDArray[np.float64]
-
 
 @dataclass(frozen=True)
 class Line:
@@ -94,13 +79,13 @@ def write_sweep_figure(
 
     Raises ValueError (nothing swept, a column missing, unknown format), OSError.
     """
-    failed = _failed(table)
+    failed = failed_points(table)
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
-    every = _numbers(table[over[0]])
+    every = numbers(table[over[0]])
     missed = np.unique(every[failed & np.isfinite(every)])
     table = {name: [value for value, bad in zip(column, failed, strict=True) if not bad] for name, column in table.items()}
-    x = _numbers(table[over[0]])
+    x = numbers(table[over[0]])
     if not np.any(np.isfinite(x)):
         raise ValueError(f"the column {over[0]} holds no numbers")
     lines = _lines(table, over, x)
@@ -120,7 +105,7 @@ def write_sweep_figure(
             left = LEFT + column * (WIDTH + GAP_X)
             axes = add_axes(figure, left, bottom + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT)
             for prefix in states:
-                values = _merged(table, [prefix + name for name in names])
+                values = merged(table, [prefix + name for name in names])
                 if values is not None:
                     _draw(axes, x, values, lines, dashed=bool(prefix))
             _not_closer_than(axes, _uncertainty(table, names))
@@ -155,7 +140,7 @@ def _lines(table: Mapping[str, Sequence[Any]], over: Sequence[str], x: Column) -
     lines = []
     for key, colour in zip(distinct, colours, strict=True):
         rows = np.array([row for row, other in enumerate(keys) if other == key and math.isfinite(x[row])], dtype=int)
-        names = (f"{words_of(name)} = {_cell(value)}" for name, value in zip(over[1:], key, strict=True))
+        names = (f"{words_of(name)} = {cell_text(value)}" for name, value in zip(over[1:], key, strict=True))
         lines.append(Line(rows[np.argsort(x[rows], kind="stable")], ", ".join(names), colour))
     return lines
 
@@ -172,7 +157,7 @@ def _colours(count: int) -> Sequence[str]:
 
 
 def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], over: Sequence[str]) -> bool:
-    values = _merged(table, names)
+    values = merged(table, names)
     if values is None:
         return False
     finite = values[np.isfinite(values)]
@@ -188,7 +173,7 @@ def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> flo
     """The largest value in the family that the quantity belongs to; of a moment, the largest force times sqrt(a0 b0)."""
 
     def largest(*columns: str) -> float:
-        values = [np.abs(_numbers(table[name])) for name in columns if name in table]
+        values = [np.abs(numbers(table[name])) for name in columns if name in table]
         return max((float(np.nanmax(column, initial=0.0, where=~np.isnan(column))) for column in values), default=0.0)
 
     if names == ("spin_moment_Nmm",):
@@ -234,14 +219,8 @@ def _few_logarithmic_ticks(axes: Axes, x: Column) -> None:
 def _uncertainty(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
     """Largest estimated error of the quantity over the sweep, in its own unit; 0 where there is none."""
     rows = range(len(next(iter(table.values()), ())))
-    errors = (absolute_error(name, _summary(table, row)) for name in names if "error." + name in table for row in rows)
+    errors = (absolute_error(name, summary_of_row(table, row)) for name in names if "error." + name in table for row in rows)
     return max((error for error in errors if math.isfinite(error)), default=0.0)
-
-
-def _summary(table: Mapping[str, Sequence[Any]], row: int) -> dict[str, Any]:
-    """A row as the summary of a result: its scalars, with their errors by name."""
-    numbers = {name: column[row] for name, column in table.items() if isinstance(column[row], (int, float))}
-    return numbers | {"error": {name.removeprefix("error."): v for name, v in numbers.items() if name.startswith("error.")}}
 
 
 def _not_closer_than(axes: Axes, error: float) -> None:
@@ -253,7 +232,7 @@ def _not_closer_than(axes: Axes, error: float) -> None:
 
 def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
     """Numbers at the right that tell the force over μW, if μW is the same for all points, and words for it."""
-    limits = _numbers(table.get("friction_limit_N", ()))
+    limits = numbers(table.get("friction_limit_N", ()))
     if limits.size == 0 or not np.ptp(limits) <= STEADY * limits[0]:
         return ""
     from matplotlib.ticker import MaxNLocator
@@ -271,12 +250,6 @@ def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
     return "; right: over $\\mu W$"
 
 
-def _failed(table: Mapping[str, Sequence[Any]]) -> NDArray[np.bool_]:
-    """Points that did not converge: their scalars are none, or those of another state than the one asked for."""
-    rows = len(next(iter(table.values()), ()))
-    return np.array([said != "converged" for said in table.get("status", ["converged"] * rows)], dtype=bool)
-
-
 def _mark_failed(axes: Axes, failed: Column) -> None:
     if failed.size:
         # At the foot of the diagram, whatever its scale: a point that failed has no value there.
@@ -288,7 +261,7 @@ def _states(table: Mapping[str, Sequence[Any]], names: list[str]) -> list[str]:
     states = [""]
     for prefix in PREFIXES:
         both = [name for name in names if name in table and prefix + name in table]
-        pairs = ((_numbers(table[name]), _numbers(table[prefix + name])) for name in both)
+        pairs = ((numbers(table[name]), numbers(table[prefix + name])) for name in both)
         if any(not np.allclose(one, other, rtol=1e-9, atol=0.0, equal_nan=True) for one, other in pairs):
             states.append(prefix)
     return states
@@ -314,39 +287,3 @@ def _legend(figure: Any, entries: list[tuple[str, dict[str, Any]]], columns: int
         text.set_parse_math(False)
 
 
-def _merged(table: Mapping[str, Sequence[Any]], names: Sequence[str]) -> Column | None:
-    """The largest of the named columns point by point; None where none of them holds a number."""
-    found = [_numbers(table[name]) for name in names if name in table]
-    found = [values for values in found if np.any(np.isfinite(values))]
-    return np.fmax.reduce(found) if found else None
-
-
-def _numbers(values: Sequence[Any]) -> Column:
-    """The column as numbers, nan for what is none."""
-    result = np.full(len(values), math.nan)
-    for row, value in enumerate(values):
-        try:
-            result[row] = float(value)
-        except (TypeError, ValueError):
-            continue
-    result[~np.isfinite(result)] = math.nan
-    return result
-
-
-def _cell(value: Any) -> str:
-    try:
-        return f"{float(value):.4g}"
-    except (TypeError, ValueError):
-        return str(value)
-
-
-def words_of(key: str) -> str:
-    """A case key as an axis label: `rolling.speed_m_s` becomes "rolling speed (m/s)"."""
-    section, _, name = key.rpartition(".")
-    suffix = next((suffix for suffix in UNITS if name.endswith(suffix)), "")
-    words = name.removesuffix(suffix).replace("_", " ")
-    if (section in ("creepage", "force") and words != "spin") or words == "normal":
-        words = f"{words} {section}"
-    elif section == "rolling":
-        words = f"{section} {words}"
-    return f"{words} ({UNITS[suffix]})" if suffix else words

@@ -14,8 +14,8 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.subsurface import BODIES, KeptFields, Peak, Subsurface, SubsurfaceRequest
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.subsurface.body_stresses import Collector, scalars_of
-from thermoroll_cli.subsurface.error_estimate import error_of
 from thermoroll_cli.subsurface.layers import layer_depths, skin_depth
+from thermoroll_cli.subsurface.stress_error_estimate import error_of
 from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransforms, ThermalLayers
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad, surface_loads
 

@@ -76,7 +76,7 @@ class Sharpened:
 
     An average is the value plus 1/24 of the second difference; spread evenly over the element again, the load acts, from half
     an element's depth on, as if averaged twice. Less that second difference, what is left is of fourth order in the size of
-    the elements (docs/subsurface.md); it adds nothing to the whole load."""
+    the elements; it adds nothing to the whole load."""
 
     def __init__(self, transforms: LayerTransforms, load: Array) -> None:
         self._transforms = transforms

@@ -17,7 +17,7 @@ TABLES: dict[str, tuple[str, ...]] = {
 
 _TOP_LEVEL = ("title", *TABLES)
 
-# The unit part of a key: what follows the quantity's name in the contract, and what people write in its place.
+# The unit part of a key: what follows the quantity's name in a case file, and what people write in its place.
 _UNIT = re.compile(
     r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
     r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",

@@ -62,17 +62,8 @@ def gmres(
         w = cheap(step, image)
         steps.append(step)
         images.append(image)
-        q = basis[: k + 1]
-        before = float(np.linalg.norm(w))
-        h = q @ w
-        w -= h @ q
-        length = float(np.linalg.norm(w))
-        if length < CANCELLED * before:
-            correction = q @ w
-            w -= correction @ q
-            h += correction
-            length = float(np.linalg.norm(w))
-        column = np.append(h, length)
+        column = _orthogonalised(w, basis[: k + 1])
+        length = float(column[-1])
         for i, (c, s) in enumerate(rotations):
             column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
         r = float(np.hypot(column[k], column[k + 1]))
@@ -92,6 +83,20 @@ def gmres(
         return KrylovSolution(zero, zero.copy(), 0, 1.0)
     y = [float(v) for v in np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)]
     return KrylovSolution(_combination(y, steps), _combination(y, images), k, float(abs(residuals[k])))
+
+
+def _orthogonalised(w: Vector, basis: Vector) -> Vector:
+    """Take from `w`, in place, its components along the orthonormal rows of `basis`. Returns them, and the length left."""
+    before = float(np.linalg.norm(w))
+    components = basis @ w
+    w -= components @ basis
+    length = float(np.linalg.norm(w))
+    if length < CANCELLED * before:
+        correction = basis @ w
+        w -= correction @ basis
+        components += correction
+        length = float(np.linalg.norm(w))
+    return np.append(components, length)
 
 
 def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
