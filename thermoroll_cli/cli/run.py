@@ -110,11 +110,19 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
+    from thermoroll_cli.refinement.plan import make_plan
     from thermoroll_cli.refinement.solve import solve
 
-    progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose)
+    problem = case.problem
+    progress = Progress(
+        case.name,
+        quiet=wishes.quiet,
+        verbose=wishes.verbose,
+        steps=lambda: make_plan(problem).steps,
+        at_most=problem.numerics.accuracy is not None,
+    )
     try:
-        result = solve(case.problem, threads=wishes.threads, report=progress)
+        result = solve(problem, threads=wishes.threads, report=progress)
     finally:
         progress.close()
     code = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ExitCode
-from thermoroll_cli.cli.progress import Progress
-from thermoroll_cli.cli.sweep_progress import duration
+from thermoroll_cli.cli.progress import Progress, duration
 
 if TYPE_CHECKING:
     from thermoroll_cli.sweep.scalars_only import ScalarSweep, Tally

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.cli.progress import Progress
+from thermoroll_cli.cli.progress import Progress, duration
 
 _BAR_WIDTH = 24
 
@@ -64,13 +64,3 @@ class SweepProgress:
         if solved == 0 or self._done == self._total:
             return ""
         return duration((time.monotonic() - self._start) / solved * (self._total - self._done))
-
-
-def duration(seconds: float) -> str:
-    """`45 s`, `3 min 20 s`, `2 h 5 min`."""
-    whole = max(1, round(seconds))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"

@@ -41,6 +41,12 @@ class Plan:
         """The finest grid (the largest allowed one where an accuracy is asked for)."""
         return self.grids[-1]
 
+    @property
+    def steps(self) -> list[tuple[str, tuple[int, int]]]:
+        """Stages on grids in the order in which `solve` reports them (fewer where an accuracy is reached earlier)."""
+        stages = ("tangential", "coupling") if self.runs("deformation") else ("tangential",)
+        return [(stage, grid) for grid in self.grids for stage in stages]
+
     def runs(self, stage: str) -> bool:
         return stage in self.run
 
