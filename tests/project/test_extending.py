@@ -1,0 +1,61 @@
+"""The example of docs/extending.md, followed line by line on a copy of the package."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BLOCKS = re.findall(r"```diff\n--- (\S+)\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.DOTALL)
+
+
+def edited(text: str, block: str) -> str:
+    """`text` with one block of the document made: its lines without + are found exactly once."""
+    lines = block.splitlines()
+    before = "".join(f"{line[1:]}\n" for line in lines if not line.startswith("+"))
+    after = "".join(f"{line[1:]}\n" for line in lines if not line.startswith("-"))
+    assert text.count(before) == 1, f"where is this?\n{before}"
+    return text.replace(before, after)
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the package as the document leaves it."""
+    folder = tmp_path_factory.mktemp("extended")
+    shutil.copytree(ROOT / "thermoroll_cli", folder / "thermoroll_cli", ignore=shutil.ignore_patterns("__pycache__"))
+    for path, block in BLOCKS:
+        file = folder / path
+        file.write_text(edited(file.read_text(), block))
+    return folder
+
+
+def thermoroll(place: Path, *arguments: str) -> dict:
+    command = [sys.executable, "-m", "thermoroll_cli", *arguments, "--json"]
+    done = subprocess.run(command, cwd=place, env={**os.environ, "PYTHONPATH": str(place)}, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_wear_goes_the_whole_way(place: Path) -> None:
+    """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
+    case = str(ROOT / "cases" / "article_4_1.toml")
+    worn = thermoroll(place, "run", case, "--set", "load.wear_coefficient_mm3_J=1e-4", "--set", "numerics.grid=16")
+    # Heat is extrapolated from three grids, its sum over the last one is not.
+    assert worn["wear_rate_mm3_s"] == pytest.approx(1e-4 * worn["Q_F_W"], rel=0.02)
+    assert worn["wear_rate_mm3_s"] != worn["isothermal"]["wear_rate_mm3_s"]
+    assert (place / "results" / "article_4_1_wear.png").stat().st_size > 10_000
+    shown = thermoroll(place, "show", case, "--set", "load.wear_coefficient_mm3_J=1e-4")
+    assert "wear" in shown["run"]
+    assert shown["inputs"]["load.wear_coefficient_mm3_J"] == {"value": 1e-4, "si": pytest.approx(1e-13), "unit": "m³/J"}
+
+
+def test_the_document_shows_every_step() -> None:
+    files = {Path(path).parts[1] for path, _ in BLOCKS}
+    assert files == {"model", "assessment", "refinement", "files", "plots"}
