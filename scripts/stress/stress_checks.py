@@ -55,7 +55,7 @@ def _broken(result: Result, state: State) -> list[str]:
     shear, speed = np.hypot(*traction), np.hypot(*slip)
     friction = fields.get("friction_coefficient", problem.friction)
     hold("pressure < 0", float(-pressure.min()), 0.0)
-    hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).hertz.approach, GAP)
+    hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).scales.approach, GAP)
     hold("load", abs(float(pressure.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)
     bound = friction * pressure
     excess = np.maximum(shear - bound, 0.0)

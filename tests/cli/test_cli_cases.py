@@ -128,7 +128,7 @@ def test_schema_knows_every_key_unit_and_exclusion() -> None:
     assert tables["Load"]["additionalProperties"] is False
     assert sorted(schema["required"]) == ["geometry", "load", "material", "rolling"]
     # Infinite radii, which have no other form in JSON; TOML has no null.
-    assert done.stdout.count("null") == len(tables["Geometry"]["properties"])
+    assert done.stdout.count("null") == sum("radius" in key for key in tables["Geometry"]["properties"])
     for table in tables.values():
         assert all("description" in entry or "$ref" in entry for entry in table["properties"].values())
 
@@ -193,7 +193,7 @@ def test_the_time_of_pictures_is_part_of_the_estimate(case: Path) -> None:
 @pytest.mark.parametrize(
     ("settings", "words"),
     [
-        (["load.normal_N=1e6"], "Hertz's pressure is 22.3 GPa: beyond 10 GPa"),
+        (["load.normal_N=1e6"], "the pressure is 22.3 GPa: beyond 10 GPa"),
         (["load.normal_N=1e3"], "% of Young's modulus"),
         (["material.youngs_modulus_GPa=210e3"], "Young's modulus of both bodies is 2.1e+05 GPa"),
         (["material.expansion_um_mK=11.7e-6"], "thermal expansion of both bodies"),

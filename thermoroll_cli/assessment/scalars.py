@@ -27,30 +27,55 @@ COOLED = 1e-12
 
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
     """The scalars of `HERTZ_SCALARS`: known before anything is solved."""
-    problem, hertz = derived.problem, derived.hertz
+    problem = derived.problem
     lower, upper = problem.lower, problem.upper
-    _, poisson_ratio = combined_constants(
-        lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
-    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
     return {
-        "hertz_a_mm": hertz.semi_axis_x * 1e3,
-        "hertz_b_mm": hertz.semi_axis_y * 1e3,
-        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+        **_ellipse(derived),
         "friction_limit_N": problem.traction_limit,
         "peclet_lower": derived.peclet(lower),
         "peclet_upper": derived.peclet(upper),
-        "kalker_C11": kalker.c11,
-        "kalker_C22": kalker.c22,
-        "kalker_C23": kalker.c23,
+        **_kalker(derived),
         # Beyond the thermo-elastic limit a lower speed is solved than the one asked for (`limit.last_steady_state`).
         "speed_solved_m_s": problem.motion.speed,
     }
 
 
+def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
+    """Hertz's contact; nothing (nan) where a body has a profile."""
+    if derived.problem.geometry.has_profile:
+        return dict.fromkeys(("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa"), math.nan)
+    hertz = derived.hertz
+    return {
+        "hertz_a_mm": hertz.semi_axis_x * 1e3,
+        "hertz_b_mm": hertz.semi_axis_y * 1e3,
+        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+    }
+
+
+def _kalker(derived: DerivedQuantities) -> dict[str, float]:
+    """Kalker's coefficients, which are those of ellipses."""
+    if derived.problem.geometry.has_profile:
+        return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23"), math.nan)
+    lower, upper, hertz = derived.problem.lower, derived.problem.upper, derived.hertz
+    _, poisson_ratio = combined_constants(
+        lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
+    return {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23}
+
+
+def _reference(discretisation: Discretisation) -> tuple[float, float]:
+    """Area (m²) and peak pressure (Pa) to which γ_c and γ_p relate: Hertz's, or those of the cold profiles on this grid."""
+    derived = discretisation.derived
+    if not derived.problem.geometry.has_profile:
+        return derived.hertz.area, derived.hertz.peak_pressure
+    cold = discretisation.isothermal_pressure
+    return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
+
+
 def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
     """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
     derived, grid = discretisation.derived, discretisation.grid
-    problem, hertz = derived.problem, derived.hertz
+    problem, (cold_area, cold_peak) = derived.problem, _reference(discretisation)
     normal, tangential = contact.normal, contact.tangential
     area = float(normal.covered.sum()) * grid.element_area
     sticking = float(normal.covered[tangential.stick].sum())
@@ -64,14 +89,14 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
     # What vanishes by symmetry is zero, and not the rounding of its sum.
     force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
-    if abs(moment) < VANISHING * problem.traction_limit * hertz.mean_radius:
+    if abs(moment) < VANISHING * problem.traction_limit * derived.scales.mean_radius:
         moment = 0.0
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
     return {
         "Q_F_W": tangential.work * problem.motion.speed,
-        "gamma_c": area / hertz.area,
+        "gamma_c": area / cold_area,
         "gamma_st": stick_area / area,
-        "gamma_p": normal.peak / hertz.peak_pressure,
+        "gamma_p": normal.peak / cold_peak,
         "force_x_N": float(force[0]),
         "force_y_N": float(force[1]),
         "spin_moment_Nmm": moment * 1e3,

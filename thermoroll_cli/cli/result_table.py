@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from thermoroll_cli.model.error_scale import absolute_error
+from thermoroll_cli.model.error_scale import absolute_error, mean_semi_axis
 
 SHORT = (
     "Q_F_W",
@@ -26,6 +26,9 @@ SHORT = (
     "thermal_displacement_max_um",
 )
 """Scalars in the table that `run` prints; `run -v` prints them all."""
+
+UNBOUNDED = "no limit: a free end"
+"""Beside values that grow with every refinement, because the contact reaches the end of a profile."""
 
 _SIGNIFICANT_DIGITS = 5
 _NEGLIGIBLE_ERROR = 1e-6
@@ -68,7 +71,8 @@ def scalar_table(
     lines = []
     for line, name in zip(align(rows), remarks, strict=True):
         fitting = (text for text in (meanings.get(name, ""), _BRIEF.get(name, "")) if start + len(text) <= width)
-        lines.append((line.ljust(start) + next(fitting, "")).rstrip())
+        remark = UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, "")
+        lines.append((line.ljust(start) + remark).rstrip())
     return lines
 
 
@@ -149,7 +153,7 @@ def _is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
         return False
     scale = math.hypot(scalars.get("force_x_N", 0.0), scalars.get("force_y_N", 0.0))
     if name == "spin_moment_Nmm":
-        scale *= math.sqrt(scalars["hertz_a_mm"] * scalars["hertz_b_mm"])
+        scale *= mean_semi_axis(scalars)
     return abs(scalars.get(name, 0.0)) <= _NOISE * scale
 
 

@@ -11,18 +11,19 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Grid:
-    """`nx` × `ny` rectangular elements of `dx` × `dy` (m), centred on the origin; arrays are indexed [ix, iy]."""
+    """`nx` × `ny` rectangular elements of `dx` × `dy` (m), centred on x = 0, y = `centre`; arrays are indexed [ix, iy]."""
 
     nx: int
     ny: int
     dx: float
     dy: float
+    centre: float = 0.0
 
     @classmethod
-    def over(cls, shape: tuple[int, int], side_x: float, side_y: float) -> Grid:
-        """Grid with `shape` elements over a domain of side_x × side_y (m)."""
+    def over(cls, shape: tuple[int, int], side_x: float, side_y: float, centre: float = 0.0) -> Grid:
+        """Grid with `shape` elements over a domain of side_x × side_y (m) about y = `centre`."""
         nx, ny = shape
-        return cls(nx, ny, side_x / nx, side_y / ny)
+        return cls(nx, ny, side_x / nx, side_y / ny, centre)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -40,4 +41,4 @@ class Grid:
     @cached_property
     def y(self) -> NDArray[np.float64]:
         """Element centres along y, shape (ny,)."""
-        return np.asarray((np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy, dtype=np.float64)
+        return np.asarray((np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy + self.centre, dtype=np.float64)

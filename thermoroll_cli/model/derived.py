@@ -13,8 +13,10 @@ from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities
+from thermoroll_cli.model.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.model.differential_slip import DifferentialSlip, resolved
 from thermoroll_cli.model.problem import Material, Problem
+from thermoroll_cli.model.surface import is_symmetric, lateral_gap
 from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
 
 Array = NDArray[np.float64]
@@ -31,8 +33,19 @@ class DerivedQuantities:
 
     @cached_property
     def hertz(self) -> HertzContact:
+        """Hertz's contact of bodies with radii. Raises ValueError where a body has a profile: see `scales`."""
         p = self.problem
+        if p.geometry.has_profile:
+            raise ValueError("bodies with a transverse profile are in no Hertz contact")
         return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
+
+    @cached_property
+    def scales(self) -> ContactScales:
+        """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for a profile."""
+        p = self.problem
+        if p.geometry.has_profile:
+            return contact_scales(p.geometry, p.contact_modulus, p.normal_force)
+        return ContactScales.of_hertz(self.hertz)
 
     @cached_property
     def shear_compliance(self) -> ShearCompliance:
@@ -56,12 +69,21 @@ class DerivedQuantities:
         return math.pi * self.problem.contact_modulus * self.coupling_constant
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
-        """`shape` elements over `extent` semi-axes in each direction."""
-        return Grid.over(shape, extent * self.hertz.semi_axis_x, extent * self.hertz.semi_axis_y)
+        """`shape` elements over `extent` semi-axes in each direction; not beyond the ends of a profile."""
+        return Grid.over(shape, *self.scales.domain(extent))
 
-    def undeformed_gap(self, grid: Grid) -> Array:
-        """h_i = x²/2R'_x + y²/2R'_y in m, (nx, ny)."""
-        return self.hertz.undeformed_gap(grid.x[:, None], grid.y[None, :])
+    def undeformed_gap(self, x: Array, y: Array) -> Array:
+        """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across takes the place of
+        y²/2R'_y: (n, m)."""
+        geometry = self.problem.geometry
+        if not geometry.has_profile:
+            return self.hertz.undeformed_gap(x[:, None], y[None, :])
+        return 0.5 * geometry.curvature_x * x[:, None] ** 2 + lateral_gap(geometry, y)[None, :]
+
+    @cached_property
+    def symmetric(self) -> bool:
+        """Whether the surfaces are their own mirror image across y = 0."""
+        return not self.problem.geometry.has_profile or is_symmetric(self.problem.geometry)
 
     # --- motion --------------------------------------------------------------------------------------------------
 
@@ -76,8 +98,8 @@ class DerivedQuantities:
     @cached_property
     def differential_slip(self) -> DifferentialSlip:
         """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
-        half_lengths = self.hertz.semi_axis_x, self.hertz.semi_axis_y
-        across = half_lengths[1] * np.linspace(-1.0, 1.0, SAMPLES)
+        half_lengths = self.scales.semi_axis_x, self.scales.semi_axis_y
+        across = self.scales.centre + half_lengths[1] * np.linspace(-1.0, 1.0, SAMPLES)
         return resolved(self.problem, across, half_lengths, self.saturation_creepage,
                         self.problem.numerics.wanted_accuracy)
 
@@ -92,12 +114,14 @@ class DerivedQuantities:
 
     @property
     def mirror(self) -> Parities | None:
-        """Parities of τ_x and τ_y across y = 0 where the motion makes the tractions their own mirror image; None elsewhere.
+        """Parities of τ_x and τ_y across y = 0 where bodies and motion make the tractions their own mirror image; else None.
 
         Purely longitudinal rolling is its mirror image. Lateral creepage and spin change sign in the mirror, which reverses
         all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same, nor
         with differential slip, which is the same on both sides."""
         m = self.problem.motion
+        if not self.symmetric:
+            return None
         if m.spin == 0.0 and m.creepage_y == 0.0:
             return 1, -1
         if m.creepage_x == 0.0 and not self.dissimilar and not self.differential_slip.active:
@@ -128,7 +152,7 @@ class DerivedQuantities:
         estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
         compliance = self.shear_compliance
         modulus = 2.0 / compliance.across  # G of two equal bodies
-        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.hertz.semi_axis_x * self.hertz.semi_axis_y)
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2)
 
     # --- heat ----------------------------------------------------------------------------------------------------
 
@@ -154,7 +178,7 @@ class DerivedQuantities:
         """V a0/κ of one body, nan without a diffusivity."""
         if body.diffusivity is None:
             return math.nan
-        return self.problem.motion.speed * self.hertz.semi_axis_x / body.diffusivity
+        return self.problem.motion.speed * self.scales.semi_axis_x / body.diffusivity
 
 
 def _rounded(creepage: float) -> float:

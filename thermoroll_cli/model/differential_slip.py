@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.model.surface import surfaces
 
 Array = NDArray[np.float64]
 
@@ -46,19 +47,27 @@ class DifferentialSlip:
         """d at the places `y` (m), dimensionless; zero where it takes no part."""
         return differential_slip(self.problem, y) if self.active else np.zeros(np.shape(y))
 
+    def slope(self, y: Array) -> Array:
+        """d'(y) in 1/m."""
+        return slope(self.problem, y) if self.active else np.zeros(np.shape(y))
+
 
 def differential_slip(problem: Problem, y: Array) -> Array:
     """d(y) of the module's docstring at the places `y` (m), dimensionless."""
     geometry = problem.geometry
     lower, upper = compliance_shares(problem)
     # The lower surface is z₁, the upper one −z₂: both heights are measured out of their body.
-    common = upper * _bend(geometry.lower_radius_y, y) - lower * _bend(geometry.upper_radius_y, y)
-    return np.asarray(common * geometry.curvature_x)
+    bottom, top = surfaces(geometry)
+    return np.asarray((upper * bottom.bend(y) - lower * top.bend(y)) * geometry.curvature_x)
 
 
-def _bend(radius: float, y: Array) -> Array:
-    """Height of a surface of lateral `radius`, out of the body, over its tangent at y = 0; all in m."""
-    return np.asarray(-0.5 * y**2 / radius)
+def slope(problem: Problem, y: Array) -> Array:
+    """d'(y) in 1/m at the places `y` (m)."""
+    geometry, zero = problem.geometry, np.zeros(1)
+    lower, upper = compliance_shares(problem)
+    bottom, top = surfaces(geometry)
+    return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
+                      * geometry.curvature_x)
 
 
 def compliance_shares(problem: Problem) -> tuple[float, float]:

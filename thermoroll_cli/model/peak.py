@@ -37,3 +37,19 @@ def _rise(line: Array, k: int, averages: bool) -> float:
     slope = max(-0.5 * bend - float(line[k] - max(line[k - 1], line[k + 1])), 0.0)
     # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
     return -0.5 * slope**2 / bend - (bend / 24.0 if averages else 0.0)
+
+
+def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
+    """`peak_value` of the elements away from the border of the contact, where there are any: near a border that is steeper than
+    an element, single elements carry what belongs to their neighbours.
+
+    `covered` are the covered fractions, (nx, ny); `ends` tells that the first and the last column lie at the end of a profile,
+    which is no border of this kind."""
+    whole = np.pad(covered > 0.0, 1)
+    whole[:, 0], whole[:, -1] = whole[:, 1] & ends[0], whole[:, -2] & ends[1]
+    rows = whole[:-2] & whole[1:-1] & whole[2:]
+    inside = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
+    if not inside.any():
+        return peak_value(field)
+    i, j = np.unravel_index(int(np.argmax(np.where(inside, field, -np.inf))), field.shape)
+    return float(field[i, j]) + _rise(field[:, j], int(i), averages=True) + _rise(field[i, :], int(j), averages=True)

@@ -55,7 +55,7 @@ def expected_rise(derived: DerivedQuantities) -> float:
     ellipse; its temperature is the smaller of that of a resting source, q c/k, and that of material that passes in the time
     2a0/V, 2 (q/k) sqrt(2 a0 κ/(π V)) (Carslaw and Jaeger, 2.9), joined harmonically.
     """
-    problem, hertz = derived.problem, derived.hertz
+    problem, hertz = derived.problem, derived.scales
     if not (problem.heating.heat and derived.has_traction):
         return 0.0
     saturation, limit, motion = derived.saturation_creepage, problem.traction_limit, problem.motion
@@ -74,10 +74,10 @@ def expected_rise(derived: DerivedQuantities) -> float:
 def _rise_by(flux: float, body: Material, derived: DerivedQuantities) -> float:
     """Temperature of a body that takes all of a mean `flux` (W/m²), in K."""
     assert body.conductivity is not None and body.diffusivity is not None
-    resting = flux * derived.hertz.mean_radius / body.conductivity
+    resting = flux * derived.scales.mean_radius / body.conductivity
     if derived.problem.heating.peclet != "rolling":
         return resting
-    time = 2.0 * derived.hertz.semi_axis_x / derived.problem.motion.speed
+    time = 2.0 * derived.scales.semi_axis_x / derived.problem.motion.speed
     passing = 2.0 * flux / body.conductivity * math.sqrt(body.diffusivity * time / math.pi)
     return resting * passing / (resting + passing) if flux else 0.0
 
@@ -105,12 +105,12 @@ def _bodies(problem: Problem) -> Iterator[tuple[Material, str]]:
 
 
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
-    pressure = derived.hertz.peak_pressure
+    pressure = derived.scales.peak_pressure
     modulus = min(derived.problem.lower.youngs_modulus, derived.problem.upper.youngs_modulus)
     if pressure > LARGEST_PRESSURE:
-        yield f"Hertz's pressure is {pressure * 1e-9:.3g} GPa: beyond {LARGEST_PRESSURE * 1e-9:g} GPa no solid stays elastic"
+        yield f"the pressure is {pressure * 1e-9:.3g} GPa: beyond {LARGEST_PRESSURE * 1e-9:g} GPa no solid stays elastic"
     elif pressure > PRESSURE_OVER_MODULUS * modulus:
-        yield (f"Hertz's pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
+        yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
                f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
 
 

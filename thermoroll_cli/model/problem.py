@@ -6,6 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from thermoroll_cli.model.profile import Profile
+
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 
@@ -39,12 +41,19 @@ class Material:
 
 @dataclass(frozen=True)
 class Geometry:
-    """Principal radii of both bodies in m: inf is flat, negative is concave."""
+    """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf."""
 
     lower_radius_x: float
     lower_radius_y: float
     upper_radius_x: float
     upper_radius_y: float
+    lower_profile: Profile | None = None
+    upper_profile: Profile | None = None
+
+    @property
+    def has_profile(self) -> bool:
+        """Whether a body has a transverse profile: then the contact is not one of Hertz's."""
+        return self.lower_profile is not None or self.upper_profile is not None
 
     @property
     def curvature_x(self) -> float:

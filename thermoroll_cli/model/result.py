@@ -98,6 +98,8 @@ class Result:
     the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON types: grid,
     iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
     `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
+    `patches` (of bodies with profiles) has a mapping for each patch of the coupled state, named in units (`patches_of`);
+    `unbounded` names scalars that grow with every refinement, at the end of a profile that the contact reaches.
     """
 
     problem: Problem
@@ -114,6 +116,8 @@ class Result:
     warnings: tuple[str, ...] = ()
     case_text: str = ""
     case_json: str = ""
+    patches: tuple[Mapping[str, float], ...] = ()
+    unbounded: tuple[str, ...] = ()
 
     @property
     def status(self) -> str:
@@ -149,4 +153,6 @@ class Result:
             "error": dict(self.error),
             "work": dict(self.work),
             "warnings": list(self.warnings),
+            **({"patches": [dict(patch) for patch in self.patches]} if self.patches else {}),
+            **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
         }

@@ -62,6 +62,15 @@ FIRST_ORDER_DISSIMILAR = 0.1
 """The same between different bodies, whose tractions begin like √s ln s (two cases up to N = 512)."""
 
 
+UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2"}
+"""Scalars that grow with every refinement where the contact reaches the end of a profile: there is no error to estimate."""
+
+
+def unbounded(derived: DerivedQuantities) -> set[str]:
+    """Scalars without a limit in this problem."""
+    return UNBOUNDED if derived.problem.geometry.has_profile and derived.scales.reaches_an_end else set()
+
+
 def estimates(levels: Levels, derived: DerivedQuantities, elements: int) -> dict[str, float]:
     """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
     `error_scale`. nan for what is given.
@@ -83,6 +92,7 @@ def _given(derived: DerivedQuantities) -> set[str]:
     """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
     motion, heating = derived.problem.motion, derived.problem.heating
     given = {"creepage_spin_rad_mm", "power_balance_error"}
+    given |= unbounded(derived)
     given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
     given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
     return given if heating.partition == "matched" else given | {"partition_mean"}

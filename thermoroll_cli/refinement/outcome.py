@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.assessment.checks import failures
+from thermoroll_cli.assessment.patches import patches_of
 from thermoroll_cli.assessment.scalars import input_scalars
 from thermoroll_cli.assessment.thermal_stretch import thermal_stretch_warning
 from thermoroll_cli.model.plausibility import temperature_warning
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
-from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported
+from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
@@ -66,6 +67,8 @@ def result_of(
         work=_work(plan, levels, seconds, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
+        patches=tuple(patches_of(last.discretisation, last.contact)) if problem.geometry.has_profile else (),
+        unbounded=tuple(sorted(unbounded(derived))),
     )
 
 

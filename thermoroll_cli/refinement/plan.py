@@ -11,6 +11,7 @@ import numpy as np
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.plausibility import plausibility_warnings
 from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.refinement.profile_warnings import profile_warnings
 from thermoroll_cli.solvers.solver_options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import divide
@@ -86,6 +87,8 @@ def _elastic_coupling(derived: DerivedQuantities, options: RefinementOptions) ->
 
 
 def _isothermal_normal(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+    if derived.problem.geometry.has_profile:
+        return ""
     return None if derived.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
 
 
@@ -132,7 +135,7 @@ def _deformation(derived: DerivedQuantities, options: RefinementOptions) -> str 
     if not derived.problem.heating.deformation:
         return "switched off"
     wanted = derived.problem.numerics.wanted_accuracy
-    bulge = bulge_bound(derived, options) / derived.hertz.approach
+    bulge = bulge_bound(derived, options) / derived.scales.approach
     if BULGE_EFFECT * bulge >= wanted:
         return ""
     return f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing by more than {wanted:g}"
@@ -212,12 +215,14 @@ def doubts(derived: DerivedQuantities) -> list[str]:
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
-    hertz, geometry = derived.hertz, derived.problem.geometry
-    out = []
+    scales, geometry = derived.scales, derived.problem.geometry
+    out = profile_warnings(derived) if geometry.has_profile else []
     for axis, half, radii in (
-        ("x", hertz.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
-        ("y", hertz.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
+        ("x", scales.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
+        ("y", scales.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
     ):
+        if axis == "y" and geometry.has_profile:
+            continue
         smallest = min(abs(r) for r in radii)
         if half / smallest > HALF_SPACE_LIMIT:
             out.append(f"contact half-width along {axis} is {half / smallest:.2f} of the smallest radius: "
@@ -226,12 +231,16 @@ def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
 
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:
-    hertz, problem = derived.hertz, derived.problem
-    return {
-        "hertz_a_mm": hertz.semi_axis_x * 1e3,
-        "hertz_b_mm": hertz.semi_axis_y * 1e3,
-        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
-        "approach_um": hertz.approach * 1e6,
+    scales, problem = derived.scales, derived.problem
+    if problem.geometry.has_profile:
+        # Of the coarse solution from which the domain follows.
+        size = {"contact_length_mm": 2e3 * scales.semi_axis_x, "contact_width_mm": 2e3 * scales.semi_axis_y,
+                "contact_centre_mm": 1e3 * scales.centre, "contact_pressure_MPa": scales.peak_pressure * 1e-6}
+    else:
+        size = {"hertz_a_mm": scales.semi_axis_x * 1e3, "hertz_b_mm": scales.semi_axis_y * 1e3,
+                "hertz_p0_MPa": scales.peak_pressure * 1e-6}
+    return size | {
+        "approach_um": scales.approach * 1e6,
         "peclet_lower": derived.peclet(problem.lower),
         "peclet_upper": derived.peclet(problem.upper),
         "friction_limit_N": problem.traction_limit,

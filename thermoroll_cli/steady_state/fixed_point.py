@@ -29,7 +29,7 @@ Fields = dict[str, Any]
 
 
 def _approach(derived: DerivedQuantities) -> float:
-    return derived.hertz.approach
+    return derived.scales.approach
 
 
 def _coefficient(derived: DerivedQuantities) -> float:

@@ -105,7 +105,7 @@ class TractionSolver:
         if window.mirror is not None:
             found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
         pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
-        if undisturbed:
+        if undisturbed and not derived.problem.geometry.has_profile:
             along, across, mixed = shear_gradients(derived.hertz, compliance.isotropic, compliance.directional)
             x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
             exact = np.stack([along * x, across * x, mixed * y])
@@ -119,8 +119,8 @@ class TractionSolver:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either
         end: (nx+4, ny)."""
         grid = self.grid
-        x = (np.arange(-MARGIN, grid.nx + MARGIN) - 0.5 * (grid.nx - 1)) * grid.dx
-        closing = -derived.hertz.undeformed_gap(x[:, None], grid.y[None, :])
+        x = np.asarray((np.arange(-MARGIN, grid.nx + MARGIN) - 0.5 * (grid.nx - 1)) * grid.dx, dtype=np.float64)
+        closing = -derived.undeformed_gap(x, grid.y)
         if normal.offset is not None:
             # Rows beyond the domain matter on the coarsest grids alone.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
@@ -131,10 +131,8 @@ def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array 
     """Half of what differential slip and spin change the longitudinal creepage by across the width of an element, (n, m)."""
     if not derived.differential_slip.active:
         return None
-    half = 0.5 * grid.dy
-    change = derived.differential_slip(grid.y + half) - derived.differential_slip(grid.y - half)
-    change -= derived.problem.motion.spin * grid.dy
-    return window.cut(np.broadcast_to(0.5 * np.abs(change), grid.shape))
+    variation = 0.5 * grid.dy * np.abs(derived.differential_slip.slope(grid.y) - derived.problem.motion.spin)
+    return window.cut(np.broadcast_to(variation, grid.shape))
 
 
 def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:

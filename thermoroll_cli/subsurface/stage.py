@@ -59,11 +59,11 @@ def below_the_surface(
 
 def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> Array:
     """Depths of the layers in m."""
-    width = min(derived.hertz.semi_axis_x, derived.hertz.semi_axis_y)
+    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     skin = math.inf
     if heated and request.thermal and derived.problem.heating.peclet == "rolling":
         materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
-        skin = min(skin_depth(derived.hertz.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
+        skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
     return layer_depths(width, request.depth, request.layers, skin)
 
 

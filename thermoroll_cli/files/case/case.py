@@ -20,6 +20,7 @@ from thermoroll_cli.files.case.case_source import (
     read_source,
 )
 from thermoroll_cli.files.case.case_validation import validate
+from thermoroll_cli.files.case.profile_checks import geometry_si
 from thermoroll_cli.model import problem as si
 
 __all__ = ["Case", "CaseError", "Finding", "Override"]
@@ -98,7 +99,7 @@ class Case:
         """The case with all defaults filled in, as strict JSON; infinite radii are "inf"."""
         content = self._content()
         for key, value in content["geometry"].items():
-            content["geometry"][key] = "inf" if math.isinf(value) else value
+            content["geometry"][key] = "inf" if isinstance(value, float) and math.isinf(value) else value
         return json.dumps(content, ensure_ascii=False, allow_nan=False)
 
     def _content(self) -> dict[str, Any]:
@@ -123,18 +124,13 @@ def _toml(content: dict[str, Any]) -> str:
 def _problem(settings: Settings) -> si.Problem:
     """Convert units, here and nowhere else. Decimal prefixes below one divide: 30.0 / 1e3 is 0.03 to the last bit."""
     materials = {body: _material(material) for body, material in settings.materials.items()}
-    geometry, creepage, force = settings.geometry, settings.creepage, settings.force
+    creepage, force = settings.creepage, settings.force
     thermal, numerics = settings.thermal, settings.numerics
     grid = (numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid
     return si.Problem(
         lower=materials["lower"],
         upper=materials["upper"],
-        geometry=si.Geometry(
-            lower_radius_x=geometry.lower_radius_x_mm / 1e3,
-            lower_radius_y=geometry.lower_radius_y_mm / 1e3,
-            upper_radius_x=geometry.upper_radius_x_mm / 1e3,
-            upper_radius_y=geometry.upper_radius_y_mm / 1e3,
-        ),
+        geometry=geometry_si(settings.geometry),
         normal_force=settings.load.normal_N,
         friction=settings.load.friction_coefficient,
         motion=si.Motion(

@@ -67,6 +67,8 @@ def _convexity(sections: Sections) -> Iterator[Conflict]:
     for axis in "xy":
         lower_key, upper_key = f"lower_radius_{axis}_mm", f"upper_radius_{axis}_mm"
         lower, upper = getattr(geometry, lower_key), getattr(geometry, upper_key)
+        if lower is None or upper is None:
+            continue
         curvature = 1.0 / lower + 1.0 / upper
         if curvature > 0.0:
             continue

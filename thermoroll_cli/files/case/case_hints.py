@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, MaterialTable
+from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, MaterialTable, ProfileTable
 
 TABLES: dict[str, tuple[str, ...]] = {
     "material": (*MaterialTable.model_fields, "lower", "upper"),
@@ -51,6 +51,8 @@ def known_keys(table: str) -> tuple[str, ...]:
     """Keys `table` ("" is the top level) may have."""
     if not table:
         return _TOP_LEVEL
+    if table.startswith("geometry."):
+        return tuple(ProfileTable.model_fields)
     return tuple(MaterialTable.model_fields) if "." in table else TABLES[table]  # [material.lower] has constants only
 
 

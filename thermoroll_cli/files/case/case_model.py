@@ -10,6 +10,8 @@ from pydantic_core import PydanticCustomError
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
 GRID_RANGE = (8, 2048)
+LARGEST_PROFILE = 2000
+"""Points of a profile."""
 
 RADIUS_RANGE = (1e-9, 1e9)
 _GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
@@ -87,13 +89,34 @@ class TwoMaterials(Table):
     upper: MaterialTable = Field(description="Material of the upper body")
 
 
+class ProfileTable(Table):
+    """Shape of a body across rolling, instead of a lateral radius: points, a file of them, or a crown."""
+
+    points_mm: list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None = Field(
+        default=None, description="[y, height] in mm, y increasing, height positive out of the body",
+        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
+    )
+    file: str | None = Field(default=None, description="Two columns y and height in mm, beside the case file", max_length=1000)
+    kind: Literal["logarithmic"] | None = Field(default=None, description="A crown: height = drop ln(1 - (2|y|/length)^2)")
+    length_mm: float | None = _quantity("mm", "Length of the crown, end to end", None, ge=1e-9, le=1e9)
+    drop_um: float | None = _quantity("um", "Drop of the crown", None, ge=1e-9, le=1e9)
+    flat_mm: float | None = _quantity("mm", "Length of the crown's middle part without drop", None, ge=0, le=1e9)
+    interpolation: Literal["cubic", "linear"] = Field(
+        default="cubic", description="Between points: a spline of continuous curvature, or straight lines"
+    )
+    offset_mm: float = _quantity("mm", "Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
+    tilt_mrad: float = _quantity("mrad", "Rise of the profile towards +y", 0.0, ge=-500, le=500)
+
+
 class GeometryTable(Table):
-    """Principal radii of both bodies. inf is flat, negative is concave."""
+    """Principal radii of both bodies. inf is flat, negative is concave. Across rolling a body may have a profile instead."""
 
     lower_radius_x_mm: Radius = _quantity("mm", "Radius of the lower body along rolling")
-    lower_radius_y_mm: Radius = _quantity("mm", "Radius of the lower body across rolling")
+    lower_radius_y_mm: Radius | None = _quantity("mm", "Radius of the lower body across rolling, unless it has a profile", None)
     upper_radius_x_mm: Radius = _quantity("mm", "Radius of the upper body along rolling")
-    upper_radius_y_mm: Radius = _quantity("mm", "Radius of the upper body across rolling")
+    upper_radius_y_mm: Radius | None = _quantity("mm", "Radius of the upper body across rolling, unless it has a profile", None)
+    lower_profile: ProfileTable | None = Field(default=None, description="Profile of the lower body across rolling")
+    upper_profile: ProfileTable | None = Field(default=None, description="Profile of the upper body across rolling")
 
 
 class LoadTable(Table):
@@ -201,6 +224,9 @@ SECTIONS: dict[str, type[Table]] = {
 }
 """Tables of a case other than the material, whose shape depends on its content."""
 
+PROFILES = ("lower_profile", "upper_profile")
+"""Tables inside [geometry]."""
+
 REQUIRED_SECTIONS = ("geometry", "load", "rolling")
 
 
@@ -208,8 +234,10 @@ def allowed_values(table: type[Table], key: str) -> str:
     """What `key` of `table` may be, in words."""
     field = table.model_fields[key]
     if table is GeometryTable:
-        return f"{_RADIUS_ALLOWED}, in mm"
-    special = {"grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
+        return "a table: points_mm, file or kind" if key in PROFILES else f"{_RADIUS_ALLOWED}, in mm"
+    special = {"points_mm": f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing",
+               "file": "the name of a file with two columns", "kind": '"logarithmic"', "interpolation": '"cubic" or "linear"',
+               "grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
     if key in special:
         return special[key]
     if key == "peclet":

@@ -29,11 +29,27 @@ def case_schema() -> dict[str, Any]:
     numerics["dependentSchemas"] = {"grid": {"properties": {"accuracy": _not_with("numerics.grid")}}}
     share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
     _instead(tables["Thermal"]["properties"]["partition"], share, **{"if": {"type": "string"}, "then": {"enum": ["matched"]}})
-    for radius in tables["Geometry"]["properties"].values():
+    geometry, profile = tables["Geometry"], tables["Profile"]
+    for key, radius in geometry["properties"].items():
+        if not key.endswith("_mm"):
+            continue
         # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
         smallest, largest = RADIUS_RANGE
         radius |= {"type": ["number", "null"], "minimum": -largest}
         radius["not"] = {"type": "number", "exclusiveMinimum": -smallest, "exclusiveMaximum": smallest}
+    geometry["allOf"] = [
+        {
+            "if": {"required": [f"{body}_profile"]},
+            "then": {"properties": {f"{body}_radius_y_mm": _not_with(f"geometry.{body}_profile")}},
+            "else": {"required": [f"{body}_radius_y_mm"]},
+        }
+        for body in ("lower", "upper")
+    ]
+    profile["dependentSchemas"] = {
+        key: {"properties": {other: _not_with(key) for other in ("points_mm", "file", "kind") if other != key}}
+        for key in ("points_mm", "file", "kind")
+    }
+    profile["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
     schema["allOf"] = [
         {
             "if": {"properties": {"creepage": {"required": [direction]}}, "required": ["creepage"]},

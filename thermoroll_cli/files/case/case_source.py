@@ -32,6 +32,9 @@ _RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
     (("numerics", "grid"), ("numerics", "accuracy")),
     (("creepage", "longitudinal"), ("force", "longitudinal_N")),
     (("creepage", "lateral"), ("force", "lateral_N")),
+    *((("geometry", f"{body}_radius_y_mm"), ("geometry", f"{body}_profile")) for body in ("lower", "upper")),
+    *((("geometry", f"{body}_profile", key), ("geometry", f"{body}_profile", rival)) for body in ("lower", "upper")
+      for key, rival in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
 )
 
 
@@ -142,12 +145,14 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
     """
     given = {item.path for item in overrides}
     for override in overrides:
-        for pair in _RIVALS:
-            if override.path in pair:
-                rival = pair[1 - pair.index(override.path)]
-                rival_table = content.get(str(rival[0]))
-                if rival not in given and isinstance(rival_table, dict):
-                    rival_table.pop(rival[1], None)
+        for mine, rival in (*_RIVALS, *((b, a) for a, b in _RIVALS)):
+            # A table is given by any key in it.
+            if override.path[: len(mine)] == mine and not any(path[: len(rival)] == rival for path in given):
+                rival_table: Any = content
+                for part in rival[:-1]:
+                    rival_table = rival_table.get(part) if isinstance(rival_table, dict) else None
+                if isinstance(rival_table, dict):
+                    rival_table.pop(rival[-1], None)
         table: Any = content
         for part in override.path[:-1]:
             table = table.setdefault(part, {})

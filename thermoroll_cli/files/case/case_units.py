@@ -17,6 +17,8 @@ SI = {
     "1e-6/K": ("1/K", 1e-6),
     "mm2/s": ("m²/s", 1e-6),
     "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "mrad": ("rad", 1e-3),
     "rad/mm": ("rad/m", 1e3),
 }
 """Unit of a key → its SI unit, and what to multiply by. Units not named here are SI units."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,9 +13,12 @@ from thermoroll_cli.files.case import case_hints
 from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.case_model import (
+    PROFILES,
     REQUIRED_SECTIONS,
     SECTIONS,
+    GeometryTable,
     MaterialTable,
+    ProfileTable,
     Settings,
     Table,
     ThermalTable,
@@ -22,6 +26,8 @@ from thermoroll_cli.files.case.case_model import (
     allowed_values,
 )
 from thermoroll_cli.files.case.case_source import CaseSource
+from thermoroll_cli.files.case.profile_checks import profile_faults, touching
+from thermoroll_cli.files.case.profile_file import ProfileError, read_profile
 from thermoroll_cli.files.case.toml_positions import KeyPath
 from thermoroll_cli.model.problem import STANDARD_ACCURACY
 
@@ -52,7 +58,11 @@ class _Checker:
             self._note(conflict.path, conflict.message + also, allowed=conflict.allowed, hint=conflict.hint)
         if self.findings:
             raise CaseError(self.findings)
-        return self._resolved(title)
+        settings = self._resolved(title)
+        if (fault := touching(settings)) is not None:
+            self._note(("geometry", fault.key), fault.message, allowed=fault.allowed, at_key=True)
+            raise CaseError(self.findings)
+        return settings
 
     def _title(self, title: Any) -> None:
         errors = _errors_of(Settings, {"title": title})
@@ -97,9 +107,49 @@ class _Checker:
             self.sections[name] = None if name == "thermal" else model()
             return
         given = self._given_table(name, required=required)
+        if given is not None and name == "geometry":
+            self._geometry(given)
+            return
         valid = None if given is None else self._table((name,), model, given)
         if valid is not None:
             self.sections[name] = valid
+
+    def _geometry(self, given: dict[str, Any]) -> None:
+        """[geometry] with the tables of profiles in it."""
+        count = len(self.findings)
+        tables = {body: given[body] for body in PROFILES if body in given}
+        profiles = {body: self._profile(("geometry", body), table) for body, table in tables.items()}
+        radii = self._table(("geometry",), GeometryTable, {key: value for key, value in given.items() if key not in tables})
+        for body in ("lower", "upper"):
+            key, profile = f"{body}_radius_y_mm", f"{body}_profile"
+            if profile in given and key in given:
+                self._note(("geometry", profile), f"cannot be given together with geometry.{key}"
+                           + self.source.line_of(("geometry", key)), allowed="a lateral radius or a profile", at_key=True)
+            elif profile not in given and key not in given and key not in self._meant("geometry", given):
+                self._note(("geometry", key), "is missing", allowed=f"{allowed_values(GeometryTable, key)}; or a table "
+                           f"[geometry.{profile}]", at_key=True)
+        if radii is not None and len(self.findings) == count:
+            self.sections["geometry"] = radii.model_copy(update=profiles)
+
+    def _profile(self, path: KeyPath, given: Any) -> ProfileTable | None:
+        """One profile, its file replaced by the points in it."""
+        if not isinstance(given, dict):
+            self._note(path, "must be a table", allowed=allowed_values(GeometryTable, str(path[-1])))
+            return None
+        table: ProfileTable | None = self._table(path, ProfileTable, given)
+        if table is None:
+            return None
+        for fault in profile_faults(table):
+            self._note((*path, fault.key) if fault.key else path, fault.message, allowed=fault.allowed, at_key=not fault.key)
+            return None
+        if table.file is None:
+            return table
+        try:
+            points = read_profile(os.path.join(os.path.dirname(self.source.name), table.file))
+        except ProfileError as fault:
+            self._note((*path, "file"), str(fault), allowed="a text file with two columns, y and height in mm, y increasing")
+            return None
+        return table.model_copy(update={"points_mm": points, "file": None})
 
     def _given_table(self, name: str, *, required: bool) -> dict[str, Any] | None:
         given = self.source.content.get(name)
@@ -134,9 +184,10 @@ class _Checker:
         elif error["type"] == "missing":
             self._note(path, "is missing", allowed=allowed_values(model, key), at_key=True)
         else:
-            words = {"peclet": ("rolling", "sliding", "stationary"), "partition": ("matched",)}.get(key, ())
+            words = {"peclet": ("rolling", "sliding", "stationary"), "partition": ("matched",), "kind": ("logarithmic",),
+                     "interpolation": ("cubic", "linear")}.get(key, ())
             hint = case_hints.misspelt_word(value, words)
-            if not hint and key not in ("title", "peclet"):
+            if not hint and key not in ("title", "peclet", "kind", "interpolation", "file", "points_mm"):
                 hint = case_hints.wrong_type(value)
             self._note(path, _message(error), allowed=allowed_values(model, key), hint=hint)
 

@@ -16,7 +16,7 @@ from thermoroll_cli.model.result import FIELDS, HERTZ_SCALARS, SCALARS
 
 _FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
 """Fields that share a scale: components of a vector, and the temperatures of two bodies of which one may stay cold."""
-_NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings")
+_NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings", "patches", "unbounded")
 
 
 @dataclass(frozen=True)

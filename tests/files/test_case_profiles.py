@@ -1,0 +1,140 @@
+"""Profiles in case files: every form, every mistake with its place, and that a result reproduces without the file of points."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from tests.support.command_line import MECHANICAL, call
+from thermoroll_cli.files.case.case import Case, CaseError
+from thermoroll_cli.model.profile import Profile
+
+WITHOUT = MECHANICAL.replace("upper_radius_y_mm = 30.0\n", "")
+POINTS = "points_mm = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"
+FILE = "# measured\ny_mm, height_mm\n-2.0, -0.0667\n-1.0, -0.01667\n0.0, 0.0\n1.0, -0.01667\n2.0, -0.0667\n"
+
+
+def case(profile: str, base: str = WITHOUT) -> str:
+    return base.replace("[load]", f"[geometry.upper_profile]\n{profile}[load]")
+
+
+def fault(text: str) -> str:
+    with pytest.raises(CaseError) as caught:
+        Case.parse(text, name="case.toml")
+    return str(caught.value)
+
+
+def test_every_form_of_a_profile(tmp_path):
+    (tmp_path / "roller.csv").write_text(FILE)
+    (tmp_path / "case.toml").write_text(case('file = "roller.csv"\noffset_mm = 0.1\ntilt_mrad = 2.0\n'))
+    read = Case.read(tmp_path / "case.toml").problem.geometry
+    given = Case.parse(case(POINTS + "offset_mm = 0.1\ntilt_mrad = 2.0\n")).problem.geometry
+    assert read == given and read.has_profile
+    assert read.upper_profile is not None and read.upper_profile.points[1] == (-1e-3, -1.667e-5)
+    crown = Case.parse(case('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 2.0\n')).problem.geometry
+    assert crown.upper_profile == Profile(length=0.01, drop=1e-6, flat=2e-3)
+    straight = Case.parse(case(POINTS + 'interpolation = "linear"\n')).problem.geometry.upper_profile
+    assert straight is not None and straight.interpolation == "linear"
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "  ", ","])
+def test_columns_may_be_separated_in_many_ways(tmp_path, separator):
+    (tmp_path / "roller.txt").write_text("\n".join(line.replace(", ", separator) for line in FILE.splitlines()))
+    (tmp_path / "case.toml").write_text(case('file = "roller.txt"\n'))
+    assert len(Case.read(tmp_path / "case.toml").settings.geometry.upper_profile.points_mm) == 5
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("-1 0 3\n1 0 3\n", "line 1: 3 columns instead of two"),
+        ("y z\n-1 0\n1\n", "line 3: 1 columns instead of two"),
+        ("-1 0\n1 0\n1 0.1\n", "line 3: y does not increase"),
+        ("-1 0\n0 nan\n1 0\n", "line 2: nan and inf are no heights"),
+        ("-1 0\n0 zero\n", "line 2: not a number: zero"),
+        ("y z\n-1 0\n", "two points at least"),
+        ("\x00\x01", "two points at least"),
+    ],
+)
+def test_files_that_are_no_profile(tmp_path, content, told):
+    """Exit code 3, with the place in both files."""
+    (tmp_path / "bad.csv").write_text(content)
+    (tmp_path / "case.toml").write_text(case('file = "bad.csv"\n'))
+    done = call("validate", tmp_path / "case.toml")
+    assert done.returncode == 3
+    assert told in done.stderr and "case.toml:10" in done.stderr and "geometry.upper_profile.file" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("profile", "told"),
+    [
+        ('file = "nowhere.csv"\n', "no such file"),
+        ("points_mm = [[0.0, 0.0]]\n", "2 to 2000 pairs"),
+        ("points_mm = [[0.0, 0.0], [1.0]]\n", "2 to 2000 pairs"),
+        ("points_mm = [[0.0, 0.0], [0.0, 1.0]]\n", "point 2: y does not increase"),
+        ("points_mm = [[0.0, nan], [1.0, 0.0]]\n", "2 to 2000 pairs"),
+        ("offset_mm = 1.0\n", "neither points_mm nor file nor kind"),
+        (POINTS + 'file = "roller.csv"\n', "exclude each other"),
+        ('kind = "logarithmic"\nlength_mm = 10.0\n', "needs drop_um"),
+        ('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 10.0\n', "less than length_mm = 10"),
+        ('kind = "logarithmc"\nlength_mm = 10.0\ndrop_um = 1.0\n', 'did you mean "logarithmic"?'),
+        (POINTS + "length_mm = 3.0\n", "belongs to a crown"),
+        (POINTS + "ofset_mm = 3.0\n", 'did you mean "offset_mm"?'),
+        ("points_mm = [[-0.01, 0.0], [0.01, 0.0]]\n", "runs past both ends"),
+        (POINTS + "offset_mm = 5.0\n", "no material at y = 0"),
+    ],
+)
+def test_profiles_that_are_wrong(profile, told):
+    message = fault(case(profile))
+    assert told in message and "upper_profile" in message and "case.toml" in message
+
+
+def test_a_body_has_a_radius_or_a_profile():
+    assert "cannot be given together with geometry.upper_radius_y_mm" in fault(case(POINTS, MECHANICAL))
+    assert "or a table [geometry.upper_profile]" in fault(WITHOUT)
+    never = case(POINTS + "offset_mm = -4.0\n").replace("lower_radius_y_mm = 30.0\n", "").replace(
+        "[load]", "[geometry.lower_profile]\n" + POINTS + "offset_mm = 4.0\n[load]") + "[output]\nplots = false\n"
+    never = never.replace("speed_m_s = 1.0", "speed_m_s = 1.0\ndifferential_slip = false")
+    assert "never face each other" in fault(never)
+
+
+def test_one_form_replaces_another(tmp_path):
+    """With --set, and from point to point of a sweep: radius for profile, crown for points."""
+    given = Case.parse(case(POINTS))
+    assert given.with_values({"geometry.upper_radius_y_mm": 30.0}).settings.geometry.upper_profile is None
+    crown = {"kind": "logarithmic", "length_mm": 10.0, "drop_um": 1.0}
+    other = given.with_values({f"geometry.upper_profile.{key}": value for key, value in crown.items()})
+    assert other.problem.geometry.upper_profile == Profile(length=0.01, drop=1e-6)
+    (tmp_path / "case.toml").write_text(case(POINTS))
+    over = "geometry.upper_profile.tilt_mrad=0,2,4"
+    swept = call("sweep", tmp_path / "case.toml", "--over", over, "-o", tmp_path / "out", "-q")
+    assert swept.returncode == 0, swept.stderr
+    rows = (tmp_path / "out" / "sweep.csv").read_text().splitlines()
+    assert len(rows) == 4 and "geometry.upper_profile.tilt_mrad" in rows[0]
+
+
+def test_a_result_reproduces_without_the_file(tmp_path):
+    """The points belong to the case in the result: `run --from` needs no file; compare finds no difference."""
+    (tmp_path / "roller.csv").write_text(FILE)
+    (tmp_path / "case.toml").write_text(case('file = "roller.csv"\n'))
+    first = call("run", tmp_path / "case.toml", "-o", tmp_path / "one", "--no-plots", "--json", "-q")
+    assert first.returncode == 0, first.stderr
+    record = json.loads(first.stdout)
+    assert record["hertz_a_mm"] is None and len(record["patches"]) == 1
+    assert set(record["patches"][0]) == {"y_mm", "normal_N", "force_x_N", "force_y_N", "area_mm2", "pressure_max_MPa"}
+    (tmp_path / "roller.csv").unlink()
+    again = call("run", "--from", tmp_path / "one" / "case.h5", "-o", tmp_path / "two", "--no-plots", "-q")
+    assert again.returncode == 0, again.stderr
+    same = call("compare", tmp_path / "one" / "case.h5", tmp_path / "two" / "case.h5")
+    assert same.returncode == 0, same.stdout
+    shown = call("show", tmp_path / "case.toml")
+    assert shown.returncode == 3
+
+
+def test_show_tells_the_contact_and_the_plan(tmp_path):
+    (tmp_path / "case.toml").write_text(case(POINTS))
+    shown = call("show", tmp_path / "case.toml").stdout
+    assert "contact_width_mm" in shown and "normal (isothermal)  runs" in shown and "5 values" in shown
+    inputs = json.loads(call("show", tmp_path / "case.toml", "--json").stdout)["inputs"]
+    assert len(inputs["geometry.upper_profile.points_mm"]["value"]) == 5
