@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import threading
 import time
 from collections.abc import Iterator
 from types import FrameType
@@ -67,6 +68,13 @@ def safe_point() -> None:
         raise Interrupted(_Noted.number)
 
 
+def last_point() -> None:
+    """Raises Interrupted if a signal has come at all, even if it was raised before and dropped by somebody."""
+    if _Noted.number:
+        _Noted.raised = True
+        raise Interrupted(_Noted.number)
+
+
 def noted() -> int:
     """The signal that has come, 0 if none has."""
     return _Noted.number
@@ -75,7 +83,10 @@ def noted() -> int:
 @contextlib.contextmanager
 def waiting() -> Iterator[None]:
     """Around calls of the operating system that may take long, and nothing else: a signal ends them. On the way out of the
-    program they are not disturbed any more."""
+    program they are not disturbed any more, and those of other threads never: handlers run in the first."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
     try:
         _Noted.waits = True
         safe_point()

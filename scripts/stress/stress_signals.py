@@ -98,12 +98,13 @@ def started(program: str, folder: pathlib.Path) -> subprocess.Popen[str]:
         [*COMMAND, *PROGRAMS[program]], cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": str(ROOT)}, start_new_session=True,
     )  # fmt: skip
-    while process.poll() is None and not _catches(process.pid, signal.SIGTERM):
+    while process.poll() is None and not catches(process.pid, signal.SIGTERM):
         time.sleep(0.001)
     return process
 
 
-def _catches(pid: int, number: signal.Signals) -> bool:
+def catches(pid: int, number: signal.Signals) -> bool:
+    """Whether the process `pid` handles the signal `number` itself."""
     try:
         status = pathlib.Path(f"/proc/{pid}/status").read_text()
     except FileNotFoundError:

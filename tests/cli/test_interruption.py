@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import signal
+import subprocess
+import sys
+import time
 import weakref
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
-from scripts.stress.stress_signals import SIGNALS, stopped
+from scripts.stress.stress_signals import ROOT, SIGNALS, catches, stopped
+from tests.support.command_line import PATIENCE
 from tests.support.scenes import rolling
 from thermoroll_cli import interruption
 from thermoroll_cli.cli.exits import catch_signals
@@ -96,3 +102,30 @@ def test_programs_stop_with_their_code_and_leave_nothing(program: str, moment: f
     """A small part of what `make stress` does at random moments."""
     stop = stopped(program, number, moment)
     assert stop is not None and stop.faults == ()
+
+
+@pytest.mark.parametrize("command", [["validate", "-"], ["validate", "pipe.toml"], ["schema"]])
+def test_whoever_waits_for_others_can_be_stopped(command: list[str], tmp_path: Path) -> None:
+    """For standard input, for a named pipe that nobody opens, and for a reader that does not read."""
+    os.mkfifo(tmp_path / "pipe.toml")
+    read_end, write_end = os.pipe()
+    fcntl.fcntl(write_end, fcntl.F_SETPIPE_SZ, 4096)  # the schema is larger
+    process = subprocess.Popen(
+        [sys.executable, "-m", "thermoroll_cli", *command], cwd=tmp_path, stdin=subprocess.PIPE, stdout=write_end,
+        stderr=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    os.close(write_end)
+    # Asleep, and not for a moment only: it waits.
+    deadline, asleep = time.monotonic() + PATIENCE, 0
+    while asleep < 30:
+        assert time.monotonic() < deadline and process.poll() is None
+        asleep = asleep + 1 if catches(process.pid, signal.SIGTERM) and state_of(process.pid) == "S" else 0
+        time.sleep(0.01)
+    process.send_signal(signal.SIGTERM)
+    _, told = process.communicate(timeout=PATIENCE)
+    os.close(read_end)
+    assert process.returncode == 143 and "Traceback" not in told
+
+
+def state_of(pid: int) -> str:
+    return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]

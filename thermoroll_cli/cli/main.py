@@ -11,7 +11,7 @@ from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.bug_report import report_bug
 from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, catch_signals
 from thermoroll_cli.environment import no_plugins, one_thread, rare_collections
-from thermoroll_cli.interruption import Interrupted, end_at_once, forget, noted
+from thermoroll_cli.interruption import Interrupted, end_at_once, forget, last_point, noted
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,8 +40,7 @@ def _stoppable(arguments: Sequence[str]) -> int:
     streams.prepare()
     try:
         code = _guarded(arguments)
-        if noted():  # too late to stop anything
-            raise Interrupted(noted())
+        last_point()
         return code
     except Interrupted as stop:
         streams.note(f"thermoroll: stopped by {signal.Signals(stop.number).name}; what was written is complete")

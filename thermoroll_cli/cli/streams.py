@@ -49,8 +49,9 @@ def note(text: str) -> None:
     """Write `text` and a line end to standard error, if anybody can read it."""
     try:
         if sys.stderr is not None:
-            sys.stderr.write(text + "\n")
-            sys.stderr.flush()
+            with waiting():  # for whoever reads it
+                sys.stderr.write(text + "\n")
+                sys.stderr.flush()
     except OSError:
         pass
 
