@@ -108,6 +108,8 @@ def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     assert (tmp_path / "case.toml").read_text() == "mine"
     assert thermoroll("init", "--force", cwd=tmp_path).returncode == 0
     assert (tmp_path / "case.toml").read_text() == written
+    (tmp_path / "folder").mkdir()
+    assert "give the name of the case file" in call("init", "folder", "--force", cwd=tmp_path).stderr
     assert thermoroll("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
     assert thermoroll("init", "--template", "nothing", cwd=tmp_path).returncode == 2
 

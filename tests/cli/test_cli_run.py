@@ -129,6 +129,24 @@ def test_usage_errors(case: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "results").exists()
 
 
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "a.toml", "--threads", "many"], "Invalid value for '--threads': must be a whole number"),
+        (["run", "a.toml", "--threads", "0"], "must be 1 or more"),
+        (["compare", "a.h5", "b.h5", "--rtol", "x"], "must be a number"),
+        (["plot", "a.h5", "--format", "jpg"], "'jpg' is not one of 'png', 'svg', 'pdf'"),
+        (["run", "-", "-"], "standard input can be read only once"),
+        (["validate", "-", "-"], "standard input can be read only once"),
+    ],
+)
+def test_wrong_options_are_told_in_our_words(arguments: list[str], words: str, tmp_path: Path) -> None:
+    done = call(*arguments, cwd=tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert words in done.stderr
+    assert "Value error" not in done.stderr and "Input should" not in done.stderr
+
+
 def test_two_cases_of_one_name(case: Path, tmp_path: Path) -> None:
     (tmp_path / "other").mkdir()
     (tmp_path / "other" / case.name).write_text(MECHANICAL)

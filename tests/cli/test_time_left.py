@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.command_line import THERMAL
 from thermoroll_cli.cli.progress import Progress, duration
-from thermoroll_cli.cli.time_left import TimeLeft
+from thermoroll_cli.cli.time_left import TimeLeft, relative_cost
 from thermoroll_cli.files.case.case import Case
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
@@ -19,15 +19,10 @@ GRIDS = ((32, 32), (64, 64), (128, 128))
 STEPS = [(stage, grid) for grid in GRIDS for stage in ("tangential", "coupling")]
 
 
-def cost(grid: tuple[int, int]) -> float:
-    padded = 4 * grid[0] * grid[1]
-    return padded * math.log2(padded)
-
-
 def test_stages_that_scale_with_their_transforms_are_predicted_exactly() -> None:
     """tangential takes 1, coupling 3 times the transforms of its grid."""
     now, left = 100.0, TimeLeft(STEPS, 100.0)
-    takes = [(1.0 if stage == "tangential" else 3.0) * cost(grid) * 1e-6 for stage, grid in STEPS]
+    takes = [(1.0 if stage == "tangential" else 3.0) * relative_cost(grid) * 1e-6 for stage, grid in STEPS]
     assert math.isnan(left.seconds(now))
     for number, (step, seconds) in enumerate(zip(STEPS, takes, strict=True), start=1):
         now += seconds

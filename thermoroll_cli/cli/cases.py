@@ -32,6 +32,7 @@ def validate(
     """
     from thermoroll_cli.files.case.case import Case, CaseError
 
+    options.check_standard_input(cases)
     overrides = options.parse_overrides(settings)
     errors: list[CaseError] = []
     for path in cases:
@@ -77,6 +78,8 @@ def init(
     if str(file) == "-":
         streams.write(text.rstrip("\n"))
         return
+    if file.is_dir():
+        raise IsADirectoryError(f"{file} is a folder; give the name of the case file, such as {file / 'case.toml'}")
     if file.exists() and not force:
         raise FileExistsError(f"{file} exists; --force overwrites it")
     from thermoroll_cli.files.atomic import write_bytes

@@ -2,15 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import re
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from thermoroll_cli import __version__
 from thermoroll_cli.cli import cases, results, run, show, streams, sweep_command
 
+_WORDING = (
+    (r"^Value error, ", ""),
+    (r"^Input should be a valid integer.*", "must be a whole number"),
+    (r"^Input should be a valid number.*", "must be a number"),
+    (r"^Input should be greater than or equal to (.*)", r"must be \1 or more"),
+)
+"""What the parser's validator says of values, and how it reads beside our own messages."""
+
+
+class Commands(TyperGroup):
+    """The commands, whose wrong options are told in our own words."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except typer.BadParameter as cause:
+            for pattern, words in _WORDING:
+                cause.message = re.sub(pattern, words, cause.message)
+            raise
+
+
 app = typer.Typer(
     name="thermoroll",
+    cls=Commands,
     help="Three-dimensional thermo-elastic rolling contact in the steady state.",
     epilog="Exit codes: 0 fine, 1 a bug in the program, 2 usage, 3 invalid case, 4 not converged, "
     "5 input/output, 6 comparison outside tolerance.",

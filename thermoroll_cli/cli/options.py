@@ -44,6 +44,12 @@ Format = Annotated[ImageFormat, typer.Option("--format", help="File type of the 
 Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
 
 
+def check_standard_input(cases: Sequence[Path]) -> None:
+    """Ends the program (usage) where several of `cases` are standard input, of which there is only one."""
+    if sum(str(path) == "-" for path in cases) > 1:
+        raise typer.BadParameter("standard input can be read only once", param_hint="CASE...")
+
+
 def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
     """The overrides given with `--set`. Ends the program (usage) where one is not of the form key=value."""
     from thermoroll_cli.files.case.case import Override

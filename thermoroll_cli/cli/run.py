@@ -59,6 +59,7 @@ def run(
     """
     if not cases and not from_results:
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
+    options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
     wishes = _Wishes(output, as_json, not no_plots, image_format.value, normalised, threads, quiet, verbose)
     valid = _read_all(cases or [], from_results or [], overrides)

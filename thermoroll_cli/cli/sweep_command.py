@@ -207,7 +207,7 @@ def _report(rows: Sequence[Row], axes: Sequence[Axis], folder: Path, picture: Pa
     yield f"{converged} of {len(rows)} points converged"
     files = sum(row.file is not None for row in rows)
     also = f", {picture}" if picture else ""
-    yield f"  wrote {folder / TABLE_NAME}{also} and {files} result files"
+    yield f"  wrote {folder / TABLE_NAME}{also} and {files} result file{'s' if files != 1 else ''}"
 
 
 def _tell_failures(rows: Sequence[Row]) -> int:

@@ -9,6 +9,10 @@ Step = tuple[str, tuple[int, int]]
 """A stage on a grid, as `Plan.steps` lists them."""
 
 
+OVERHEAD = 3e5
+"""Of an iteration, in operations of transforms: as much as those of 64 × 64 elements."""
+
+
 class TimeLeft:
     """Expects each stage to take on the next grid what it took on this one, times the ratio of the transforms' cost.
 
@@ -25,7 +29,7 @@ class TimeLeft:
     def done(self, stage: str, grid: tuple[int, int], now: float) -> None:
         """Take note that `stage` on `grid` has been finished `now`."""
         took, self._last = now - self._last, now
-        self._known[stage] = (took, _cost(grid))
+        self._known[stage] = (took, relative_cost(grid))
         if (stage, grid) not in self._steps:
             self._left = math.nan
             return
@@ -39,10 +43,11 @@ class TimeLeft:
     def _expected(self, stage: str, grid: tuple[int, int]) -> float:
         if stage in self._known:
             took, cost = self._known[stage]
-            return took * _cost(grid) / cost
-        return sum(took * _cost(grid) / cost for took, cost in self._known.values())
+            return took * relative_cost(grid) / cost
+        return sum(took * relative_cost(grid) / cost for took, cost in self._known.values())
 
 
-def _cost(grid: tuple[int, int]) -> float:
+def relative_cost(grid: tuple[int, int]) -> float:
+    """What an iteration on `grid` takes, in operations of its transforms, with what does not grow with them."""
     padded = 4 * grid[0] * grid[1]
-    return padded * math.log2(padded)
+    return OVERHEAD + padded * math.log2(padded)

@@ -241,8 +241,10 @@ def _similar_file(name: str) -> str:
         files = [entry for entry in os.listdir(folder or ".") if entry.endswith(".toml")]
     except (OSError, ValueError):
         return ""
-    near = difflib.get_close_matches(base, files, n=1)
-    return f"did you mean {os.path.join(folder, near[0])}?" if near else ""
+    # Of the names alone: the ending that all have in common would make any two of them similar.
+    stems = {os.path.splitext(file)[0]: file for file in files}
+    near = difflib.get_close_matches(os.path.splitext(base)[0], stems, n=1)
+    return f"did you mean {os.path.join(folder, stems[near[0]])}?" if near else ""
 
 
 def _toml_value(text: str) -> Any:
