@@ -156,6 +156,17 @@ def test_no_two_modules_and_no_two_public_classes_share_a_name() -> None:
     assert not {what: where for what, where in places.items() if len(where) > 1}
 
 
+def test_types_of_arrays_are_declared_once() -> None:
+    """Exact solutions and pictures stand on their own."""
+    named: dict[str, set[str]] = {}
+    for path in modules():
+        if "kernels" in LAYERS.get(layer(path), set()) | {layer(path)}:
+            for kind in re.findall(r"^(\w+) = NDArray\[", path.read_text(), re.MULTILINE):
+                named.setdefault(kind, set()).add(name(path))
+    assert not {kind: where for kind, where in named.items() if len(where) > 1}
+    assert named["Array"] == {"kernels/arrays.py"}
+
+
 # --- what the repository speaks of is in the repository --------------------------------------------------------------
 
 

@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.model.result import State
 from thermoroll_cli.solvers.tangential.stick_border import stick_surplus
 from thermoroll_cli.steady_state.discretisation import Discretisation
-
-Array = NDArray[np.float64]
 
 OUT, STICK, SLIP = 0, 1, 2
 VANISHING = 1e-13

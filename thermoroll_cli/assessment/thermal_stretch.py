@@ -18,12 +18,10 @@ which the contact slides (docs/dissimilar.md). This module finds out where it is
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Material
-
-Array = NDArray[np.float64]
 
 WORTH_TELLING = 0.02
 """Part of the saturation creepage from which the estimate is told; the true gradient may be 2–3 times as large locally."""

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 
-def node_positions(degree: int) -> FloatArray:
+def node_positions(degree: int) -> Array:
     """The degree + 1 Chebyshev nodes of [0, 1], ends included."""
     return np.sin(0.5 * math.pi * np.arange(degree + 1) / degree) ** 2
 
 
-def series_matrix(degree: int) -> FloatArray:
+def series_matrix(degree: int) -> Array:
     """Matrix from values at the nodes to the coefficients of the Chebyshev series through them."""
     order = np.arange(degree + 1)
     halved = np.where(order % degree == 0, 0.5, 1.0)
@@ -24,7 +23,7 @@ def series_matrix(degree: int) -> FloatArray:
     return 2.0 / degree * halved[:, None] * values * halved
 
 
-def chebyshev(position: FloatArray, degree: int) -> FloatArray:
+def chebyshev(position: Array, degree: int) -> Array:
     """Chebyshev polynomials 0..degree of 2·position − 1, shape (degree + 1, *shape of position)."""
     argument = 2.0 * position - 1.0
     values = np.empty((degree + 1, *position.shape))

@@ -10,12 +10,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.padded import PaddedPlane, Spectrum
-
-Array = NDArray[np.float64]
 
 
 class Convolution:

@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 TAIL = 5.4
 """Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
@@ -29,12 +28,12 @@ FAST = Steps(0.34, 0.42, 1.26)
 """Good to 1e-7 of the largest stress of the element (measured for P from 0 to 1e3)."""
 EXACT = Steps(0.22, 0.32, 1.0)
 """Good to 1e-9 of it: for tests."""
-Function = Callable[[FloatArray], FloatArray]
+Function = Callable[[Array], Array]
 
 
 def outer_rule(
     reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), steps as short as the drift asks for.
 
     `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
@@ -47,11 +46,11 @@ def outer_rule(
     rim, density = 1.5 * edge, 1.5 * along * steps.outer / steps.passing
     first, last = 2.0 * math.log(shortest), max(-math.log(12.0 * along * TOLERANCE), 2.0 * math.log(edge) + 4.0)
 
-    def mapped(log_u: FloatArray) -> FloatArray:
+    def mapped(log_u: Array) -> Array:
         tau = np.exp(0.5 * log_u)
         return np.asarray(log_u + density * math.sqrt(math.pi) * rim * erf(tau / rim))
 
-    def slope(log_u: FloatArray) -> FloatArray:
+    def slope(log_u: Array) -> Array:
         tau = np.exp(0.5 * log_u)
         return np.asarray(1.0 + density * tau * np.exp(-((tau / rim) ** 2)))
 
@@ -62,16 +61,16 @@ def outer_rule(
 
 def inner_rule(
     u: float, furthest: float, peclet: float, steps: Steps = FAST
-) -> tuple[FloatArray, FloatArray, FloatArray, int, int]:
+) -> tuple[Array, Array, Array, int, int]:
     """Nodes of ∫ … dt from 0 to u: trapezoidal in v = ζ + c t/u with t/(u−t) = e^ζ and c ∝ P√u.
 
     Returns t/(u−t), t, weights, and the first and last node that need a Gaussian of their own. Nodes end at `furthest`."""
     drift = peclet * math.sqrt(u) * steps.inner / steps.passing
 
-    def mapped(zeta: FloatArray) -> FloatArray:
+    def mapped(zeta: Array) -> Array:
         return np.asarray(zeta + drift / (1.0 + np.exp(-zeta)))
 
-    def slope(zeta: FloatArray) -> FloatArray:
+    def slope(zeta: Array) -> Array:
         return np.asarray(1.0 + drift / (2.0 + np.exp(zeta) + np.exp(-zeta)))
 
     share = furthest / u
@@ -85,7 +84,7 @@ def inner_rule(
     return odds, t, steps.inner * t / (1.0 + odds) / slope(zeta), first, max(min(last, len(zeta) - 1), first)
 
 
-def _equal_steps(mapped: Function, slope: Function, first: float, last: float, step: float) -> FloatArray:
+def _equal_steps(mapped: Function, slope: Function, first: float, last: float, step: float) -> Array:
     """Arguments from `first` to `last` whose images under the monotonous `mapped`, of slope `slope`, are `step` apart."""
     rough = np.linspace(first, last, 400)
     image = mapped(rough)

@@ -9,12 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import blocks
 from thermoroll_cli.kernels.padded import PaddedPlane
 
-Array = NDArray[Any]
 Parities = tuple[int, int]
 """1 (even) or −1 (odd across y = 0) of the x and the y component of a vector field; one each."""
 
@@ -45,14 +44,14 @@ class MirroredPlane:
     def transforms(self) -> int:
         return self._padded.transforms
 
-    def forward(self, pair: Array) -> None:
+    def forward(self, pair: AnyArray) -> None:
         """Spectrum (py//2+1, px) of a pair (2, nx, ny), into the buffer that `apply` and `inverse` work in."""
         even, odd, field = pair[self._even], pair[1 - self._even], self._padded.field
         np.add(even, odd, out=field[:, : self._ny])
         np.subtract(even, odd, out=field[:, : -self._ny - 1 : -1])
         self._padded.forward(self._padded.spectrum, self._to_centre)
 
-    def apply(self, own: Array, other: Array | None) -> None:
+    def apply(self, own: AnyArray, other: AnyArray | None) -> None:
         """Multiply the spectrum in the buffer with a 2 × 2 symbol (see `pair_symbols`), both parts complex, (py//2+1, px),
         or both real with every value twice, (py//2+1, 2·px)."""
         plane, mirrored = self._padded.spectrum, self._mirrored
@@ -72,7 +71,7 @@ class MirroredPlane:
             np.multiply(part.view(kind), own[rows], out=part.view(kind))
             part += reflected
 
-    def inverse(self) -> Array:
+    def inverse(self) -> AnyArray:
         """Rows −before … of the pair whose spectrum is in the buffer: (2, rows, ny)."""
         self._padded.inverse(self._padded.spectrum, self._from_centre)
         line = self._padded.line
@@ -83,14 +82,14 @@ class MirroredPlane:
         return out
 
 
-def pair_symbols(xx: Array, yy: Array, xy: Array, even: int) -> tuple[Array, Array]:
+def pair_symbols(xx: AnyArray, yy: AnyArray, xy: AnyArray, even: int) -> tuple[AnyArray, AnyArray]:
     """What a 2 × 2 symbol (xx, xy; xy, yy), even and odd along y, makes of a packed pair: the factor of its spectrum, and that
     of the spectrum of its mirror image. `even` is the index of the even component."""
     difference = 0.5 * (xx - yy)
     return 0.5 * (xx + yy) + xy, difference if even == 0 else -difference
 
 
-def unfolded(field: Array, parity: int) -> Array:
+def unfolded(field: AnyArray, parity: int) -> AnyArray:
     """(..., nx, ny) on y > 0 -> (..., nx, 2 ny) on both sides, even (`parity` 1) or odd (−1)."""
     below = field[..., ::-1]
     return np.concatenate([below if parity > 0 else -below, field], axis=-1)

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 DENSE_OFFSETS = 12
 """Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
@@ -19,15 +18,15 @@ OFFSET_GROWTH = 1.12
 class OffsetSamples:
     """Sampled offsets x × y, and the number of table entries that each stands for."""
 
-    x: FloatArray
-    y: FloatArray
-    counts: FloatArray
+    x: Array
+    y: Array
+    counts: Array
 
-    def mean(self, columns: FloatArray) -> FloatArray:
+    def mean(self, columns: Array) -> Array:
         """Mean over the table of each column."""
         return self.counts @ columns / self.counts.sum()
 
-    def relative_error(self, difference: FloatArray, columns: FloatArray) -> float:
+    def relative_error(self, difference: Array, columns: Array) -> float:
         """Largest error of any column, in both norms described at `VariablePecletKernel`."""
         in_sum = (self.counts @ np.abs(difference)) / (self.counts @ np.abs(columns))
         in_peak = np.abs(difference).max(axis=0) / np.abs(columns).max(axis=0)
@@ -43,7 +42,7 @@ def graded_offsets(nx: int, ny: int, aspect: float) -> OffsetSamples:
     return OffsetSamples(x, aspect * across, np.outer(x_counts, y_counts).ravel())
 
 
-def _graded(count: int) -> tuple[FloatArray, FloatArray]:
+def _graded(count: int) -> tuple[Array, Array]:
     """Offsets from 0 to count − 1, ever wider apart, and the number of whole offsets nearest to each."""
     chosen = [0]
     while chosen[-1] < count - 1:
@@ -54,7 +53,7 @@ def _graded(count: int) -> tuple[FloatArray, FloatArray]:
     return offsets, np.diff(borders)
 
 
-def spanning_columns(offsets: OffsetSamples, columns: FloatArray, tolerance: float) -> tuple[list[int], FloatArray, FloatArray]:
+def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -> tuple[list[int], Array, Array]:
     """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
 
     A pivoted QR factorisation by Gram-Schmidt steps, which ends when what remains of every column is small. Entries
@@ -81,8 +80,8 @@ def spanning_columns(offsets: OffsetSamples, columns: FloatArray, tolerance: flo
 
 
 def truncated(
-    offsets: OffsetSamples, basis: FloatArray, components: FloatArray, tolerance: float
-) -> tuple[FloatArray, FloatArray, float]:
+    offsets: OffsetSamples, basis: Array, components: Array, tolerance: float
+) -> tuple[Array, Array, float]:
     """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables and weights, error.
 
     ``components`` are those of the kernel at all samples in ``basis``, as from `spanning_columns`. Samples of P count

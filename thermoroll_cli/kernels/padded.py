@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.interruption import safe_point
+from thermoroll_cli.kernels.arrays import AnyArray, Spectrum
 from thermoroll_cli.kernels.fftw import complex_type, fftw
-
-Array = NDArray[Any]
-Spectrum = NDArray[Any]
 
 
 class PaddedPlane:
@@ -50,7 +47,7 @@ class PaddedPlane:
         """An array for a spectrum that transforms can read and write directly."""
         return fftw().empty_aligned(self._shape, dtype=self._kind)
 
-    def forward(self, out: Spectrum, phase: Array | None = None) -> None:
+    def forward(self, out: Spectrum, phase: AnyArray | None = None) -> None:
         """Spectrum of what is in `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
         safe_point()  # every step of every solver comes by here
         hat = self._line_hat[: self._nx]
@@ -66,7 +63,7 @@ class PaddedPlane:
         if not direct:
             out[...] = self.spectrum
 
-    def inverse(self, spectrum: Spectrum, phase: Array | None = None) -> None:
+    def inverse(self, spectrum: Spectrum, phase: AnyArray | None = None) -> None:
         """Rows of what has the given spectrum into `line`; `phase` as in `forward`."""
         plan = self._inverse_x
         if not fftw().is_byte_aligned(spectrum, plan.input_alignment):

@@ -7,17 +7,16 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import Convolution, blocks, free_space, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
 
-Array = NDArray[Any]
-Symbols = tuple[Array, Array, Array]
+Symbols = tuple[AnyArray, AnyArray, AnyArray]
 """Spectra (py//2+1, px) of the influence of τ_x on u_x, τ_y on u_y, and of each on the other."""
 
 
-def shear_symbols(tables: tuple[Array, Array, Array], padded: tuple[int, int]) -> Symbols:
+def shear_symbols(tables: tuple[AnyArray, AnyArray, AnyArray], padded: tuple[int, int]) -> Symbols:
     """Spectra of influence tables at offsets ≥ 0 (see `shear_tables`) in a plane of `padded` elements."""
     xx, yy, xy = tables
     return quadrant_symbol(xx, padded), quadrant_symbol(yy, padded), quadrant_symbol(xy, padded, -1)
@@ -53,7 +52,7 @@ class FreeShear:
             task(0)
             task(1)
 
-    def __call__(self, traction: Array) -> Array:
+    def __call__(self, traction: AnyArray) -> AnyArray:
         u = np.empty(self._shape, dtype=self._precision)
         hat, convolutions = self._traction_hat, self._convolutions
 
@@ -73,7 +72,7 @@ class FreeShear:
         self._both(back)
         return u
 
-    def of_shape(self, shape: Array) -> Array:
+    def of_shape(self, shape: AnyArray) -> AnyArray:
         """u_x under tractions (f, 0), u_y under (0, f), and u_y under (f, 0), which is u_x under (0, f), on the rows of u:
         (n, m) -> (3, n + 2·margin, m), for the transforms of one application."""
         convolution, hat = self._convolutions[0], self._traction_hat[0]
@@ -103,12 +102,12 @@ class MirroredShear:
     def transforms(self) -> int:
         return self._plane.transforms
 
-    def __call__(self, traction: Array) -> Array:
+    def __call__(self, traction: AnyArray) -> AnyArray:
         self._plane.forward(traction)
         self._plane.apply(self._own, self._other)
         return self._plane.inverse()
 
-    def of_shape(self, shape: Array) -> Array:
+    def of_shape(self, shape: AnyArray) -> AnyArray:
         """As `FreeShear.of_shape` for a shape even across y = 0, given on its half."""
         # Tractions along the even component are what `__call__` is made for; those along the other one see the symbol with
         # the parts of both components exchanged.

@@ -25,9 +25,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Order of the six stresses in every array that holds them."""
@@ -36,7 +35,7 @@ TWISTED = (1, 0, 2, 3, 5, 4)
 """The components of COMPONENTS after x and y have changed places."""
 
 
-def pressure_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poisson_ratio: float) -> FloatArray:
+def pressure_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under an element that carries unit pressure, at the grid of offsets x × y from its centre.
 
     Lengths are in dx, `aspect` is dy/dx. Returns (6, len(x), len(y)), components in the order of `COMPONENTS`. Raises
@@ -45,12 +44,12 @@ def pressure_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poiss
     return between_corners(x, y, z, aspect, lambda corner: corner.of_pressure(poisson_ratio))
 
 
-def traction_x_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poisson_ratio: float) -> FloatArray:
+def traction_x_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under unit traction along x on the body; arguments, result and errors as `pressure_stress`."""
     return between_corners(x, y, z, aspect, lambda corner: corner.of_traction(poisson_ratio))
 
 
-def traction_y_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poisson_ratio: float) -> FloatArray:
+def traction_y_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under unit traction along y on the body; arguments, result and errors as `pressure_stress`."""
     return between_corners(x, y, z, aspect, lambda corner: corner.twisted.of_traction(poisson_ratio)[list(TWISTED)])
 
@@ -59,8 +58,8 @@ def traction_y_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poi
 class Corner:
     """The primitive functions at offsets x (n, 1), y (1, m) from a corner and depth z."""
 
-    x: FloatArray
-    y: FloatArray
+    x: Array
+    y: Array
     z: float
 
     @property
@@ -69,10 +68,10 @@ class Corner:
         return Corner(self.y, self.x, self.z)
 
     @cached_property
-    def r(self) -> FloatArray:
+    def r(self) -> Array:
         return np.asarray(np.sqrt(self.x**2 + self.y**2 + self.z**2))
 
-    def angle(self) -> FloatArray:
+    def angle(self) -> Array:
         """A_x, odd in x and in y."""
         x2, y2, r, z = self.x**2, self.y**2, self.r, self.z
         # atan2 of magnitudes: the quotient itself is 0/0 only in a corner, where both arguments vanish.
@@ -80,16 +79,16 @@ class Corner:
         magnitude = np.arctan2(product * (x2 + y2), (r + z) * (x2 * r + y2 * z))
         return np.asarray(np.sign(self.x) * np.sign(self.y) * magnitude)
 
-    def solid_angle(self) -> FloatArray:
+    def solid_angle(self) -> Array:
         """S, odd in x and in y."""
         product = np.abs(self.x) * np.abs(self.y)
         return np.asarray(np.sign(self.x) * np.sign(self.y) * np.arctan2(product, self.z * self.r))
 
-    def inverse_sine(self) -> FloatArray:
+    def inverse_sine(self) -> Array:
         """L_x, even in x and odd in y."""
         return np.arcsinh(self.y / np.sqrt(self.x**2 + self.z**2))
 
-    def of_pressure(self, nu: float) -> FloatArray:
+    def of_pressure(self, nu: float) -> Array:
         x, y, z, r = self.x, self.y, self.z, self.r
         along, across = self.angle(), self.twisted.angle()
         over_x, over_y = 1.0 / (x**2 + z**2), 1.0 / (y**2 + z**2)
@@ -103,7 +102,7 @@ class Corner:
             x * z**2 / r * over_y,
         ])
 
-    def of_traction(self, nu: float) -> FloatArray:
+    def of_traction(self, nu: float) -> Array:
         x, y, z, r = self.x, self.y, self.z, self.r
         sine_x, sine_y = self.inverse_sine(), self.twisted.inverse_sine()
         over_x, over_r, over_sum = 1.0 / (x**2 + z**2), 1.0 / r, 1.0 / (r + z)
@@ -118,8 +117,8 @@ class Corner:
 
 
 def between_corners(
-    x: FloatArray, y: FloatArray, z: float, aspect: float, primitive: Callable[[Corner], FloatArray]
-) -> FloatArray:
+    x: Array, y: Array, z: float, aspect: float, primitive: Callable[[Corner], Array]
+) -> Array:
     """1/2π times the differences of `primitive` (6, …) between the corners of the element, at the grid of offsets x × y."""
     if not (math.isfinite(z) and z >= 0.0):
         raise ValueError(f"the depth must be finite and not negative, not {z}")
@@ -132,7 +131,7 @@ def between_corners(
     return np.asarray((along[:, :, high] - along[:, :, low]) / (2.0 * math.pi))
 
 
-def _edges(centres: FloatArray, length: float) -> tuple[FloatArray, slice | FloatArray, slice | FloatArray]:
+def _edges(centres: Array, length: float) -> tuple[Array, slice | Array, slice | Array]:
     """Offsets from both edges of the source element, each once, and where those of every point are found among them."""
     if len(centres) > 1 and np.allclose(np.diff(centres), length, rtol=0.0, atol=1e-9 * length):
         edges = np.append(centres - 0.5 * length, centres[-1] + 0.5 * length)

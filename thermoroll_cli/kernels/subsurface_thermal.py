@@ -27,13 +27,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.drift_rules import FAST, TAIL, Steps, inner_rule, outer_rule
 from thermoroll_cli.kernels.subsurface_elastic import TWISTED, Corner, between_corners
 from thermoroll_cli.kernels.thermal import temperature_at_depths
-
-FloatArray = NDArray[np.float64]
 
 SLOW = 1e-11
 """P × table size below which the limit P → 0 is exact to rounding."""
@@ -44,9 +42,9 @@ BLOCK = 64
 
 
 def thermal_stress(
-    x: FloatArray, y: FloatArray, depths: FloatArray, aspect: float, peclet_x: float, peclet_y: float, poisson_ratio: float,
+    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float, poisson_ratio: float,
     steps: Steps = FAST,
-) -> FloatArray:
+) -> Array:
     """Thermal stresses under one heated element, in Eα/(1−ν) · q dx/k.
 
     `x`, `y` are ascending offsets from the element's centre in steps of 1 and of `aspect`, and must keep off its edges;
@@ -72,12 +70,12 @@ def thermal_stress(
     return stress
 
 
-def stationary_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poisson_ratio: float) -> FloatArray:
+def stationary_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """The limit P → 0, where σ_zz, σ_xz and σ_yz vanish (Sternberg and McDowell 1957); (6, len(x), len(y)).
 
     1/2π times the differences between the element's corners of σ_xx = −(1−ν)[y L_y − z A_y] and
     σ_xy = (1−ν)[r − z ln(r+z)], with L and A of `subsurface_elastic`; σ_yy by x ↔ y."""
-    def primitive(corner: Corner) -> FloatArray:
+    def primitive(corner: Corner) -> Array:
         flipped, r = corner.twisted, corner.r
         zero = np.zeros_like(r)
         return (1.0 - poisson_ratio) * np.stack([
@@ -89,7 +87,7 @@ def stationary_stress(x: FloatArray, y: FloatArray, z: float, aspect: float, poi
     return between_corners(x, y, z, aspect, primitive)
 
 
-def _check(depths: FloatArray, peclet_x: float, peclet_y: float) -> None:
+def _check(depths: Array, peclet_x: float, peclet_y: float) -> None:
     if not (math.isfinite(peclet_x) and math.isfinite(peclet_y)):
         raise ValueError(f"Péclet numbers must be finite, not {peclet_x}, {peclet_y}")
     if not (np.isfinite(depths).all() and (depths >= 0.0).all() and (np.diff(depths) > 0.0).all()):
@@ -100,23 +98,23 @@ def _check(depths: FloatArray, peclet_x: float, peclet_y: float) -> None:
 class _Inner:
     """Nodes t of the inner rule at one u, and the weights (3, depths, nodes) of H, Ψ and ∂_z Ψ."""
 
-    t: FloatArray
-    weights: FloatArray
+    t: Array
+    weights: Array
 
 
 @dataclass(frozen=True)
 class _Superposition:
     """The double integral over the Gaussians, without −T: P_x > 0."""
 
-    x: FloatArray
-    y: FloatArray
-    depths: FloatArray
+    x: Array
+    y: Array
+    depths: Array
     aspect: float
     peclet: tuple[float, float]
     poisson_ratio: float
     steps: Steps
 
-    def sum(self) -> FloatArray:
+    def sum(self) -> Array:
         """(depths, 6, len(x), len(y))."""
         total = np.zeros((len(self.depths), 6, len(self.x), len(self.y)))
         u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet, self.steps)
@@ -130,7 +128,7 @@ class _Superposition:
         """How far downstream anything is asked for, at least one element."""
         return max(float(self.x[-1]) + 0.5, 1.0)
 
-    def _add(self, total: FloatArray, u: FloatArray, weights: FloatArray, depths: FloatArray) -> None:
+    def _add(self, total: Array, u: Array, weights: Array, depths: Array) -> None:
         """Add what the outer nodes `u` contribute to the first depths."""
         along, across = [], []
         for variance, weight in zip(u, weights, strict=True):
@@ -155,7 +153,7 @@ class _Superposition:
             total[layer, 4] += shear_x[layer].T @ g[0]
             total[layer, 5] += shear_y[layer].T @ g[1]
 
-    def _inner(self, u: float, weight: float, depths: FloatArray) -> _Inner:
+    def _inner(self, u: float, weight: float, depths: Array) -> _Inner:
         """The inner rule at one u with everything that multiplies gx gy in it."""
         from scipy.special import erf, erfc
 
@@ -177,7 +175,7 @@ class _Superposition:
         kept[:, :, -1] += every[:, :, last + 1 :].sum(axis=2)
         return _Inner(t[first : last + 1], kept)
 
-    def _along(self, u: float, inner: _Inner, shares: FloatArray) -> FloatArray:
+    def _along(self, u: float, inner: _Inner, shares: Array) -> Array:
         """Inner sums (7, depths, shifts, len(x)): of H and Ψ without and with ∂_xx, ∂_x of Ψ − (1−ν)H, and ∂_x ∂_z Ψ, ∂_z Ψ."""
         h, psi, slope = (part[:, None, :] * shares for part in inner.weights)
         mixed = psi - (1.0 - self.poisson_ratio) * h
@@ -196,7 +194,7 @@ class _Superposition:
                 out[target, :, :, low:high] += weights[..., start : start + CHUNK] @ gx[order]
         return out
 
-    def _lateral(self, u: float, t: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _lateral(self, u: float, t: Array) -> tuple[Array, Array]:
         """Shifts along y and the share of each inner node that belongs to each: interpolation in the lateral drift P_y t.
 
         Without lateral motion there is one shift, zero. The drift is short against the width 2√u of the Gaussians wherever a
@@ -216,7 +214,7 @@ class _Superposition:
         return centre + half * nodes, 2.0 / count * np.cos(angle[:, None] * orders[None, :]) @ basis
 
 
-def _cell(centres: FloatArray, length: float, u: float) -> FloatArray:
+def _cell(centres: Array, length: float, u: float) -> Array:
     """A Gaussian of variance 2u integrated over the element, and its first two derivatives: (3, …) as `centres`, whose last
     axis ascends in steps of `length`."""
     from scipy.special import erf

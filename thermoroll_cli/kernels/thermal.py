@@ -24,10 +24,10 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-Spread = Callable[[FloatArray, float, float, FloatArray], FloatArray]
+from thermoroll_cli.kernels.arrays import Array
+
+Spread = Callable[[Array, float, float, Array], Array]
 """Of centres, element length, speed and times: where the heat of an element is by then, (times, centres)."""
 
 TAIL = 4.6
@@ -48,7 +48,7 @@ SLOW = 1e-11
 """P × table size below which the limit P → 0 is exact to rounding."""
 
 
-def temperature_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
+def temperature_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Surface temperature around one heated element on moving material, Eq. 19 in real space.
 
     ``nx``, ``ny`` are the elements of the grid per side, ``aspect`` is dy/dx, ``peclet_x`` and ``peclet_y`` are
@@ -60,7 +60,7 @@ def temperature_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y
     return mirrored(temperature_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
-def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
+def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Thermal expansion of the surface (outward) around one heated element on moving material, Eq. 20 in real space.
 
     Arguments, shape and errors raised are those of `temperature_table`; units (1+ν) α q dx²/k. Good to 3e-8 of the
@@ -71,7 +71,7 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
     return mirrored(displacement_at(x, y, aspect, peclet_x, peclet_y), ny)
 
 
-def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
+def temperature_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Temperature in q dx/k at the grid of ascending offsets x × y from the source, in dx; shape (len(x), len(y)).
 
     Offsets need not be whole elements, but must keep off the lines through the edges of the source element.
@@ -80,8 +80,8 @@ def temperature_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float,
 
 
 def temperature_at_depths(
-    x: FloatArray, y: FloatArray, depths: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0
-) -> FloatArray:
+    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0
+) -> Array:
     """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
 
     In time a depth only weights what has arrived: the integrand of T gains the factor exp(−z²/4τ²)."""
@@ -90,7 +90,7 @@ def temperature_at_depths(
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
 
-def displacement_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
+def displacement_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y; as `temperature_at`."""
     peclet = math.hypot(peclet_x, peclet_y)
     size = extent(x, y, aspect)
@@ -112,7 +112,7 @@ def displacement_at(x: FloatArray, y: FloatArray, aspect: float, peclet_x: float
     return table
 
 
-def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[FloatArray, FloatArray, int]:
+def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[Array, Array, int]:
     """Trapezoidal rule for U = Σ weight Φ(P sech²y), given P × table size.
 
     Returns nodes y, weights (4/π) sech³y dy, and the index of the last node at which Φ differs from its limit for
@@ -128,8 +128,8 @@ def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[FloatArray, Floa
 
 
 def advected_expansion(
-    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float = 0.0
-) -> FloatArray:
+    x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0
+) -> Array:
     """Φ(P) = 2 ∫ τ gx gy dτ: exp(P·r/2) K0(|P|r/2)/2π integrated over the element, at offsets x × y.
 
     For P → 0 it is −ln(r)/2π plus (b/2π)(ln(4/P) − γ). Raises ValueError at P = 0, where it is infinite.
@@ -143,21 +143,21 @@ def advected_expansion(
     return 2.0 * time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
 
 
-def stationary_temperature(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
+def stationary_temperature(x: Array, y: Array, aspect: float) -> Array:
     """1/2πr integrated over the element, in q dx/k: [ξ asinh(η/|ξ|) + η asinh(ξ/|η|)]/2π between the corners ξ, η."""
 
-    def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
+    def corner(xi: Array, eta: Array) -> Array:
         return xi * np.arcsinh(eta / np.abs(xi)) + eta * np.arcsinh(xi / np.abs(eta))
 
     return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
 
-def stationary_temperature_below(x: FloatArray, y: FloatArray, z: float, aspect: float) -> FloatArray:
+def stationary_temperature_below(x: Array, y: Array, z: float, aspect: float) -> Array:
     """1/2π√(r² + z²) integrated over the element, in q dx/k: `stationary_temperature` with depth, less z atan(ξη/zρ)."""
     if z == 0.0:
         return stationary_temperature(x, y, aspect)
 
-    def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
+    def corner(xi: Array, eta: Array) -> Array:
         along, across = np.hypot(xi, z), np.hypot(eta, z)
         rho = np.sqrt(xi**2 + eta**2 + z * z)
         return xi * np.arcsinh(eta / along) + eta * np.arcsinh(xi / across) - z * np.arctan(xi * eta / (z * rho))
@@ -165,10 +165,10 @@ def stationary_temperature_below(x: FloatArray, y: FloatArray, z: float, aspect:
     return between_corners(corner, x, y, aspect) / (2.0 * math.pi)
 
 
-def stationary_displacement(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
+def stationary_displacement(x: Array, y: Array, aspect: float) -> Array:
     """−ln(r)/2π integrated over the element: −[ξη(ln r − 3/2) + ½ξ² atan(η/ξ) + ½η² atan(ξ/η)]/2π at the corners."""
 
-    def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
+    def corner(xi: Array, eta: Array) -> Array:
         log_r = 0.5 * np.log(xi**2 + eta**2)
         return xi * eta * (log_r - 1.5) + 0.5 * xi**2 * np.arctan(eta / xi) + 0.5 * eta**2 * np.arctan(xi / eta)
 
@@ -176,15 +176,15 @@ def stationary_displacement(x: FloatArray, y: FloatArray, aspect: float) -> Floa
 
 
 def between_corners(
-    corner: Callable[[FloatArray, FloatArray], FloatArray], x: FloatArray, y: FloatArray, aspect: float
-) -> FloatArray:
+    corner: Callable[[Array, Array], Array], x: Array, y: Array, aspect: float
+) -> Array:
     """A primitive function of both coordinates, differenced over the element at every offset."""
     left, right = (x - 0.5)[:, None], (x + 0.5)[:, None]
     low, high = (y - 0.5 * aspect)[None, :], (y + 0.5 * aspect)[None, :]
     return corner(right, high) - corner(left, high) - corner(right, low) + corner(left, low)
 
 
-def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> tuple[FloatArray, FloatArray]:
+def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> tuple[Array, Array]:
     """Offsets at which a table has to be computed: half the lateral ones where the response is even in y."""
     if nx < 1 or ny < 1:
         raise ValueError(f"a grid needs at least one element per side, not {nx} × {ny}")
@@ -196,18 +196,18 @@ def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -
     return np.arange(1.0 - nx, nx), aspect * np.arange(float(first), ny)
 
 
-def mirrored(table: FloatArray, ny: int) -> FloatArray:
+def mirrored(table: Array, ny: int) -> Array:
     return table if table.shape[1] == 2 * ny - 1 else np.concatenate((table[:, :0:-1], table), axis=1)
 
 
-def extent(x: FloatArray, y: FloatArray, aspect: float) -> float:
+def extent(x: Array, y: Array, aspect: float) -> float:
     return max(float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect)
 
 
 def time_integral(
-    x: FloatArray, y: FloatArray, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: FloatArray,
+    x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: Array,
     along: Spread | None = None,
-) -> FloatArray:
+) -> Array:
     """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y below the surface by each of `depths`; `along` takes
     the place of gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
@@ -227,9 +227,9 @@ def time_integral(
 
 
 def _time_rule(
-    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: FloatArray,
+    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: Array,
     onset: float,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Nodes, and for each depth weights, of ∫ τ^power exp(−z²/4τ²) … dτ: trapezoidal in u = ln(sτ) + sτ, with s ∝ P.
 
     Steps are proportional to τ while the Gaussians only spread, and constant once they drift.
@@ -261,14 +261,14 @@ def _time_rule(
     return tau[early:], weights[:, early:]
 
 
-def _window(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> slice:
+def _window(centres: Array, length: float, speed: float, tau: Array) -> slice:
     """The offsets that any of the Gaussians at times ``tau`` reaches."""
     drift, spread = speed * tau**2, 2.0 * TAIL * tau + 0.5 * length
     low, high = np.searchsorted(centres, [(drift - spread).min(), (drift + spread).max()])
     return slice(int(low), int(high))
 
 
-def cell_average(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> FloatArray:
+def cell_average(centres: Array, length: float, speed: float, tau: Array) -> Array:
     """g at each time and offset: the share of a drifting element's heat, in one direction; shape (times, offsets)."""
     tau = tau[:, None]
     half = length / (4.0 * tau)

@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.thermal import (
     SERIES_FROM,
     SLOW,
-    FloatArray,
     between_corners,
     cell_average,
     extent,
@@ -29,7 +29,7 @@ from thermoroll_cli.kernels.thermal import (
 )
 
 
-def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> FloatArray:
+def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Surface temperature around one element heated with q = s ξ, ξ = x'/dx from −½ to ½, in s dx/k.
 
     Arguments, shape (2nx−1, 2ny−1) and errors raised are those of `temperature_table`."""
@@ -42,7 +42,7 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
     return mirrored(table, ny)
 
 
-def slopes(flux: FloatArray, where: np.ndarray | None = None) -> FloatArray:
+def slopes(flux: Array, where: np.ndarray | None = None) -> Array:
     """Change of the element averages `flux`, (nx, ny), along x from one end of each element to the other, same unit.
 
     Central differences; one-sided at the ends of the heated rows, so that nothing leaks out of them. Heat flows on the mask
@@ -58,7 +58,7 @@ def slopes(flux: FloatArray, where: np.ndarray | None = None) -> FloatArray:
     return slope if where is not None else np.clip(slope, -2.0 * flux, 2.0 * flux)
 
 
-def _cell_moment(centres: FloatArray, length: float, speed: float, tau: FloatArray) -> FloatArray:
+def _cell_moment(centres: Array, length: float, speed: float, tau: Array) -> Array:
     """m at each time and offset, for elements of unit `length`; shape (times, offsets)."""
     t = tau[:, None]
     x = centres - speed * t**2
@@ -73,10 +73,10 @@ def _cell_moment(centres: FloatArray, length: float, speed: float, tau: FloatArr
     return np.asarray(series * 2.0 * a * np.exp(-a2) / (4.0 * t**2 * math.sqrt(math.pi)))
 
 
-def _stationary_slope(x: FloatArray, y: FloatArray, aspect: float) -> FloatArray:
+def _stationary_slope(x: Array, y: Array, aspect: float) -> Array:
     """ξ/2πr integrated over the element: x times its plain integral, less that of (x − ξ)/r = ∂r/∂x."""
 
-    def corner(xi: FloatArray, eta: FloatArray) -> FloatArray:
+    def corner(xi: Array, eta: Array) -> Array:
         return 0.5 * (eta * np.hypot(xi, eta) + xi**2 * np.arcsinh(eta / np.abs(xi)))
 
     plain = x[:, None] * stationary_temperature(x, y, aspect)

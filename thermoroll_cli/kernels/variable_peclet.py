@@ -24,8 +24,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.chebyshev import chebyshev, node_positions, series_matrix
 from thermoroll_cli.kernels.offset_samples import OffsetSamples, graded_offsets, spanning_columns, truncated
 from thermoroll_cli.kernels.thermal import (
@@ -37,7 +38,6 @@ from thermoroll_cli.kernels.thermal import (
     temperature_at,
 )
 
-FloatArray = NDArray[np.float64]
 ThermalKind = Literal["temperature", "displacement"]
 
 FIRST_DEGREE, LAST_DEGREE = 16, 512
@@ -65,24 +65,24 @@ class VariablePecletKernel:
     kind: ThermalKind
     aspect: float
     peclet_max: float
-    tables: FloatArray
+    tables: Array
     error: float
     samples: int
     skeleton: int
-    weight_series: FloatArray
-    offset_series: FloatArray
+    weight_series: Array
+    offset_series: Array
 
     @property
     def terms(self) -> int:
         """Number of convolutions the response takes."""
         return len(self.tables)
 
-    def weights(self, peclet: ArrayLike) -> FloatArray:
+    def weights(self, peclet: ArrayLike) -> Array:
         """φ_k(P), shape (terms, *shape of peclet). Raises ValueError for P outside [0, peclet_max]."""
         values = np.asarray(peclet, dtype=np.float64)
         return _evaluate(self.weight_series, values, self.peclet_max).reshape(self.terms, *values.shape)
 
-    def offset(self, peclet: ArrayLike) -> FloatArray:
+    def offset(self, peclet: ArrayLike) -> Array:
         """What is the same at every point of the table: its mean. Zero for temperature; shape of ``peclet``.
 
         The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
@@ -152,7 +152,7 @@ def variable_peclet_kernel(
     return replace(expansion, error=max(truncation, _measured_error(expansion, offsets)))
 
 
-def _bounded(kind: ThermalKind, x: FloatArray, y: FloatArray, aspect: float, peclet: float) -> FloatArray:
+def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
     """What is sampled: T, or Φ with its unbounded part −b ln(P)/2π taken away."""
     if kind == "temperature":
         return temperature_at(x, y, aspect, peclet)
@@ -162,7 +162,7 @@ def _bounded(kind: ThermalKind, x: FloatArray, y: FloatArray, aspect: float, pec
     return advected_expansion(x, y, aspect, peclet) + logarithm * math.log(peclet)
 
 
-def _unbounded_part(peclet: FloatArray, aspect: float) -> FloatArray:
+def _unbounded_part(peclet: Array, aspect: float) -> Array:
     """(b/2π)(ln P + ⟨ln sech²y⟩): the average of what `_bounded` takes away from Φ; ⟨ln sech²y⟩ = 1 − ln 4."""
     moving = np.where(peclet > 0.0, peclet, math.exp(math.log(16.0) - np.euler_gamma - 1.0))
     return aspect / (2.0 * math.pi) * (np.log(moving) + 1.0 - math.log(4.0))
@@ -170,7 +170,7 @@ def _unbounded_part(peclet: FloatArray, aspect: float) -> FloatArray:
 
 def _sample(
     offsets: OffsetSamples, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[Array, Array, Array]:
     """Péclet numbers that resolve the dependence on P, the sampled offsets there (one column each), and their means.
 
     The degree is doubled until the polynomial through the samples so far predicts the new ones. The means are taken
@@ -197,12 +197,12 @@ def _sample(
 
 
 def _combine(
-    half: FloatArray,
+    half: Array,
     aspect: float,
     kind: ThermalKind,
-    peclets: FloatArray,
-    means: FloatArray,
-    coefficients: FloatArray,
+    peclets: Array,
+    means: Array,
+    coefficients: Array,
 ) -> None:
     """Add combinations of the skeleton's full tables to ``half``: zero tables, of which only Y ≥ 0."""
     nx, ny = (half.shape[1] + 1) // 2, half.shape[2]
@@ -226,7 +226,7 @@ def _measured_error(expansion: VariablePecletKernel, offsets: OffsetSamples) -> 
     return offsets.relative_error(tables.T @ expansion.weights(peclets) + offset - exact, exact - offset)
 
 
-def _angle_average(degree: int) -> FloatArray:
+def _angle_average(degree: int) -> Array:
     """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
     angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
     positions = np.outer(node_positions(degree), np.cosh(angles) ** -0.5)
@@ -235,7 +235,7 @@ def _angle_average(degree: int) -> FloatArray:
     return np.concatenate(series, axis=1).T @ series_matrix(degree)
 
 
-def _evaluate(series: FloatArray, peclet: FloatArray, peclet_max: float) -> FloatArray:
+def _evaluate(series: Array, peclet: Array, peclet_max: float) -> Array:
     """Chebyshev series in P^¼ (one per column) at the Péclet numbers, shape (series, number of Péclet numbers)."""
     flat = peclet.ravel()
     if flat.size and not (flat.min() >= 0.0 and flat.max() <= peclet_max * (1.0 + 1e-9)):

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
+from thermoroll_cli.kernels.arrays import Array, Mask
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.kernels.grid import Grid
@@ -15,8 +14,6 @@ from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.model.problem import Geometry
 from thermoroll_cli.model.surface import facing, is_symmetric, lateral_gap
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
-
-Array = NDArray[np.float64]
 
 COARSE = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""

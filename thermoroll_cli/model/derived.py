@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities
@@ -18,8 +18,6 @@ from thermoroll_cli.model.differential_slip import DifferentialSlip, resolved
 from thermoroll_cli.model.problem import Material, Problem
 from thermoroll_cli.model.surface import is_symmetric, lateral_gap
 from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
-
-Array = NDArray[np.float64]
 
 SAMPLES = 65
 """Places across the contact at which the size of the differential slip is looked up."""

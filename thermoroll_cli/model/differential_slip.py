@@ -17,12 +17,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.surface import surfaces
-
-Array = NDArray[np.float64]
 
 LARGEST_EFFECT = 1.0
 """No scalar changes by more than this times the largest |d| over the creepage that the contact has without it: 0.6 at most in

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
+from thermoroll_cli.kernels.arrays import Array
 
 SHARPEST = 3.0
 """How much more a peak may bend than what is beside it. Peaks of temperature behind narrow slip zones do (with 1, their errors

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from thermoroll_cli.kernels.arrays import AnyArray
+
 BodyName = Literal["lower", "upper"]
 KeptFields = Literal["plane", "von_mises", "full"]
 
@@ -80,12 +81,12 @@ class BodyStresses:
 
     depths: NDArray[np.float64]
     plane_y: float
-    plane: Mapping[str, Array]
+    plane: Mapping[str, AnyArray]
     most_stressed: Peak
     hottest: Peak | None
-    below_stressed: Mapping[str, Array]
-    below_heated: Mapping[str, Array] = field(default_factory=dict)
-    fields: Mapping[str, Array] = field(default_factory=dict)
+    below_stressed: Mapping[str, AnyArray]
+    below_heated: Mapping[str, AnyArray] = field(default_factory=dict)
+    fields: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.problem import Geometry
 from thermoroll_cli.model.profile import Profile
-
-Array = NDArray[np.float64]
 
 SAMPLES = 2001
 """Places at which the closest approach of two profiles is looked for, before it is refined."""

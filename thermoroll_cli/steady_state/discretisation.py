@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.model.contact import Contact, Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
@@ -20,9 +20,6 @@ from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalRe
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.steady_state.frictional_heat import Heat, divide
 from thermoroll_cli.steady_state.traction import TractionSolver
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 class Discretisation:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.solvers.algorithms.anderson import Anderson
@@ -23,7 +23,6 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
 from thermoroll_cli.steady_state.turn import turn
 
-Array = NDArray[np.float64]
 Fields = dict[str, Any]
 """Arrays (nx, ny) by the names of `UNKNOWNS`."""
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import Heat
-
-Array = NDArray[np.float64]
 
 RESERVE = 0.002
 """Part of a prescribed force by which friction must exceed it: beyond, creepage grows without end."""

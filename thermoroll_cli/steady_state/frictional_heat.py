@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Mask
 from thermoroll_cli.model.problem import Heating
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.solvers.thermal.partition import Partition, match
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
-
-Array = NDArray[np.float64]
 
 SIDEWAYS_SHARE = 0.1
 SLOW_PECLET = 0.03

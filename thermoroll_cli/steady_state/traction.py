@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz_shear import shear_gradients
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities, unfolded
 from thermoroll_cli.model.contact import Pressure, Traction
@@ -15,8 +16,6 @@ from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, k
 from thermoroll_cli.solvers.tangential.rolling_gradient import MARGIN, RollingGradient, difference
 from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem, TangentialSolution
 from thermoroll_cli.steady_state.window import Window, window_around
-
-Array = NDArray[np.float64]
 
 
 class TractionSolver:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.solvers.solver_options import Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import friction_of
 from thermoroll_cli.steady_state.frictional_heat import Heat
-
-Array = NDArray[np.float64]
 
 
 def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:

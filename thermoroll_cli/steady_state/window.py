@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Mask
 from thermoroll_cli.kernels.mirror import Parities, unfolded
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.mirror import unfolded
 from thermoroll_cli.model.subsurface import STRESSES, BodyStresses, KeptFields, Peak
 from thermoroll_cli.subsurface.invariants import first_principal, von_mises
 from thermoroll_cli.subsurface.peaks import peak_of, row_ranges
 from thermoroll_cli.subsurface.superposition import ODD_IN_Y
-
-Array = NDArray[Any]
 
 PRECISION = np.float32
 
@@ -23,15 +20,15 @@ PRECISION = np.float32
 class _Judged:
     """What strength is judged by, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
 
-    von_mises: Array
-    principal: Array
-    shear_range: Array
+    von_mises: AnyArray
+    principal: AnyArray
+    shear_range: AnyArray
 
     @classmethod
     def empty(cls, shape: tuple[int, int, int]) -> _Judged:
         return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty((shape[0], shape[2])))
 
-    def take(self, layer: int, stress: Array) -> None:
+    def take(self, layer: int, stress: AnyArray) -> None:
         """Keep what is wanted of the stresses (6, nx, columns) of a layer."""
         self.von_mises[layer] = von_mises(stress)
         self.principal[layer] = first_principal(stress)
@@ -42,18 +39,18 @@ class _Judged:
 class Collector:
     """Takes the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state."""
 
-    depths: Array
-    x: Array
-    y: Array
+    depths: AnyArray
+    x: AnyArray
+    y: AnyArray
     mirrored: bool
     thermal: bool
     keep: KeptFields | None
     plane_column: int
     elastic: _Judged = field(init=False)
     total: _Judged = field(init=False)
-    temperature: Array | None = field(init=False)
-    stresses: Array | None = field(init=False)
-    plane: Array | None = field(init=False)
+    temperature: AnyArray | None = field(init=False)
+    stresses: AnyArray | None = field(init=False)
+    plane: AnyArray | None = field(init=False)
 
     def __post_init__(self) -> None:
         shape = (len(self.depths), len(self.x), len(self.y))
@@ -63,7 +60,7 @@ class Collector:
         self.stresses = np.empty((6, *shape), PRECISION) if self.keep == "full" else None
         self.plane = np.empty((6, *shape[:2]), PRECISION) if self.keep else None
 
-    def take(self, layer: int, elastic: Array, thermal: tuple[Array, Array] | None) -> None:
+    def take(self, layer: int, elastic: AnyArray, thermal: tuple[AnyArray, AnyArray] | None) -> None:
         """One layer: elastic stresses (6, nx, columns) in Pa, and thermal stresses with temperatures in K."""
         self.elastic.take(layer, elastic)
         stress = elastic
@@ -99,7 +96,7 @@ class Collector:
         plane = {name: np.ascontiguousarray(values[:, :, self.plane_column]) for name, values in fields.items()}
         assert self.plane is not None
         plane |= dict(zip(STRESSES, self.plane, strict=True))
-        kept: dict[str, Array] = {}
+        kept: dict[str, AnyArray] = {}
         if self.keep != "plane":
             kept |= {name: self._whole(values, 1) for name, values in fields.items()}
         if self.stresses is not None:
@@ -108,7 +105,7 @@ class Collector:
         return BodyStresses(self.depths, float(self.y[self.plane_column]), plane, most_stressed, hottest, below_stressed,
                             below_heated, kept)
 
-    def _whole(self, values: Array, parity: int) -> Array:
+    def _whole(self, values: AnyArray, parity: int) -> AnyArray:
         return unfolded(values, parity) if self.mirrored else values
 
 
@@ -126,5 +123,5 @@ def scalars_of(body: str, peaks: tuple[Peak, Peak, Peak], prefix: str = "") -> d
     }
 
 
-def _nearest(axis: Array, at: float) -> int:
+def _nearest(axis: AnyArray, at: float) -> int:
     return int(np.argmin(np.abs(axis - at)))

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from thermoroll_cli.kernels.arrays import AnyArray
 
 
-def von_mises(stress: Array) -> Array:
+def von_mises(stress: AnyArray) -> AnyArray:
     """√(½[(σxx−σyy)² + (σyy−σzz)² + (σzz−σxx)²] + 3[σxy² + σxz² + σyz²]) of stresses (6, …), xx yy zz xy xz yz."""
     xx, yy, zz, xy, xz, yz = stress
     normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
     return np.asarray(np.sqrt(0.5 * normal + 3.0 * (xy * xy + xz * xz + yz * yz)))
 
 
-def first_principal(stress: Array) -> Array:
+def first_principal(stress: AnyArray) -> AnyArray:
     """The largest principal stress (tension positive) of stresses (6, …).
 
     The largest root of the characteristic polynomial by the cosine of its angle (Smith 1961), from the deviator."""

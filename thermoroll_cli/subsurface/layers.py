@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
 """Depth of the first layer below the surface, in the smaller semi-axis of the contact; ratio of one layer to the next above;

@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.model.subsurface import Peak
-
-Array = NDArray[Any]
 
 LAYERS, ELEMENTS = 5, 3
 """Points of the interpolating polynomials: into the depth, where layers are far apart, and along the surface."""
@@ -17,7 +15,7 @@ ZOOMS, POINTS = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
 
 
-def peak_of(values: Array, depths: Array, x: Array, y: Array, mirrored: bool = False) -> Peak:
+def peak_of(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool = False) -> Peak:
     """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours.
 
     A largest value at the surface is looked for on the surface itself, too. Of a `mirrored` field, even in y, only the part
@@ -30,12 +28,12 @@ def peak_of(values: Array, depths: Array, x: Array, y: Array, mirrored: bool = F
     return max(candidates, key=lambda peak: peak.value)
 
 
-def row_ranges(values: Array) -> Array:
+def row_ranges(values: AnyArray) -> AnyArray:
     """Largest minus smallest of `values` (nx, ny) along x, between elements by parabolas; (ny,)."""
     return _row_maxima(values) + _row_maxima(-values)
 
 
-def _row_maxima(values: Array) -> Array:
+def _row_maxima(values: AnyArray) -> AnyArray:
     top = np.clip(np.argmax(values, axis=0), 1, len(values) - 2)
     columns = np.arange(values.shape[1])
     before, here, after = (values[top + i, columns] for i in (-1, 0, 1))
@@ -45,7 +43,7 @@ def _row_maxima(values: Array) -> Array:
     return np.asarray(np.maximum(here + shift * (slope + 0.5 * bend * shift), values.max(axis=0)))
 
 
-def _refined(values: Array, place: tuple[Any, ...], depths: Array, x: Array, y: Array, mirrored: bool) -> Peak:
+def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
     """The maximum of the polynomial through the points around `place`, no farther away than the next points."""
     (zi, zs), (xi, xs) = (_around(axis, int(i), n, False)
                           for axis, i, n in ((depths, place[0], LAYERS), (x, place[1], ELEMENTS)))
@@ -70,7 +68,7 @@ def _refined(values: Array, place: tuple[Any, ...], depths: Array, x: Array, y: 
     return best
 
 
-def _around(axis: Array, index: int, count: int, mirrored: bool) -> tuple[Array, Array]:
+def _around(axis: AnyArray, index: int, count: int, mirrored: bool) -> tuple[AnyArray, AnyArray]:
     """Indices of `count` neighbouring points around `index`, and where they are; beyond a mirror before the first point."""
     count = min(count, len(axis))
     first = min(index - count // 2, len(axis) - count)
@@ -80,13 +78,13 @@ def _around(axis: Array, index: int, count: int, mirrored: bool) -> tuple[Array,
     return folded, np.where(beyond, -axis[folded], axis[folded])
 
 
-def _limits(nodes: Array, at: float) -> tuple[float, float]:
+def _limits(nodes: AnyArray, at: float) -> tuple[float, float]:
     """The points next to `at`."""
     index = int(np.argmin(np.abs(nodes - at)))
     return float(nodes[max(index - 1, 0)]), float(nodes[min(index + 1, len(nodes) - 1)])
 
 
-def _lagrange(nodes: Array, at: Array) -> Array:
+def _lagrange(nodes: AnyArray, at: AnyArray) -> AnyArray:
     """Values of the Lagrange polynomials of `nodes` (n,) at the points `at` (m,): (m, n)."""
     basis = np.ones((len(at), len(nodes)))
     for i, node in enumerate(nodes):

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.subsurface import BODIES, KeptFields, Peak, Subsurface, SubsurfaceRequest
@@ -18,8 +18,6 @@ from thermoroll_cli.subsurface.layers import layer_depths, skin_depth
 from thermoroll_cli.subsurface.stress_error_estimate import error_of
 from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransforms, ThermalLayers
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad, surface_loads
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

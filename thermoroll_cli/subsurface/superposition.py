@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.kernels.subsurface_thermal import thermal_stress
 from thermoroll_cli.kernels.thermal import temperature_at_depths
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad
-
-Array = NDArray[np.float64]
 
 ODD_IN_Y = (False, False, False, True, False, True)
 """Of the stresses xx yy zz xy xz yz, those that change sign in the mirror y → −y."""

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation
-
-Array = NDArray[np.float64]
 
 TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
 """τ points along the slip of the lower body: it brakes the lower body and drives the upper one."""

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Grid
-
-Array = NDArray[np.float64]
 
 
 def interpolation_matrix(source: Array, target: Array) -> Array:

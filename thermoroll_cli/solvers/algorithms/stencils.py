@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
+from thermoroll_cli.kernels.arrays import AnyArray
 
 
-def highest(field: Array) -> Array:
+def highest(field: AnyArray) -> AnyArray:
     """Highest value around each element; `field` ≥ 0, or a mask (nx, ny)."""
     padded = np.pad(field, 1)
     rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
-def sobel(padded: Array, dx: float, dy: float) -> tuple[Array, Array]:
+def sobel(padded: AnyArray, dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
     """Sobel differences along x and y (eight times the slope), (nx, ny), of a field given with one more row and column on all
     sides, (nx+2, ny+2)."""
     rows = padded[:, :-2] + 2.0 * padded[:, 1:-1] + padded[:, 2:]

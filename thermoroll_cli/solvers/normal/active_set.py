@@ -5,17 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.convolution import Convolution, even_length, multiply, periodic_symbol
 from thermoroll_cli.kernels.elastic import normal_table
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.normal.contact_border import border_elements
 from thermoroll_cli.solvers.solver_options import NormalOptions
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

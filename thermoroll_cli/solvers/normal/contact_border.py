@@ -14,11 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.algorithms.stencils import highest
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
 REACH = 4

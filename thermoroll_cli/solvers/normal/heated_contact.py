@@ -20,13 +20,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.solvers.algorithms.krylov import Vector, gmres
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

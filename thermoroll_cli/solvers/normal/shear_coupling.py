@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Spectrum
 from thermoroll_cli.kernels.convolution import Convolution
 from thermoroll_cli.kernels.elastic import coupling_tables
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
-
-Array = NDArray[np.float64]
-Spectrum = NDArray[np.complex128]
 
 
 class NormalShearCoupling:

@@ -17,10 +17,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import erfc, i0e, i1e, zeta
 
-Array = NDArray[np.float64]
+from thermoroll_cli.kernels.arrays import Array
 
 SERIES_UP_TO = 1.0
 """ε below which the series is summed, above the passes themselves."""

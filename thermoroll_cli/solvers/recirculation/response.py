@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.solvers.recirculation.track import Track
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
-
-Array = NDArray[np.float64]
 
 RANK = 12
 """Most patterns across the track that the preconditioner of a matched partition knows; four to eight matter."""

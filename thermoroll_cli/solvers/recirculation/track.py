@@ -22,12 +22,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.recirculation.kernel_functions import bulge_sum, cylinder_factor, pass_sum, surface_slope
-
-Array = NDArray[np.float64]
 
 SPREAD = 36.0
 """ε from which the mean and the passes cancel: e^{−36}."""

@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray, Mask
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import sobel
 from thermoroll_cli.solvers.solver_options import RollingOptions
-
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
 
 
 class EdgeCompliance:
@@ -37,15 +35,15 @@ class EdgeCompliance:
 
     def __init__(
         self,
-        covered: Array,
+        covered: AnyArray,
         contact: Mask,
         dx: float,
         dy: float,
         compliance: ShearCompliance,
-        leading: Array | None = None,
+        leading: AnyArray | None = None,
         softest: tuple[float, float] = (math.inf, math.inf),
         mirrored: bool = False,
-        neutral: Array | None = None,
+        neutral: AnyArray | None = None,
         options: RollingOptions | None = None,
     ) -> None:
         options = options or RollingOptions()
@@ -81,7 +79,7 @@ class EdgeCompliance:
         other.xx, other.yy, other.xy = (k.astype(precision) for k in (self.xx, self.yy, self.xy))
         return other
 
-    def add(self, out: Array, traction: Array) -> Array:
+    def add(self, out: AnyArray, traction: AnyArray) -> AnyArray:
         """`out` + K `traction`, in place, both (2, n, m)."""
         i, j = self._index
         tx, ty = traction[0, i, j], traction[1, i, j]
@@ -89,7 +87,7 @@ class EdgeCompliance:
         out[1, i, j] += self.xy * tx + self.yy * ty
         return out
 
-    def trailing(self, traction: Array) -> Array:
+    def trailing(self, traction: AnyArray) -> AnyArray:
         """K `traction` of the trailing border only, (2, n, m).
 
         Where that slips, the traction is at the bound whatever the gradient, and K would only take power from the slip."""
@@ -100,12 +98,12 @@ class EdgeCompliance:
         out[0, i, j], out[1, i, j] = xx * tx + xy * ty, xy * tx + yy * ty
         return out
 
-    def apply(self, traction: Array) -> Array:
+    def apply(self, traction: AnyArray) -> AnyArray:
         """K `traction`, (2, n, m)."""
         return self.add(np.zeros_like(traction), traction)
 
 
-def _limited(k: Array, along: float, across: float, options: RollingOptions) -> Array:
+def _limited(k: AnyArray, along: float, across: float, options: RollingOptions) -> AnyArray:
     """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
     x, y = k[0] / along, k[1] / across
     excess = np.maximum(np.maximum(x, y) * options.smallest_cover, -np.minimum(x, y) / options.deepest)
@@ -113,8 +111,8 @@ def _limited(k: Array, along: float, across: float, options: RollingOptions) -> 
 
 
 def _border_normal(
-    c: Array, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
-) -> tuple[Array, Array]:
+    c: AnyArray, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
+) -> tuple[AnyArray, AnyArray]:
     """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j); `c` holds the
     fractions with one more row and column on all sides."""
     along_x, along_y = (d[i, j] for d in sobel(c, dx, dy))

@@ -14,14 +14,11 @@ tractions of the whole stick area. At the trailing border tractions are at Coulo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import highest, sobel
 from thermoroll_cli.solvers.solver_options import RollingOptions
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 SMALLEST_PRESSURE = 1e-7
 """Over the peak: elements with less have no shape to speak of."""

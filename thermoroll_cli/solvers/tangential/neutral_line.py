@@ -11,16 +11,12 @@ over the element's own compliance: r falls like the element's width, so that thi
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
+from thermoroll_cli.kernels.arrays import AnyArray, Mask
 
 
-def neutral_compliance(variation: Array, bound: Array, own: float) -> tuple[Array, Mask]:
+def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tuple[AnyArray, Mask]:
     """κ of the module's docstring in 1/Pa, and where it outweighs the element's own compliance, both (n, m).
 
     From the `variation` v of the slip, the Coulomb `bound` μp in Pa, both (n, m), and the compliance `own` of an element in

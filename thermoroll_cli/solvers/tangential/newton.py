@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray, Mask
 from thermoroll_cli.solvers.algorithms.krylov import gmres
 from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
@@ -17,21 +17,18 @@ from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
 
-Array = NDArray[Any]
-Mask = NDArray[np.bool_]
-
 
 @dataclass(frozen=True)
 class Iterate:
     """One iterate with everything the next Newton step needs."""
 
-    traction: Array
-    unknown: Array
-    slip: Array
-    residual: Array
+    traction: AnyArray
+    unknown: AnyArray
+    slip: AnyArray
+    residual: AnyArray
     stick: Mask
-    scale: Array
-    direction: Array
+    scale: AnyArray
+    direction: AnyArray
     norm: float
 
 
@@ -45,7 +42,7 @@ class Newton:
         self.contact: Mask = (problem.traction_bound > 0.0) & (problem.covered > 0.0)
         self.traction_bound = np.where(self.contact, problem.traction_bound, 0.0)
         element = np.array(gradient.self_gradient)[:, None, None]
-        self.neutral: Array | None = None
+        self.neutral: AnyArray | None = None
         self.crossed: Mask = np.zeros_like(self.contact)
         if problem.variation is not None:
             self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
@@ -69,19 +66,19 @@ class Newton:
 
     # --- state ---------------------------------------------------------------------------------------------------
 
-    def creepage(self, unknown: Array) -> Array:
+    def creepage(self, unknown: AnyArray) -> AnyArray:
         creep = np.zeros(2)
         creep[list(self.free)] = unknown * self.creepage_unit
         return creep
 
-    def start(self, traction: Array, creepage: tuple[float, float]) -> Iterate:
+    def start(self, traction: AnyArray, creepage: tuple[float, float]) -> Iterate:
         size = np.hypot(traction[0], traction[1])
         shrink = np.where(size > self.traction_bound, self.traction_bound / np.where(size > 0.0, size, 1.0), 1.0)
         unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
-    def finish(self, state: Iterate) -> tuple[Iterate, Array, Array]:
+    def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray]:
         """The last iterate with its slip computed afresh (combined images carry rounding), the slip to report, (2, n, m), and
         the power lost to the discretisation, (n, m)."""
         gradient, dissipative = self.gradient.split(state.traction)
@@ -103,16 +100,16 @@ class Newton:
         """Elements that stick, (n, m): of those below their bound not the ones that slide both ways about a neutral line."""
         return np.asarray(state.stick & self.contact & ~self.crossed)
 
-    def _slip(self, traction: Array, unknown: Array) -> Array:
+    def _slip(self, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         return self._slip_of(self.gradient(traction), traction, unknown)
 
-    def _slip_of(self, gradient: Array, traction: Array, unknown: Array) -> Array:
+    def _slip_of(self, gradient: AnyArray, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         slip = self.problem.rigid_slip - gradient
         slip -= self.border.apply(traction)
         slip += self.creepage(unknown)[:, None, None]
         return slip
 
-    def _iterate(self, traction: Array, unknown: Array, slip: Array) -> Iterate:
+    def _iterate(self, traction: AnyArray, unknown: AnyArray, slip: AnyArray) -> Iterate:
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
         stick = length <= self.traction_bound
@@ -154,7 +151,7 @@ class Newton:
             length *= 0.5
         return min(trials, key=lambda t: t.norm)
 
-    def _longest(self, unknown: Array, change: Array) -> float:
+    def _longest(self, unknown: AnyArray, change: AnyArray) -> float:
         """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
         and a full step would leap into sliding, from where there is no gradient back."""
         size = float(np.linalg.norm(change))
@@ -210,7 +207,7 @@ class Linearisation:
             self.schur_inverse = np.linalg.pinv(schur)
 
     @staticmethod
-    def _times(block: tuple[Array, ...], v: Array) -> Array:
+    def _times(block: tuple[AnyArray, ...], v: AnyArray) -> AnyArray:
         xx, yy, xy = block
         out = np.empty_like(v)
         term = np.multiply(xy, v[1])
@@ -220,11 +217,11 @@ class Linearisation:
         out[1] += np.multiply(xy, v[0], out=term)
         return out
 
-    def expensive(self, v: Array) -> Array:
+    def expensive(self, v: AnyArray) -> AnyArray:
         n = 2 * self.newton.size
         return self.newton.gradient(v[:n].reshape(2, *self.newton.traction_bound.shape)).ravel()
 
-    def cheap(self, v: Array, image: Array) -> Array:
+    def cheap(self, v: AnyArray, image: AnyArray) -> AnyArray:
         newton = self.newton
         shape = (2, *newton.traction_bound.shape)
         n = 2 * newton.size
@@ -239,12 +236,12 @@ class Linearisation:
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
         return np.concatenate([out.ravel(), force], dtype=v.dtype)
 
-    def _invert(self, r: Array) -> Array:
+    def _invert(self, r: AnyArray) -> AnyArray:
         out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
         out += self._times(self.local, r)
         return out
 
-    def precondition(self, v: Array) -> Array:
+    def precondition(self, v: AnyArray) -> AnyArray:
         newton = self.newton
         if not newton.options.preconditioned:
             return v
@@ -259,5 +256,5 @@ class Linearisation:
         return np.concatenate([change.ravel(), unknown], dtype=v.dtype)
 
 
-def _as(precision: Any, *arrays: Array) -> tuple[Array, ...]:
+def _as(precision: Any, *arrays: AnyArray) -> tuple[AnyArray, ...]:
     return tuple(a.astype(precision) for a in arrays)

@@ -6,15 +6,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import free_space
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.kernels.shear import FreeShear, MirroredShear, shear_symbols
 from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
-
-Array = NDArray[Any]
 
 MARGIN = 2
 """Rows beyond the box that the difference formula reaches, at either end."""
@@ -29,10 +27,10 @@ def dissipative_part(weights: tuple[float, ...]) -> tuple[float, ...]:
     return a / 2, (b + d) / 2, c, (b + d) / 2, a / 2
 
 
-def difference(u: Array, weights: tuple[float, ...], dx: float) -> Array:
+def difference(u: AnyArray, weights: tuple[float, ...], dx: float) -> AnyArray:
     """Weighted sum of rows i−2, i−1, … for i = 0…n−1, over dx, from u at rows −2…n+1: (…, n+4, ny) -> (…, n, ny)."""
     n = u.shape[-2] - 4
-    out: Array = u[..., :n, :] * float(weights[0] / dx)
+    out: AnyArray = u[..., :n, :] * float(weights[0] / dx)
     term = np.empty_like(out)
     for k, w in enumerate(weights[1:], start=1):
         np.multiply(u[..., k : n + k, :], float(w / dx), out=term)
@@ -74,7 +72,7 @@ class RollingGradient:
         self.self_gradient = self._response([t[:, 0] for t in tables])
         self.alternating_gradient = self._response([t @ signs for t in tables])
 
-    def _response(self, rows: list[Array]) -> tuple[float, float]:
+    def _response(self, rows: list[AnyArray]) -> tuple[float, float]:
         """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa where u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
         its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
@@ -101,16 +99,16 @@ class RollingGradient:
     def transforms(self) -> int:
         return sum(self.__dict__[name].transforms for name in ("_double", "_single") if name in self.__dict__)
 
-    def displacement(self, traction: Array) -> Array:
+    def displacement(self, traction: AnyArray) -> AnyArray:
         """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""
         return (self._single if traction.dtype == np.float32 else self._double)(traction)
 
-    def __call__(self, traction: Array) -> Array:
+    def __call__(self, traction: AnyArray) -> AnyArray:
         """∂u/∂x of shape (2, n, m)."""
         self.applications += 1
         return difference(self.displacement(traction), self.weights, self.dx)
 
-    def of_shape(self, shape: Array) -> Array:
+    def of_shape(self, shape: AnyArray) -> AnyArray:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f).
 
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
@@ -118,7 +116,7 @@ class RollingGradient:
         self.applications += 1
         return difference(self._double.of_shape(shape), self.weights, self.dx)
 
-    def split(self, traction: Array) -> tuple[Array, Array]:
+    def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
 
         Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""

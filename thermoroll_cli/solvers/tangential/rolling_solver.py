@@ -12,16 +12,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.newton import Iterate, Newton
 from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse
 from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Start = tuple[Array, tuple[float, float]]
 
 __all__ = ["RollingSolver", "Start", "TangentialProblem", "TangentialSolution"]

@@ -11,13 +11,10 @@ and in anti-plane strain along the border, and what the friction has in reserve 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import sobel
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 FLATTEST = 1e-3
 """Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not tell its distance."""

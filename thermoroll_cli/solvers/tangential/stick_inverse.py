@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import even_length
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.kernels.fftw import complex_type, fftw
@@ -14,8 +15,6 @@ from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
 from thermoroll_cli.kernels.shear import Symbols, shear_symbols
 from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS
 from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS
-
-Array = NDArray[Any]
 
 
 def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -60,7 +59,7 @@ class StickInverse:
         self._sums = np.zeros((2, n + 1, m), dtype=precision)
         self._base = np.empty((2, n, m), dtype=precision)
 
-    def __call__(self, gradient: Array, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> Array:
+    def __call__(self, gradient: AnyArray, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> AnyArray:
         """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere.
 
         `gradient` is zero outside `mask`, `starts` is `run_starts(mask)`."""
@@ -97,7 +96,7 @@ class _FreePeriodic:
         self._backward = pyfftw.FFTW(self._hats, self._fields, axes=(1, 2), direction="FFTW_BACKWARD",
                                      flags=(*flags, "FFTW_DESTROY_INPUT"))
 
-    def __call__(self, pair: Array) -> Array:
+    def __call__(self, pair: AnyArray) -> AnyArray:
         n, m = self._shape
         fields = self._fields
         fields[:, n:, :] = 0.0
@@ -124,7 +123,7 @@ class _MirroredPeriodic:
         self._plane = MirroredPlane(*shape, padded, even, precision=precision)
         self._own, self._other = (s.astype(complex_type(precision)) for s in pair_symbols(*symbol, even))
 
-    def __call__(self, pair: Array) -> Array:
+    def __call__(self, pair: AnyArray) -> AnyArray:
         self._plane.forward(pair)
         self._plane.apply(self._own, self._other)
         return self._plane.inverse()

@@ -10,12 +10,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

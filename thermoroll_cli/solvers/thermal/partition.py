@@ -18,10 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.solvers.algorithms.krylov import Vector, gmres
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
-
-Array = NDArray[np.float64]
 
 MISMATCH = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""

@@ -19,13 +19,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import temperature_table
 from thermoroll_cli.kernels.variable_peclet import ThermalKind, VariablePecletKernel, variable_peclet_kernel
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, thermal_admittance
-
-Array = NDArray[np.float64]
 
 TOLERANCE = 1e-5
 """Error of the expansion relative to the largest coefficient, and to the sum of all."""

@@ -1,0 +1,17 @@
+"""Types of the arrays that pass between modules; their docstrings tell shapes and units."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+"""Numbers in double precision."""
+AnyArray = NDArray[Any]
+"""Numbers of either precision, real or complex: what solvers iterate on."""
+Spectrum = NDArray[Any]
+"""Fourier transforms of either precision; real where the field is even."""
+Mask = NDArray[np.bool_]
+"""True on some elements."""
