@@ -104,7 +104,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
         "creepage_lateral": tangential.creepage[1],
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
         "pressure_max_MPa": normal.peak * 1e-6,
-        "shear_max_MPa": float(shear.max()) * 1e-6,
+        "shear_max_MPa": peak_value(shear) * 1e-6,
         "approach_um": float(normal.approach) * 1e6,
         "contact_area_mm2": area * 1e6,
         "stick_area_mm2": stick_area * 1e6,
@@ -163,7 +163,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars["thermal_displacement_max_um"] = math.nan
     if expansion is not None:
         fields["displacement_thermal"] = expansion
-        scalars["thermal_displacement_max_um"] = float(np.ptp(expansion)) * 1e6
+        scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
     return State(fields=fields, scalars=scalars)
 
 

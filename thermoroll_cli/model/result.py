@@ -56,7 +56,7 @@ SCALARS: dict[str, str] = {
     "approach_um": "rigid-body approach",
     "contact_area_mm2": "contact area",
     "stick_area_mm2": "stick area",
-    "thermal_displacement_max_um": "maximum thermal displacement (sum of both bodies)",
+    "thermal_displacement_max_um": "thermal displacement, variation over the contact (sum of both bodies)",
     "partition_mean": "share of the frictional heat that enters the lower body",
     "power_balance_error": "relative mismatch of dissipated heat and work of the creep forces",
 }

@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 
 from thermoroll_cli.assessment.scalars import input_scalars
+from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.error_scale import error_scale
+from thermoroll_cli.model.error_scale import FORCES, error_scale
 from thermoroll_cli.model.result import SCALARS
+from thermoroll_cli.refinement.estimate_weights import OTHERWISE, WEIGHTS
 
 Levels = Sequence[Mapping[str, float]]
 
@@ -25,41 +27,26 @@ FLOOR = 2e-5
 """No estimate is smaller: rounding and solver tolerances are of this order."""
 
 UNCHANGED = 1e-6
-"""What changes by less than this from grid to grid is given or vanishes by symmetry."""
+"""What changes by less than this from grid to grid is given, known in closed form, or vanishes by symmetry."""
 
-WEIGHTS = {
-    "Q_F_W": (0.52, 1.0 / 16.0),
-    "T_gamma_N": (0.52, 1.0 / 16.0),
-    "force_x_N": (0.52, 1.0 / 8.0),
-    "force_y_N": (0.52, 1.0 / 8.0),
-    "spin_moment_Nmm": (0.52, 1.0 / 8.0),
-    "gamma_c": (1.0, 1.0 / 16.0),
-    "contact_area_mm2": (1.0, 1.0 / 16.0),
-    "gamma_st": (1.0, 1.0 / 8.0),
-    "gamma_p": (1.0, 1.0 / 16.0),
-    "temperature_rise_max_lower_K": (1.0, 1.0 / 8.0),
-    "temperature_rise_max_upper_K": (1.0, 1.0 / 8.0),
-    "surface_temperature_max_lower_K": (1.0, 1.0 / 8.0),
-    "surface_temperature_max_upper_K": (1.0, 1.0 / 8.0),
-}
-"""Safety factor, and weight of the change between the two coarser grids, of each estimate. Calibrated on random cases
-(round and elliptic, creepage and spin, a third of them coupled, N = 32 and 64 against N = 256 extrapolated); the test of
-honesty uses others. Anything not named here scatters more and takes `OTHERWISE`."""
-OTHERWISE = (1.5, 1.0 / 8.0)
+BETWEEN_ELEMENTS = ("gamma_st", "stick_area_mm2", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",
+                    "surface_temperature_max_lower_K", "surface_temperature_max_upper_K")
+"""Scalars that need not change while a zone of slip or stick stays smaller than an element."""
 
-STICK_BORDER = 0.015
-"""The border of stick and slip is located to a few hundredths of an element, but not where stick begins behind slip or the
-border runs along the rolling direction: the stick fraction scatters by about this over N."""
-UNSEEN = 1.5
-"""A single element's share of the contact, times N²: a slip zone, or the stick around the pole of the spin, may be smaller."""
-CONTACT_BORDER = 0.025
-"""The contact border is located to a few hundredths of an element: where the contact is not Hertz's, its area scatters by about
-this over N."""
-FIRST_ORDER = 0.002
-"""What is left of first order in integrals, over N: two changes can be smaller by accident. Round and wide contacts have none;
-elements longer than twice their width keep some (`EdgeCompliance`)."""
-FIRST_ORDER_DISSIMILAR = 0.1
-"""The same between different bodies, whose tractions begin like √s ln s (two cases up to N = 512)."""
+RESULTANTS = (*FORCES, "spin_moment_Nmm")
+
+FEW, STRIP = 2.0, 0.7
+"""Elements in a row that slip, below which the zone of slip may not be seen; and what strip theory's share of it is worth."""
+
+SURE = 1.5
+"""Times the creepage of full slip: neither pressure peaks of heat nor slip across the traction change that so much."""
+
+WIDER = 1.5
+"""Where there is one coarser grid only, nothing tells how fast a value converges: its estimate is made this much wider."""
+
+USUAL = 32.0
+"""Estimates fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular the finer a grid is;
+this is the N at which the weights hold."""
 
 
 UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2"}
@@ -71,21 +58,22 @@ def unbounded(derived: DerivedQuantities) -> set[str]:
     return UNBOUNDED if derived.problem.geometry.has_profile and derived.scales.reaches_an_end else set()
 
 
-def estimates(levels: Levels, derived: DerivedQuantities, elements: int) -> dict[str, float]:
+def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, extrapolated: bool = True) -> dict[str, float]:
     """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
-    `error_scale`. nan for what is given.
+    `error_scale`: the sum of the signs of error that `Weights` lists. nan for what is given, and for one grid alone.
 
-    The change over the last doubling, over 2^p − 1 with the order p that the last three grids show (between 1 and 2), but not
-    less than a share of the change before: two values may agree by accident. `elements` is the number per side of the last
-    grid. nan for one grid alone.
+    `elements` is the number of elements over 1.1 diameters of the contact, `extrapolated` whether integrals are.
     """
     summary = {**levels[-1], **input_scalars(derived)}
     given = _given(derived)
-    return {
-        name: math.nan if name in given else _estimate(
-            name, [level.get(name, math.nan) for level in levels], error_scale(name, summary), derived, elements)
-        for name in SCALARS
-    }
+    if len(levels) < 2:
+        return dict.fromkeys(SCALARS, math.nan)
+    common = _common_signs(levels, summary, derived, elements)
+    errors = {name: math.nan if name in given else _estimate(name, levels, summary, common, elements, extrapolated)
+              for name in SCALARS}
+    if summary["gamma_st"] == 0.0 and _slides_for_sure(derived):
+        errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
+    return errors
 
 
 def _given(derived: DerivedQuantities) -> set[str]:
@@ -107,29 +95,73 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
         return values
     for name in EXTRAPOLATED:
         before, middle, last = (level[name] for level in levels[-3:])
-        if given.get(name) is None and (last - middle) * (middle - before) > 0.0 and abs(last - middle) < abs(middle - before):
+        if given.get(name) is None and converges_one_way(middle - before, last - middle):
             values[name] = last + (last - middle) / 3.0
     return values
 
 
-def _estimate(name: str, values: list[float], scale: float, derived: DerivedQuantities, elements: int) -> float:
-    if len(values) < 2 or math.isnan(values[-1]) or math.isnan(values[-2]):
+def converges_one_way(before: float, last: float) -> bool:
+    """Whether of two changes in a row the second goes on in the direction of the first, and less far."""
+    return last * before > 0.0 and abs(last) < abs(before)
+
+
+def _slides_for_sure(derived: DerivedQuantities) -> bool:
+    """Whether the creepage is so far beyond that of full slip that no grid can find a place that sticks."""
+    problem, motion = derived.problem, derived.problem.motion
+    if motion.creepage_x is None or motion.creepage_y is None or motion.spin or derived.dissimilar:
+        return False
+    if problem.geometry.has_profile or derived.differential_slip.active:
+        return False
+    lower, upper = problem.lower, problem.upper
+    constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+    along, across = full_slip_creepages(derived.hertz, problem.friction, *constants)
+    return math.hypot(motion.creepage_x / along, motion.creepage_y / across) > SURE
+
+
+def _common_signs(
+    levels: Levels, summary: Mapping[str, float], derived: DerivedQuantities, elements: float
+) -> dict[str, float]:
+    """The signs of error that all scalars of a state share (names of `Weights`)."""
+    motion, scales = derived.problem.motion, derived.scales
+    ratio = scales.semi_axis_x / scales.semi_axis_y
+    limit = derived.problem.traction_limit
+    changes = [abs(levels[-1][name] - levels[-2][name]) / error_scale(name, summary) for name in RESULTANTS] if limit else [0.0]
+    slipping = (1.0 - summary["gamma_st"]) * elements
+    if slipping < FEW:
+        # The zone of slip may be narrower than an element: in strip theory its share is the creepage's of saturation.
+        creepage = math.hypot(summary["creepage_longitudinal"], summary["creepage_lateral"], motion.spin * scales.mean_radius)
+        share = min(1.0, creepage / derived.saturation_creepage * math.sqrt(max(ratio, 1.0))) if limit else 0.0
+        slipping = max(slipping, STRIP * share * elements)
+    carried = math.hypot(summary["force_x_N"], summary["force_y_N"]) / limit if limit else 0.0
+    forced = motion.force_x is not None or motion.force_y is not None
+    return {
+        "forces": max(changes),
+        "first": 1.0 / elements,
+        "second": 1.0 / elements**2,
+        "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
+        "narrow": 1.0 / max(slipping, 1.0) ** 2,
+        "long": max(ratio - 1.0, 0.0) / elements,
+        "near_limit": min(1.0, 1.0 / elements**2 / max(1.0 - carried, 1e-3)) if forced else 0.0,
+    }
+
+
+def _estimate(
+    name: str, levels: Levels, summary: Mapping[str, float], common: Mapping[str, float], elements: float, extrapolated: bool
+) -> float:
+    values, scale = [level.get(name, math.nan) for level in levels[-3:]], error_scale(name, summary)
+    if math.isnan(values[-1]) or math.isnan(values[-2]) or math.isnan(scale):
         return math.nan
     if scale == 0.0:
         return 0.0
-    last = abs(values[-1] - values[-2])
-    before = abs(values[-2] - values[-3]) if len(values) > 2 and not math.isnan(values[-3]) else 4.0 * last
-    order = min(max(math.log2(before / last), 1.0), 2.0) if before > 0.0 and last > 0.0 else 2.0
-    safety, share = WEIGHTS.get(name, OTHERWISE)
-    error = safety * max(last / (2.0**order - 1.0), share * before) / scale
-    if name == "gamma_st":
-        if 0.0 < values[-1] < 1.0:
-            error = max(error, STICK_BORDER / elements)
-        elif values[-1] >= 1.0 or derived.problem.motion.spin != 0.0:
-            error = max(error, UNSEEN / elements**2)
-    # Hertz's area is exact, but for the quadrature of covered fractions.
-    if name in ("gamma_c", "contact_area_mm2") and last + before > FLOOR * scale:
-        error = max(error, CONTACT_BORDER / elements)
-    if name in EXTRAPOLATED and last + before > UNCHANGED * scale:
-        error = max(error, (FIRST_ORDER_DISSIMILAR if derived.dissimilar else FIRST_ORDER) / elements)
-    return max(error, FLOOR)
+    last = (values[-1] - values[-2]) / scale
+    known = len(values) > 2 and not math.isnan(values[0])
+    before = (values[-2] - values[-3]) / scale if known else 0.0
+    if abs(last) + abs(before) < UNCHANGED and name not in BETWEEN_ELEMENTS:
+        return FLOOR
+    if extrapolated and name in EXTRAPOLATED and converges_one_way(before, last):
+        own = {"extrapolated": abs(4.0 * last - before) / 3.0, "smooth": abs(last)}
+    else:
+        own = {"last": abs(last), "before": abs(before)}
+    weights = WEIGHTS.get(name, OTHERWISE)
+    total = sum(getattr(weights, sign) * size for sign, size in {**own, **common}.items())
+    return max(total * math.sqrt(USUAL / elements) * (1.0 if known else WIDER), FLOOR)

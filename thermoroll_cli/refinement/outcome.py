@@ -28,7 +28,7 @@ def result_of(
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
-    errors = estimates(coupled, derived, min(last.discretisation.grid.shape))
+    errors = estimates(coupled, derived, last.elements_across, extrapolated=extrapolated)
     reasons = failures(derived, last.discretisation, last.isothermal, last.coupled)
     warnings = list(plan.warnings)
     heat = last.discretisation.heat(last.contact) if plan.runs("heat") else None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +30,14 @@ class RefinementLevel:
     def touches_rim(self) -> bool:
         """Whether a contact was found to reach the edge of the domain."""
         return any(state is not None and state.touches_rim for state in (self.isothermal, self.coupled))
+
+    @property
+    def elements_across(self) -> float:
+        """Elements over 1.1 diameters of the contact, which is the side of the usual domain; of a grid that is not square those
+        of its coarser direction."""
+        grid = self.discretisation.grid
+        inside = float(self.contact.normal.covered.sum())
+        return max(1.0, 2.2 * math.sqrt(inside / math.pi * min(grid.shape) / max(grid.shape)))
 
     @property
     def contact(self) -> Contact:

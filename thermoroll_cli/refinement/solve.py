@@ -149,8 +149,7 @@ def _accurate_enough(problem: Problem, levels: list[RefinementLevel]) -> bool:
     wanted = problem.numerics.accuracy
     if wanted is None or len(levels) < 3:
         return False
-    derived, elements = levels[-1].discretisation.derived, min(levels[-1].discretisation.grid.shape)
     # Of the state that is asked for; the isothermal one beside it has its own estimates.
     scalars, _ = scalars_by_level(levels)
-    errors = estimates(scalars, derived, elements)
+    errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across)
     return all(errors[k] <= wanted for k in ERROR_SCALARS if not math.isnan(errors[k]))
