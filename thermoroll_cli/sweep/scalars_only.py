@@ -17,7 +17,7 @@ from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, TEXTS, Re
 from thermoroll_cli.sweep.lock import sole_sweep
 from thermoroll_cli.sweep.points import PointMaker, identity, stretch_numbers
 from thermoroll_cli.sweep.scalar_tasks import Part, solve_rows
-from thermoroll_cli.sweep.table import CONVERGED, cell, columns
+from thermoroll_cli.sweep.table import CONVERGED, cell, columns, over_limit
 
 FILE_NAME, TABLE_NAME = "sweep.h5", "sweep.csv"
 SECONDS_BETWEEN_WRITES = 1.0
@@ -183,7 +183,7 @@ def records(file: ScalarFile, maker: PointMaker) -> Iterator[dict[str, Any]]:
             record |= {name: block[name][row].decode("utf-8", "replace") for name in TEXTS}
             applications = record["work.applications"]
             record["work.applications"] = int(applications) if applications == applications else ""
-            yield record | {"file": "", "number": number}
+            yield record | over_limit(record) | {"file": "", "number": number}
 
 
 def write_table(file: ScalarFile, path: pathlib.Path, maker: PointMaker) -> None:

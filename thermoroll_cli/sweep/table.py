@@ -48,7 +48,7 @@ def row_of(point: Point, path: pathlib.Path) -> Row:
     stored = read_result(path, with_fields=False).summary
     scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
     states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
-    scalars |= _over_limit(scalars)
+    scalars |= over_limit(scalars)
     return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
 
 
@@ -60,7 +60,8 @@ def failed_row(point: Point, reason: str) -> Row:
     return Row(point, outcome | scalars | states | {"work": {}, "warnings": []}, None)
 
 
-def _over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
+def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
+    """Columns of `OVER_LIMIT` from the scalars of a row; nan without friction."""
     limit = scalars["friction_limit_N"]
     return {name: scalars[force] / limit if limit > 0.0 else math.nan for name, force in OVER_LIMIT.items()}
 
