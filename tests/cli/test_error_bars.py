@@ -89,6 +89,13 @@ def test_what_is_given_has_no_error(outputs: tuple[Called, dict[str, Any], Path]
     assert record["error"]["creepage_longitudinal"] > 0.0 and record["error"]["force_y_N"] > 0.0
 
 
+def test_one_grid_alone_says_that_it_has_no_estimates(outputs: tuple[Called, dict[str, Any], Path]) -> None:
+    table, _, path = outputs
+    coarse = call("run", "case.toml", "--set", "numerics.grid=12", "--no-plots", "-o", "coarse", cwd=path.parents[1])
+    assert "±" not in coarse.stdout and "no error estimates" in coarse.stdout
+    assert "no error estimates" not in table.stdout
+
+
 def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path], monkeypatch: pytest.MonkeyPatch) -> None:
     _, _, path = outputs
     for columns in (80, 130):

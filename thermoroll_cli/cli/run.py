@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from thermoroll_cli.model.result import Result
 
 
+NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
+
+
 @dataclass(frozen=True)
 class _Wishes:
     """How the results are wanted."""
@@ -193,10 +196,12 @@ def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) 
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
+    without = [] if any(error == error for error in result.error.values()) else [NO_ERRORS]
     return [
         *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),
         *folded(result.reason, width),
         *scalar_table(summary, {**SCALARS, **HERTZ_SCALARS}, names, both=both, width=width),
+        *(line for text in without for line in folded(text, width)),
         *(line for warning in result.warnings for line in folded(f"warning: {warning}", width)),
     ]
 
