@@ -8,11 +8,12 @@ from string import Template
 
 @dataclass(frozen=True)
 class _Values:
-    """What tells one template from another. `more` are tables and comments of its own, put before [numerics]."""
+    """What tells one template from another. `more` are tables and comments of its own, put before [numerics]; `profile` is a
+    table in [geometry], of the body whose lateral radius is None."""
 
     about: str
     title: str
-    radii: tuple[float, float, float, float]
+    radii: tuple[float, float | None, float, float | None]
     normal: float
     friction: float
     speed: float
@@ -23,7 +24,16 @@ class _Values:
     conductivity: float = 50.2
     diffusivity: float = 10.0
     more: str = ""
+    profile: str = ""
 
+
+_WORN_RAIL = """\
+points_mm = [
+    [-24, -0.5995], [-22, -0.4862], [-20, -0.3863], [-18, -0.2997], [-16, -0.2264], [-14, -0.1665], [-12, -0.1199],
+    [-10, -0.0833], [-8, -0.0533], [-6, -0.03], [-4, -0.0133], [-2, -0.0033], [0, 0], [2, -0.0034], [4, -0.0134],
+    [6, -0.0301], [8, -0.0534], [10, -0.1054], [12, -0.2074], [14, -0.3594], [16, -0.5614], [18, -0.8134],
+    [20, -1.1155], [22, -1.4675], [24, -1.8695],
+]"""
 
 TEMPLATES = {
     "article": _Values(
@@ -75,6 +85,49 @@ TEMPLATES = {
         conductivity=46.6,
         diffusivity=12.5,
     ),
+    "roller": _Values(
+        about="A cylindrical roller of 20 mm diameter and 10 mm length (upper) on a flat raceway, its ends relieved by a\n"
+        "# logarithmic crown.",
+        title="Crowned roller on a flat raceway",
+        radii=(float("inf"), float("inf"), 10.0, None),
+        normal=2000.0,
+        friction=0.1,
+        speed=2.0,
+        longitudinal=0.0007,
+        spin=0.0,
+        conductivity=46.6,
+        diffusivity=12.5,
+        profile="""\
+# The height is drop ln(1 - (2|y|/length)^2); flat_mm leaves the middle straight.
+[geometry.upper_profile]
+kind = "logarithmic"
+length_mm = 10.0
+drop_um = 1.0
+flat_mm = 0.0
+offset_mm = 0.0
+tilt_mrad = 0.0
+""",
+    ),
+    "worn-rail": _Values(
+        about="A railway wheel (upper, tread hollowed to 900 mm) on a worn rail: flattened on top, gauge corner at y > 8 mm.",
+        title="Wheel on a worn rail",
+        radii=(float("inf"), None, 460.0, -900.0),
+        normal=80e3,
+        friction=0.3,
+        speed=30.0,
+        longitudinal=0.0015,
+        spin=5.4e-05,
+        conductivity=50.0,
+        diffusivity=14.2,
+        profile=f"""\
+# Pairs [y, height] in mm, height positive out of the body; or file = "rail.csv" with two columns, beside this file.
+[geometry.lower_profile]
+{_WORN_RAIL}
+interpolation = "cubic"
+offset_mm = 0.0
+tilt_mrad = 0.0
+""",
+    ),
 }
 """Name of each template of `thermoroll init`. A new one is an entry here."""
 
@@ -102,13 +155,10 @@ diffusivity_mm2_s = $diffusivity
 # expansion_um_mK = 3.0
 # diffusivity_mm2_s = 11.0
 
-# Radii along rolling (x) and across (y); inf is flat, negative is concave.
+# Radii along rolling (x) and across (y); inf is flat, negative is concave. Instead of a radius across rolling a body may have a
+# profile: see thermoroll init --template roller, and worn-rail.
 [geometry]
-lower_radius_x_mm = $lower_x
-lower_radius_y_mm = $lower_y
-upper_radius_x_mm = $upper_x
-upper_radius_y_mm = $upper_y
-
+$geometry
 [load]
 normal_N = $normal
 friction_coefficient = $friction
@@ -157,6 +207,9 @@ def template_text(name: str) -> str:
     """The template `name` as the text of a case file. Raises KeyError for a name there is none of."""
     values = TEMPLATES[name]
     fields = dict(vars(values))
-    radii = dict(zip(("lower_x", "lower_y", "upper_x", "upper_y"), fields.pop("radii"), strict=True))
+    keys = ("lower_radius_x_mm", "lower_radius_y_mm", "upper_radius_x_mm", "upper_radius_y_mm")
+    geometry = "".join(f"{key} = {value}\n" for key, value in zip(keys, fields.pop("radii"), strict=True) if value is not None)
+    profile = fields.pop("profile")
+    geometry += f"\n{profile}" if profile else ""
     force = f"{0.5 * values.friction * values.normal:.4g}"
-    return _TEXT.substitute(fields | radii | {"force": force if "." in force else force + ".0"})
+    return _TEXT.substitute(fields | {"geometry": geometry, "force": force if "." in force else force + ".0"})

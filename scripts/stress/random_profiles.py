@@ -1,0 +1,98 @@
+"""Seeded contacts of bodies with transverse profiles: crowned rollers, lopsided shapes, two bumps, arcs of unlike radii that
+meet with a kink in the curvature."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.model.profile import Profile
+
+KINDS = ("crown", "cubic", "bumps", "kink")
+SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3
+POINTS = 241
+
+
+def random_profile_contact(seed: int) -> Problem:
+    """The contact of `seed`, always the same; its kind is `KINDS[seed % 4]`."""
+    rng = np.random.default_rng([13, seed])
+    while True:
+        problem = _drawn(rng, KINDS[seed % len(KINDS)])
+        try:
+            scales = DerivedQuantities(problem).scales
+        except ValueError:
+            continue  # past both ends of its profile
+        if scales.semi_axis_x < 0.3 * abs(1.0 / problem.geometry.curvature_x):
+            return replace(problem, motion=_motion(rng, problem))
+
+
+def _drawn(rng: np.random.Generator, kind: str) -> Problem:
+    half = _log(rng, -3.0, -1.7)
+    profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink}[kind](rng, half)
+    radius_x = half * _log(rng, 0.3, 2.0)
+    flat = math.inf
+    geometry = Geometry(flat, flat, radius_x, flat, upper_profile=profile)
+    if rng.random() < LOWER_SHARE:
+        geometry = Geometry(radius_x, flat, flat, flat, lower_profile=profile)
+    heated = bool(rng.random() < HEATED_SHARE)
+    lower = _material(rng, heated)
+    unlike = bool(rng.random() < DISSIMILAR_SHARE)
+    upper = replace(lower, youngs_modulus=lower.youngs_modulus * _log(rng, -0.7, 0.7)) if unlike else lower
+    load = lower.youngs_modulus * half**2 * _log(rng, -6.0, -3.5)
+    heating = Heating(peclet=("rolling", "stationary")[int(rng.integers(2))]) if heated else Heating(heat=False)
+    return Problem(lower, upper, geometry, load, float(rng.uniform(0.05, 0.6)), Motion(1.0), heating)
+
+
+def _material(rng: np.random.Generator, heated: bool) -> Material:
+    thermal = (50.0, 11.7e-6, 1e-5) if heated else (None, None, None)
+    return Material(_log(rng, 0.5, 2.4) * 1e9, float(rng.uniform(0.1, 0.45)), *thermal)
+
+
+def _motion(rng: np.random.Generator, problem: Problem) -> Motion:
+    derived = DerivedQuantities(problem)
+    size, angle = derived.saturation_creepage * _log(rng, -1.3, 0.7), float(rng.choice([0.0, rng.uniform(0.0, 2.0 * math.pi)]))
+    spin = float(rng.choice([-1.0, 1.0])) * size / derived.scales.semi_axis_y if rng.random() < SPIN_SHARE else 0.0
+    motion = Motion(1.0, size * math.cos(angle), size * math.sin(angle), spin)
+    if rng.random() < FORCED_SHARE:
+        share = float(rng.uniform(-0.3, 0.3))
+        motion = replace(motion, creepage_x=None, creepage_y=0.0, force_x=share * problem.traction_limit)
+    return motion
+
+
+def _crown(rng: np.random.Generator, half: float) -> Profile:
+    flat = float(rng.choice([0.0, rng.uniform(0.1, 0.8)]))
+    return Profile(length=2.0 * half, drop=half * _log(rng, -4.0, -3.0), flat=2.0 * half * flat)
+
+
+def _cubic(rng: np.random.Generator, half: float) -> Profile:
+    lean = float(rng.uniform(-0.25, 0.25))
+    return _points(lambda t: -(t**2) - lean * t**3, half, half * _log(rng, -1.6, -0.5))
+
+
+def _bumps(rng: np.random.Generator, half: float) -> Profile:
+    lean, place = float(rng.uniform(-0.04, 0.04)), float(rng.uniform(0.35, 0.6))
+    return _points(lambda t: -((1.0 - (t / place) ** 2) ** 2) * place**2 + lean * t, half, half * _log(rng, -2.0, -1.0))
+
+
+def _kink(rng: np.random.Generator, half: float) -> Profile:
+    ratio, place = _log(rng, 0.2, 1.0), float(rng.uniform(-0.1, 0.1))
+    place = round(0.5 * place * (POINTS - 1)) / (0.5 * (POINTS - 1))
+
+    def arcs(t: np.ndarray) -> np.ndarray:
+        return np.where(t < place, -0.5 * (t - place) ** 2, -0.5 * ratio * (t - place) ** 2)
+
+    return _points(arcs, half, half * _log(rng, -1.6, -0.7))
+
+
+def _points(shape: Callable[[np.ndarray], np.ndarray], half: float, height: float) -> Profile:
+    t = np.linspace(-1.0, 1.0, POINTS)
+    return Profile(tuple(zip((half * t).tolist(), (height * shape(t)).tolist(), strict=True)))
+
+
+def _log(rng: np.random.Generator, low: float, high: float) -> float:
+    return float(10.0 ** rng.uniform(low, high))
