@@ -156,6 +156,22 @@ def test_no_two_modules_and_no_two_public_classes_share_a_name() -> None:
     assert not {what: where for what, where in places.items() if len(where) > 1}
 
 
+@pytest.mark.parametrize("path", [p for p in modules() if layer(p) in ("solvers", "steady_state", "refinement", "assessment")],
+                         ids=name)
+def test_every_number_that_has_a_name_has_a_reason(path: Path) -> None:
+    """A text follows it, or the group of names that it belongs to. Options are such numbers, too."""
+    tree = ast.parse(path.read_text())
+    groups = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Options"))]
+    for body in groups:
+        for i, node in enumerate(body):
+            last = i
+            while last + 1 < len(body) and isinstance(body[last + 1], ast.Assign | ast.AnnAssign):
+                last += 1
+            value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+            if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
+                assert last + 1 < len(body) and isinstance(body[last + 1], ast.Expr), f"why {ast.unparse(node)}?"
+
+
 def test_types_of_arrays_are_declared_once() -> None:
     """Exact solutions and pictures stand on their own."""
     named: dict[str, set[str]] = {}

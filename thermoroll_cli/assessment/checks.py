@@ -11,12 +11,20 @@ from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.friction import friction_of, transmissible_force
 
 LOAD_ERROR = 1e-6
+"""Over the load: the pressure is scaled to it, so that only rounding remains."""
+FORCE_ERROR = 1e-5
+"""Over μW: what a residual of the tractions may leave of a prescribed force."""
 COULOMB_EXCESS = 1e-4
+"""Traction above its bound over the bound, both in the 2-norm: ten times the residual of the tractions."""
 DIRECTION_ERROR = 1e-3
+"""Power lost because slip does not point along the traction, over the power: small slip is known to few digits."""
 HEAT_BALANCE = 1e-6
+"""Heat over the work of the creep forces: it is distributed so that they agree, but for rounding."""
 TEMPERATURE_MISMATCH = 1e-4
+"""Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
 FEWEST_ELEMENTS = 12
 SMALLEST_SHARE = 0.25
+"""Of the isothermal contact: with fewer elements, or less of its area, a heated contact is no longer shown by its grid."""
 
 
 def failures(
@@ -101,6 +109,6 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     motion = problem.motion
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
-        if wanted is not None and abs(got - wanted) > 1e-5 * problem.traction_limit:
+        if wanted is not None and abs(got - wanted) > FORCE_ERROR * problem.traction_limit:
             reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
     return reasons

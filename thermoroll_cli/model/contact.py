@@ -51,16 +51,16 @@ class Traction:
     creepage: tuple[float, float]
     heat: Array
     work: float
-    residual: float
-    newton_steps: int
-    applications: int
-    converged: bool
+    residual: float = 0.0
+    newton_steps: int = 0
+    applications: int = 0
+    converged: bool = True
 
     @classmethod
     def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:
         """Tractions (2, nx, ny) only to start from."""
         nothing = np.zeros(traction.shape[1:])
-        return cls(traction, np.zeros_like(traction), nothing > 0.0, creepage, nothing, 0.0, residual, 0, 0, True)
+        return cls(traction, np.zeros_like(traction), nothing > 0.0, creepage, heat=nothing, work=0.0, residual=residual)
 
     @classmethod
     def unknown(cls, shape: tuple[int, int]) -> Traction:

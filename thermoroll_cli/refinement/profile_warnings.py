@@ -13,6 +13,7 @@ WIDEST = 1.0 / 3.0
 """Width of a patch over the radius of curvature in it, likewise; where that varies, the angle by which the surface turns across
 the patch."""
 SAMPLES = 513
+"""Places across the contact at which the radii of a profile are looked up."""
 
 
 def profile_warnings(derived: DerivedQuantities) -> list[str]:

@@ -98,7 +98,8 @@ def _carried_over(discretisation: Discretisation, source: Discretisation, contac
         if contact.expansion is None:
             # Little has changed of the isothermal pressure: its steep border need not be interpolated.
             change = prolong(contact.normal.pressure - source.isothermal_pressure.pressure)
-            pressure = np.where(guess.covered > 0.3, np.maximum(guess.pressure + change, 0.0), 0.0)
+            enough = guess.covered > discretisation.options.refinement.least_cover
+            pressure = np.where(enough, np.maximum(guess.pressure + change, 0.0), 0.0)
         else:
             pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
         guess = replace(guess, pressure=pressure, covered=(pressure > 0.0).astype(float))

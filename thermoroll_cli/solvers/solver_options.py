@@ -51,6 +51,10 @@ class RollingOptions:
     most_halvings: int = 10
     loosest_forcing: float = 0.1
     """Each Newton step is solved at least this well."""
+    forcing_share: float = 0.9
+    """Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
+    sufficient_decrease: float = 1e-4
+    """Part of the step's length by which the residual must fall (Armijo's rule, its usual value)."""
     finest_forcing: float = 30.0
     """A linear system is solved down to this many rounding errors at most."""
     stick_forcing: float = 1e-2
@@ -117,7 +121,7 @@ class FixedPointOptions:
     gain: float = 0.5
     """An iteration stagnates if after `patience` turns the `recent` ones have not brought the residual below `gain` times the
     least one before them. Close to the thermo-elastic limit a dozen turns may pass without any gain."""
-    setbacks: int = 5
+    dampings: int = 5
     """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
     of what it has in reserve is lost."""
     indifferent: float = 10.0
@@ -149,6 +153,9 @@ class RefinementOptions:
     largest_extent: float = 12.0
     growth: float = 1.25
     """Factor by which the domain grows when the contact reaches its rim."""
+    least_cover: float = 0.3
+    """Elements that the isothermal contact covers by less start without pressure between dissimilar bodies: the solver adds an
+    element more readily than it drops one."""
     first_guess: float = 1e-2
     """Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
     coarse_tolerance: float = 3.0

@@ -78,8 +78,8 @@ class Discretisation:
             covered = (pressure > 0.0).astype(float)
         displacement = self.normal_solver.displacement(pressure)
         gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
-        return Pressure(pressure, covered, displacement, np.where(covered > 0.0, 0.0, gap), hertz.approach,
-                        hertz.peak_pressure)
+        gap = np.where(covered > 0.0, 0.0, gap)
+        return Pressure(pressure, covered, displacement, gap, approach=hertz.approach, peak=hertz.peak_pressure)
 
     def press(self, offset: Array | None, start: Pressure, tolerance: float) -> Pressure:
         """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
@@ -99,8 +99,9 @@ class Discretisation:
         # to compare with: four times closer on profiles.
         approach = solution.approach if profile else refined.approach
         peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
-        return Pressure(pressure, covered, displacement, gap, approach, peak, offset, solution.pressure,
-                        solution.iterations, solution.converged, self._touches_rim(solution.contact))
+        return Pressure(
+            pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset, whole_elements=solution.pressure,
+            iterations=solution.iterations, converged=solution.converged, touches_rim=self._touches_rim(solution.contact))
 
     def _isothermal_start(self) -> Array:
         """Where the isothermal pressure of a profile is started: on the coarser grid, or everywhere."""
@@ -159,8 +160,8 @@ class Discretisation:
             sliding = self.derived.moves
             motion = self.derived.problem.motion
             given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
-            return Traction(zero, rigid * normal.contact if sliding else zero,
-                            normal.contact & (not sliding), given, np.zeros(self.grid.shape), 0.0, 0.0, 0, 0, True)
+            slip = rigid * normal.contact if sliding else zero
+            return Traction(zero, slip, normal.contact & (not sliding), given, heat=np.zeros(self.grid.shape), work=0.0)
         return self.rolling.solve(self.derived, normal, rigid, start, tolerance, friction,
                                   undisturbed=normal is self.isothermal_pressure)
 

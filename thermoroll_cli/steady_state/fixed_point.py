@@ -87,7 +87,7 @@ def fixed_point(
     residual = least = math.inf
     rim, history = False, list[float]()
     counts = np.zeros(3, dtype=int)
-    while len(history) < options.max_turns and mixing.setbacks <= options.setbacks and can_transmit(discretisation, state):
+    while len(history) < options.max_turns and mixing.dampings <= options.dampings and can_transmit(discretisation, state):
         after = turn(discretisation, state, _inside(state, tolerances, limit, history, options))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
@@ -104,8 +104,9 @@ def fixed_point(
         state = mixing.next(state, after, changes)
     if _stagnates(history, options):
         limit = _indifferent(discretisation, limit, options)
-    return SteadyState(_without_mean(best), len(history), residual, least <= limit, int(counts[0]), int(counts[1]),
-                       int(counts[2]), rim, tuple(history))
+    return SteadyState(
+        _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
+        normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history))
 
 
 def _inside(
@@ -174,7 +175,7 @@ class _Mixing:
     def __init__(self, discretisation: Discretisation, options: FixedPointOptions) -> None:
         self._discretisation = discretisation
         self._anderson = Anderson(options.depth, options.first_damping)
-        self.setbacks = 0
+        self.dampings = 0
 
     def next(self, before: Contact, after: Contact, changes: Fields) -> Contact:
         """State of the next turn: mixed unknowns, and the pressure and tractions of the last."""
@@ -189,5 +190,5 @@ class _Mixing:
         if state.friction is None or before.friction is None:
             return state
         friction, damped = admissible_friction(self._discretisation, state, before.friction)
-        self.setbacks += damped
+        self.dampings += damped
         return replace(state, friction=friction)

@@ -63,10 +63,18 @@ class TractionSolver:
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
-        return Traction(window.vector(solution.traction), window.vector(solution.slip * (cell.covered > 0.0)),
-                        window.scalar(solution.stick), (creepage_x, creepage_y),
-                        window.scalar(_dissipated(solution, rigid_inner)), work, solution.residual,
-                        solution.newton_steps, solver.gradient.applications - before, solution.converged)
+        return Traction(
+            traction=window.vector(solution.traction),
+            slip=window.vector(solution.slip * (cell.covered > 0.0)),
+            stick=window.scalar(solution.stick),
+            creepage=(creepage_x, creepage_y),
+            heat=window.scalar(_dissipated(solution, rigid_inner)),
+            work=work,
+            residual=solution.residual,
+            newton_steps=solution.newton_steps,
+            applications=solver.gradient.applications - before,
+            converged=solution.converged,
+        )
 
     # --- the window ----------------------------------------------------------------------------------------------
 

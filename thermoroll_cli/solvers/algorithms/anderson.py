@@ -6,6 +6,9 @@ import numpy as np
 
 from thermoroll_cli.kernels.arrays import Array
 
+DEPENDENT = 1e-8
+"""Singular value over the largest one below which differences of residuals count as dependent: they have half of the digits."""
+
 
 class Anderson:
     """Mixes the last `depth` iterates (Anderson 1965; Walker & Ni 2011, type II)."""
@@ -25,7 +28,7 @@ class Anderson:
         if len(self._values) == 1:
             return x + self.first_damping * residual
         differences = np.stack([(r - residual).ravel() for r in self._residuals[:-1]], axis=1)
-        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=1e-8)
+        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT)
         mixed = value.copy()
         for w, v in zip(weights, self._values[:-1], strict=True):
             mixed -= w * (v - value)

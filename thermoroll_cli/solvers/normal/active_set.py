@@ -198,9 +198,10 @@ class NormalSolver:
             displacement = self.displacement(pressure)
         displacement = self.displacement(pressure)
         opening = displacement + gap - approach
-        rim = contact[0].any() or contact[-1].any() or contact[:, 0].any() or contact[:, -1].any()
-        return NormalSolution(pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact,
-                              float(error), iterations, self.applications - before, converged, bool(rim), tuple(history))
+        return NormalSolution(
+            pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, residual=float(error),
+            iterations=iterations, applications=self.applications - before, converged=converged,
+            touches_rim=_touches_rim(contact), history=tuple(history))
 
     def refine(self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9) -> RefinedContact:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
@@ -234,3 +235,7 @@ class NormalSolver:
         opening = np.maximum(state.displacement + gap - state.approach, 0.0)
         return RefinedContact(state.pressure, covered, state.displacement, np.where(covered > 0.0, 0.0, opening),
                               state.approach, state.iterations)
+
+
+def _touches_rim(contact: Mask) -> bool:
+    return bool(contact[0].any() or contact[-1].any() or contact[:, 0].any() or contact[:, -1].any())

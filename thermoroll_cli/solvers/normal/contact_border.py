@@ -41,6 +41,8 @@ the border of ellipses from N = 16 to 128). Where the fit wants more, the pressu
 roller, and no paraboloid describes it."""
 FEWEST = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""
+UNDETERMINED = 1e-9
+"""Determinant of the scaled normal equations below which rounding decides about a direction."""
 
 
 def border_elements(
@@ -133,7 +135,7 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     # All fitted elements in one row or column leave directions undetermined: the determinant of the scaled matrix tells.
     diagonal = np.sqrt(np.maximum(np.einsum("maa->ma", normal), 1e-300))
     scaled = normal / diagonal[:, :, None] / diagonal[:, None, :]
-    usable = (np.count_nonzero(w, axis=1) >= FEWEST) & (np.linalg.det(scaled) > 1e-9)
+    usable = (np.count_nonzero(w, axis=1) >= FEWEST) & (np.linalg.det(scaled) > UNDETERMINED)
     out = np.zeros((len(i), 6))
     if usable.any():
         solution = np.linalg.solve(scaled[usable], (right / diagonal)[usable][:, :, None])[:, :, 0]

@@ -34,6 +34,7 @@ THICK = 100.0
 FINEST = 6.0 * math.pi
 """λ dy beyond which the elements do not carry a wave."""
 ROOT_STEPS = 60
+"""Newton steps at most, for all roots at once."""
 
 
 @dataclass(frozen=True)

@@ -146,7 +146,7 @@ class Newton:
             trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
                                   state.slip + length * change_slip)
             trials.append(trial)
-            if trial.norm <= (1.0 - 1e-4 * length) * state.norm:
+            if trial.norm <= (1.0 - self.options.sufficient_decrease * length) * state.norm:
                 break
             length *= 0.5
         return min(trials, key=lambda t: t.norm)

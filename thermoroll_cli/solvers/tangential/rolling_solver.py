@@ -108,7 +108,8 @@ class RollingSolver:
                 break
             if step:
                 ratio = history[-1] / history[-2]
-                forcing = min(self.options.loosest_forcing, max(0.9 * ratio**2, 0.5 * tolerance / state.norm))
+                earned = max(self.options.forcing_share * ratio**2, 0.5 * tolerance / state.norm)
+                forcing = min(self.options.loosest_forcing, earned)
             state = newton.step(state, forcing)
             history.append(state.norm)
             if state.norm < best.norm:
