@@ -22,6 +22,10 @@ SHOWN_SCALARS = (
     "gamma_p",
     "gamma_c",
     "temperature_rise_max_lower_K",
+    "von_mises_max_lower_MPa",
+    "von_mises_depth_lower_mm",
+    "von_mises_max_upper_MPa",
+    "von_mises_depth_upper_mm",
     "force_x_over_friction_limit",
     "force_y_over_friction_limit",
 )

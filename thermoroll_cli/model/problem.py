@@ -10,6 +10,9 @@ from thermoroll_cli.model.profile import Profile
 
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
+BodyName = Literal["lower", "upper"]
+KeptFields = Literal["plane", "von_mises", "full"]
+BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
 """Relative accuracy aimed at where a case asks for none."""
@@ -127,6 +130,19 @@ class Numerics:
 
 
 @dataclass(frozen=True)
+class SubsurfaceRequest:
+    """What to compute below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None: by
+    the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, and which
+    fields are kept."""
+
+    bodies: tuple[BodyName, ...] = BODIES
+    depth: float | None = None
+    layers: int | None = None
+    thermal: bool = True
+    fields: KeptFields = "plane"
+
+
+@dataclass(frozen=True)
 class Problem:
     """A complete steady-state rolling contact problem in SI units.
 
@@ -144,6 +160,7 @@ class Problem:
     title: str = ""
     friction_slope: float = 0.0
     friction_minimum: float = 0.1
+    subsurface: SubsurfaceRequest | None = None
 
     @property
     def contact_modulus(self) -> float:

@@ -16,6 +16,8 @@ from thermoroll_cli.model.problem import Problem
 if TYPE_CHECKING:
     import xarray
 
+    from thermoroll_cli.model.subsurface import Subsurface
+
 FIELDS: dict[str, tuple[str, str]] = {
     "pressure": ("Pa", "contact pressure"),
     "shear_x": ("Pa", "shear traction along x"),
@@ -100,6 +102,7 @@ class Result:
     `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
     `patches` (of bodies with profiles) has a mapping for each patch of the coupled state, named in units (`patches_of`);
     `unbounded` names scalars that grow with every refinement, at the end of a profile that the contact reaches.
+    `subsurface` has the stresses inside the bodies where the problem asks for them.
     """
 
     problem: Problem
@@ -118,6 +121,7 @@ class Result:
     case_json: str = ""
     patches: tuple[Mapping[str, float], ...] = ()
     unbounded: tuple[str, ...] = ()
+    subsurface: Subsurface | None = None
 
     @property
     def status(self) -> str:
@@ -149,8 +153,9 @@ class Result:
             "reason": self.reason,
             **self.coupled.scalars,
             **self.hertz,
+            **({} if self.subsurface is None else self.subsurface.scalars),
             "isothermal": dict(self.isothermal.scalars),
-            "error": dict(self.error),
+            "error": {**self.error, **({} if self.subsurface is None else self.subsurface.error)},
             "work": dict(self.work),
             "warnings": list(self.warnings),
             **({"patches": [dict(patch) for patch in self.patches]} if self.patches else {}),

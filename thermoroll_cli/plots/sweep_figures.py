@@ -43,6 +43,8 @@ DIAGRAMS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("spin moment $M_z$ (N mm)", ("spin_moment_Nmm",)),
     ("creepage $\\xi_x$", ("creepage_longitudinal",)),
     ("creepage $\\xi_y$", ("creepage_lateral",)),
+    ("max. von Mises stress (MPa)", ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa")),
+    ("max. tensile stress (MPa)", ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa")),
 )
 """Label and columns of each diagram; where several columns hold values, the largest is drawn."""
 

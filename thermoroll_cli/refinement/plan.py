@@ -10,7 +10,7 @@ import numpy as np
 
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.plausibility import plausibility_warnings
-from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.model.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.profile_warnings import profile_warnings
 from thermoroll_cli.solvers.solver_options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -72,7 +72,17 @@ def make_plan(problem: Problem, options: RefinementOptions | None = None) -> Pla
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {options.smallest_extent:g}")
         extent = options.smallest_extent
     warnings += doubts(derived)
-    return Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
+    plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
+    return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
+
+
+def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:
+    """`plan` with the stage below the surface, whose code is imported for it."""
+    from thermoroll_cli.subsurface.subsurface_plan import subsurface_plan
+
+    below = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
+    return replace(plan, run=plan.run + below.run, skipped=plan.skipped | below.skipped, facts=plan.facts | below.facts,
+                   memory_bytes=plan.memory_bytes + below.memory_bytes, seconds=plan.seconds + below.seconds)
 
 
 def _elastic_coupling(derived: DerivedQuantities, options: RefinementOptions) -> str | None:

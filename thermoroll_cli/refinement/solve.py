@@ -12,6 +12,7 @@ from thermoroll_cli.assessment.checks import overheated
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.below_the_surface import with_subsurface
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
@@ -92,6 +93,7 @@ class Solver:
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         result = result_of(problem, plan, levels, stopwatch.seconds, extrapolated=options.extrapolated)
+        result = with_subsurface(result, plan, levels)
         if result.converged:
             self._previous = levels
         return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.coupled)

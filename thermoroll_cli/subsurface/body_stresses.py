@@ -8,7 +8,9 @@ import numpy as np
 
 from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.mirror import unfolded
-from thermoroll_cli.model.subsurface import STRESSES, BodyStresses, KeptFields, Peak
+from thermoroll_cli.model.problem import KeptFields
+from thermoroll_cli.model.subsurface import BodyStresses, Peak
+from thermoroll_cli.model.subsurface_names import STRESSES
 from thermoroll_cli.subsurface.invariants import first_principal, von_mises
 from thermoroll_cli.subsurface.peaks import peak_of, row_ranges
 from thermoroll_cli.subsurface.superposition import ODD_IN_Y

@@ -7,6 +7,8 @@ import math
 import numpy as np
 
 from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.problem import SubsurfaceRequest
 
 FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
 """Depth of the first layer below the surface, in the smaller semi-axis of the contact; ratio of one layer to the next above;
@@ -36,3 +38,13 @@ def layer_depths(width: float, depth: float | None = None, layers: int | None = 
     if first * (layers - 1) >= last * (1.0 - 1e-12):
         return np.linspace(0.0, last, layers)
     return np.concatenate([[0.0], np.geomspace(first, last, layers - 1)])
+
+
+def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> Array:
+    """Depths of the layers of a problem in m, with thermal stresses or without (`heated`)."""
+    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    skin = math.inf
+    if heated and derived.problem.heating.peclet == "rolling":
+        materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
+        skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
+    return layer_depths(width, request.depth, request.layers, skin)

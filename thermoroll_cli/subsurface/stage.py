@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -10,12 +9,13 @@ import numpy as np
 
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.subsurface import BODIES, KeptFields, Peak, Subsurface, SubsurfaceRequest
+from thermoroll_cli.model.problem import BODIES, KeptFields, SubsurfaceRequest
+from thermoroll_cli.model.subsurface import Peak, Subsurface
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.subsurface.body_stresses import Collector, scalars_of
-from thermoroll_cli.subsurface.layers import layer_depths, skin_depth
+from thermoroll_cli.subsurface.layers import depths_of
 from thermoroll_cli.subsurface.stress_error_estimate import error_of
+from thermoroll_cli.subsurface.subsurface_plan import hot_bodies
 from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransforms, ThermalLayers
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad, surface_loads
 
@@ -37,10 +37,10 @@ def below_the_surface(
     others tell its error. `reference` are its scalars and those of the inputs, which errors are related to; `heated` tells
     whether there is any heat."""
     derived = grids[-1].discretisation.derived
-    depths = depths_of(request, derived, heated=heated)
-    thermal = request.thermal and heated
+    hot = hot_bodies(request, derived, heated=heated)
+    depths = depths_of(request, derived, heated=bool(hot))
     collected = [
-        _collect(grid, request.bodies, depths, thermal=thermal, keep=request.fields if grid is grids[-1] else None)
+        _collect(grid, request.bodies, depths, thermal=bool(hot), keep=request.fields if grid is grids[-1] else None)
         for grid in grids
     ]
     found = [_peaks(collectors) for collectors in collected]
@@ -53,16 +53,6 @@ def below_the_surface(
         for body, result in results.items() if result.most_stressed.z >= depths[-1]
     ]
     return Subsurface(results, by_grid[-1], error_of(by_grid, by_layers, reference, _at_surface(found[-1])), tuple(warnings))
-
-
-def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> Array:
-    """Depths of the layers in m."""
-    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    skin = math.inf
-    if heated and request.thermal and derived.problem.heating.peclet == "rolling":
-        materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
-        skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
-    return layer_depths(width, request.depth, request.layers, skin)
 
 
 def _collect(

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
-from thermoroll_cli.files.case.case import CaseError
+from thermoroll_cli.files.case.case import CaseError, Finding
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, TEXTS, ResultFileError, ScalarFile, ScalarRow
 from thermoroll_cli.sweep.lock import sole_sweep
 from thermoroll_cli.sweep.points import PointMaker, identity, stretch_numbers
@@ -115,6 +115,9 @@ def _prepared(sweep: ScalarSweep, note: Callable[[str], None]) -> ScalarFile:
         if list(old.coordinates) == list(coordinates) and all(
                 list(old.coordinates[key]) == list(values) for key, values in coordinates.items()):
             return old
+    if maker.point(1).problem.subsurface is not None:
+        raise CaseError([Finding("cannot be swept with --scalars-only, which keeps the scalars of the contact alone",
+                                 key="subsurface", hint="leave the table out, or --scalars-only")])
     if maker.count > MOST_WAITING:
         note(f"checking {maker.count} points")
     for _ in maker.points():

@@ -13,6 +13,7 @@ from typing import Any
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
 from thermoroll_cli.sweep.axis import Axis
 from thermoroll_cli.sweep.points import Point
 
@@ -49,6 +50,9 @@ def row_of(point: Point, path: pathlib.Path) -> Row:
     scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
     states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
     scalars |= over_limit(scalars)
+    below = [name for name in SUBSURFACE_SCALARS if name in stored]
+    scalars |= {name: stored[name] for name in below}
+    states["error"] |= {name: stored["error"].get(name, math.nan) for name in below}
     return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
 
 
@@ -66,12 +70,19 @@ def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
     return {name: scalars[force] / limit if limit > 0.0 else math.nan for name, force in OVER_LIMIT.items()}
 
 
-def columns(axes: Sequence[Axis]) -> list[str]:
-    """Names of the columns: swept keys, status and reason, scalars, forces over μW, `isothermal.` and `error.` scalars, work,
-    file."""
-    prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names]
+def columns(axes: Sequence[Axis], below: Sequence[str] = ()) -> list[str]:
+    """Names of the columns: swept keys, status and reason, scalars, forces over μW, scalars `below` the surface, `isothermal.`
+    and `error.` scalars, work, file."""
+    prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names] + [f"error.{name}" for name in below]
     swept = [axis.key for axis in axes]
-    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *prefixed, *(f"work.{name}" for name in WORK), "file"]
+    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *(f"work.{name}" for name in WORK),
+            "file"]
+
+
+def names_below(rows: Iterable[Row]) -> list[str]:
+    """The scalars below the surface that any of the rows has."""
+    found = {name for row in rows for name in row.summary}
+    return [name for name in SUBSURFACE_SCALARS if name in found]
 
 
 def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
@@ -79,7 +90,8 @@ def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
     summary = row.summary
     found: dict[str, Any] = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
     found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT)}
-    found |= {f"{state}.{name}": summary[state][name] for state, names in STATES.items() for name in names}
+    found |= {name: summary[name] for name in SUBSURFACE_SCALARS if name in summary}
+    found |= {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
     work = summary["work"] or {}
     found["work.grid"] = "x".join(str(side) for side in work.get("grid", ()))
     found["work.applications"] = work.get("applications", "")
@@ -98,11 +110,12 @@ class TableFile:
         """Replace the file by one with all rows known now. Raises OSError."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        names = columns(self.axes)
+        names = columns(self.axes, names_below(self.rows.values()))
         writer.writerow(names)
         for row in self.in_order():
             found = cells(row, self.axes)
-            writer.writerow([cell(found[name]) for name in names])
+            # A point without a result has nothing below the surface either.
+            writer.writerow([cell(found.get(name, math.nan)) for name in names])
         write_bytes(self.path, text.getvalue().encode("utf-8", "backslashreplace"))
 
     def in_order(self) -> list[Row]:
@@ -112,15 +125,18 @@ class TableFile:
 def draw(rows: Iterable[Row], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
     """Draw the scalars over the axis that varies fastest, a curve for each combination of the others. False, and no
     picture, where nothing converged or nothing varies. Raises OSError."""
-    return draw_cells([cells(row, axes) for row in rows], axes, path, title)
+    rows = list(rows)
+    return draw_cells([cells(row, axes) for row in rows], axes, path, title, names_below(rows))
 
 
-def draw_cells(rows: Sequence[Mapping[str, Any]], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
+def draw_cells(
+    rows: Sequence[Mapping[str, Any]], axes: Sequence[Axis], path: pathlib.Path, title: str, below: Sequence[str] = ()
+) -> bool:
     """As `draw`, from the values of the rows by column."""
     from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 
     varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
-    table = {name: [row[name] for row in rows] for name in columns(axes)}
+    table = {name: [row.get(name, math.nan) for row in rows] for name in columns(axes, below)}
     if not varying or not any(
             status == CONVERGED and math.isfinite(x) for status, x in zip(table["status"], table[varying[0]], strict=True)):
         return False

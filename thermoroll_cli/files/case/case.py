@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.case_model import MaterialTable, Settings
+from thermoroll_cli.files.case.case_model import MaterialTable, Settings, SubsurfaceTable
 from thermoroll_cli.files.case.case_source import (
     STANDARD_INPUT,
     CaseSource,
@@ -154,6 +154,17 @@ def _problem(settings: Settings) -> si.Problem:
         title=settings.title,
         friction_slope=settings.load.friction_temperature_slope_1_K,
         friction_minimum=settings.load.friction_minimum_factor,
+        subsurface=None if settings.subsurface is None else _subsurface(settings.subsurface),
+    )
+
+
+def _subsurface(table: SubsurfaceTable) -> si.SubsurfaceRequest:
+    return si.SubsurfaceRequest(
+        bodies=tuple(body for body in si.BODIES if body in table.bodies),
+        depth=None if table.depth_mm is None else table.depth_mm / 1e3,
+        layers=table.layers,
+        thermal=table.thermal is not False,
+        fields=table.fields,
     )
 
 

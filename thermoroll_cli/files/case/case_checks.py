@@ -27,7 +27,7 @@ class Conflict:
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
-    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures):
+    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures, _subsurface):
         yield from check(sections)
 
 
@@ -127,6 +127,29 @@ def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
             f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which takes a matched partition",
             allowed='equal bulk temperatures, or partition = "matched" in [thermal]',
             other=("thermal", "partition"),
+        )
+
+
+def _subsurface(sections: Sections) -> Iterator[Conflict]:
+    subsurface = sections.get("subsurface")
+    if subsurface is None:
+        return
+    if len(set(subsurface.bodies)) < len(subsurface.bodies):
+        yield Conflict(("subsurface", "bodies"), "names a body twice", allowed='["lower"], ["upper"] or ["lower", "upper"]')
+    if not subsurface.thermal or "thermal" not in sections or "material" not in sections:
+        return
+    thermal = sections["thermal"]
+    if not heat_is_on(sections):
+        yield Conflict(
+            ("subsurface", "thermal"), "there is no heat that could make thermal stresses",
+            allowed="false, or a case with heat",
+            hint="heat takes conductivity_W_mK, expansion_um_mK and diffusivity_mm2_s of the material, and no heat = false",
+            other=("thermal", "heat") if thermal is not None else (),
+        )
+    elif thermal is not None and thermal.peclet == "sliding":
+        yield Conflict(
+            ("subsurface", "thermal"), 'thermal stresses are not computed with peclet = "sliding" in [thermal]',
+            allowed='false, or peclet = "rolling" or "stationary"', other=("thermal", "peclet"),
         )
 
 

@@ -12,11 +12,18 @@ THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s"
 GRID_RANGE = (8, 2048)
 LARGEST_PROFILE = 2000
 """Points of a profile."""
+LAYERS_RANGE = (2, 400)
 
 RADIUS_RANGE = (1e-9, 1e9)
 _GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
 _RADIUS_ALLOWED = "a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat)"
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
+_SUBSURFACE_ALLOWED = {
+    "bodies": '["lower"], ["upper"] or ["lower", "upper"]',
+    "layers": f"a whole number from {LAYERS_RANGE[0]} to {LAYERS_RANGE[1]}",
+    "thermal": "true or false",
+    "fields": '"plane", "von_mises" or "full"',
+}
 _PARTITION_ALLOWED = 'a number from 0 to 1, or "matched"'
 
 
@@ -182,6 +189,26 @@ class NumericsTable(Table):
     extent: float = _quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
 
 
+class SubsurfaceTable(Table):
+    """Stresses and temperatures inside the bodies. Without the table nothing is computed."""
+
+    bodies: list[Literal["lower", "upper"]] = Field(
+        default=["lower", "upper"], description="Bodies to look into", min_length=1, max_length=2
+    )
+    depth_mm: float | None = _quantity(
+        "mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9, le=1e9
+    )
+    layers: int | None = Field(
+        default=None, ge=LAYERS_RANGE[0], le=LAYERS_RANGE[1],
+        description="Layers from the surface down; default as many as a ratio of 1.157 from one to the next takes",
+    )
+    thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")
+    fields: Literal["plane", "von_mises", "full"] = Field(
+        default="plane",
+        description="Fields that are kept: on one plane, von Mises stresses and temperatures everywhere, or all stresses",
+    )
+
+
 class OutputTable(Table):
     """What is written besides the result file."""
 
@@ -202,6 +229,7 @@ class Settings(Table):
     force: ForceTable = ForceTable()
     thermal: ThermalTable = ThermalTable()
     numerics: NumericsTable = NumericsTable()
+    subsurface: SubsurfaceTable | None = None
     output: OutputTable = OutputTable()
 
     @property
@@ -220,6 +248,7 @@ SECTIONS: dict[str, type[Table]] = {
     "force": ForceTable,
     "thermal": ThermalTable,
     "numerics": NumericsTable,
+    "subsurface": SubsurfaceTable,
     "output": OutputTable,
 }
 """Tables of a case other than the material, whose shape depends on its content."""
@@ -242,6 +271,8 @@ def allowed_values(table: type[Table], key: str) -> str:
         return special[key]
     if key == "peclet":
         return '"rolling", "sliding" or "stationary"'
+    if table is SubsurfaceTable and key in _SUBSURFACE_ALLOWED:
+        return _SUBSURFACE_ALLOWED[key]
     if field.annotation is bool:
         return "true or false"
     limits = {name: getattr(item, name) for item in field.metadata for name in ("ge", "le") if hasattr(item, name)}

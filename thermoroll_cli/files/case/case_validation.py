@@ -31,6 +31,19 @@ from thermoroll_cli.files.case.profile_file import ProfileError, read_profile
 from thermoroll_cli.files.case.toml_positions import KeyPath
 from thermoroll_cli.model.problem import STANDARD_ACCURACY
 
+LEFT_OUT_MATTERS = ("thermal", "subsurface")
+"""Tables that mean something by not being there."""
+
+WORDS = {
+    "peclet": ("rolling", "sliding", "stationary"),
+    "partition": ("matched",),
+    "bodies": ("lower", "upper"),
+    "fields": ("plane", "von_mises", "full"),
+    "kind": ("logarithmic",),
+    "interpolation": ("cubic", "linear"),
+}
+"""Known words of the keys that take some."""
+
 
 def validate(source: CaseSource) -> Settings:
     """The settings of a case with all defaults filled in. Raises CaseError with all errors of the case."""
@@ -104,7 +117,7 @@ class _Checker:
     def _section(self, name: str, model: type[Table]) -> None:
         required = name in REQUIRED_SECTIONS
         if name not in self.source.content and not required:
-            self.sections[name] = None if name == "thermal" else model()
+            self.sections[name] = None if name in LEFT_OUT_MATTERS else model()
             return
         given = self._given_table(name, required=required)
         if given is not None and name == "geometry":
@@ -184,8 +197,7 @@ class _Checker:
         elif error["type"] == "missing":
             self._note(path, "is missing", allowed=allowed_values(model, key), at_key=True)
         else:
-            words = {"peclet": ("rolling", "sliding", "stationary"), "partition": ("matched",), "kind": ("logarithmic",),
-                     "interpolation": ("cubic", "linear")}.get(key, ())
+            words = WORDS.get(key, ())
             hint = case_hints.misspelt_word(value, words)
             if not hint and key not in ("title", "peclet", "kind", "interpolation", "file", "points_mm"):
                 hint = case_hints.wrong_type(value)
@@ -243,6 +255,10 @@ def _message(error: Any) -> str:
         return "is above the allowed range"
     plain = {
         "float_type": "must be a number",
+        "int_type": "must be a whole number",
+        "list_type": "must be a list",
+        "too_short": "is empty",
+        "too_long": "has too many entries",
         "bool_type": "must be true or false",
         "string_type": "must be text in quotes",
         "string_too_long": "is too long",

@@ -11,8 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.stored import StoredResult
-from thermoroll_cli.model.error_scale import CREEPAGES, FORCES, TEMPERATURES, mean_semi_axis, temperature_difference
+from thermoroll_cli.model.error_scale import (
+    BELOW_THE_SURFACE,
+    CREEPAGES,
+    FORCES,
+    TEMPERATURES,
+    error_scale,
+    mean_semi_axis,
+    temperature_difference,
+)
+from thermoroll_cli.model.problem import BODIES
 from thermoroll_cli.model.result import FIELDS, HERTZ_SCALARS, SCALARS
+from thermoroll_cli.model.subsurface_names import SUBSURFACE_FIELDS
 
 _FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
 """Fields that share a scale: components of a vector, and the temperatures of two bodies of which one may stay cold."""
@@ -91,6 +101,7 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
             Pair(name, "field", _magnitude(a.fields.get(name)), _magnitude(b.fields.get(name)), math.nan, note)
             for name in _union(a.fields, b.fields, tuple(FIELDS))
         ]
+    rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
@@ -129,6 +140,26 @@ def _field_rows(
             yield _field_row(prefix + name, on, a[name], b[name], scale)
 
 
+def _rows_below(a: StoredResult, b: StoredResult) -> Iterator[Pair]:
+    """What is kept of the stresses inside the bodies, each stress measured by the largest von Mises stress of its body."""
+    for body in _union(a.subsurface, b.subsurface, BODIES):
+        if body not in a.subsurface or body not in b.subsurface:
+            yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.subsurface))
+            continue
+        left, right = a.subsurface[body], b.subsurface[body]
+        for part, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
+            for name in _union(fields, others, tuple(SUBSURFACE_FIELDS)):
+                full_name, here, there = f"subsurface.{body}.{part}{name}", fields.get(name), others.get(name)
+                if here is None or there is None or here.shape != there.shape:
+                    note = _missing(name in fields) if (here is None) != (there is None) else "of another shape"
+                    yield Pair(full_name, "field", _magnitude(here), _magnitude(there), math.inf, note)
+                    continue
+                difference = float(np.abs(here - there, dtype=np.float64).max())
+                scale = (_magnitude(here) or 0.0) if name == "temperature_rise" else left.most_stressed.value
+                relative = difference / scale if scale > 0.0 else math.inf if difference else 0.0
+                yield Pair(full_name, "field", _magnitude(here), _magnitude(there), relative, "largest magnitudes")
+
+
 def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
     """The difference of a field, and both values where it is largest."""
     distance = np.abs(np.asarray(a, dtype=np.float64) - b)
@@ -156,6 +187,8 @@ def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
 
     force = size("force_x_N", "force_y_N")
     creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
+    if name.startswith(BELOW_THE_SURFACE):
+        return _finite(error_scale(name, scalars))
     if name in FORCES:
         return force
     if name in TEMPERATURES:

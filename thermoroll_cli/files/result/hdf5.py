@@ -11,6 +11,7 @@ Layout (format version 1)::
     /fields         x, y and the 2-D fields of `FIELDS` in SI units, coupled state
     /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back
     /mesh           point coordinates for XDMF
+    /subsurface     lower, upper: stresses inside the bodies, where the case asks for them (`subsurface_groups`)
     /summary        scalars under their public names; subgroups isothermal and error; work as JSON
     /history        residuals per iteration
 """
@@ -67,6 +68,10 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
         else:
             _write_state(file.create_group("isothermal"), result, result.isothermal)
         _write_mesh(file.create_group("mesh"), result.x, result.y)
+        if result.subsurface is not None:
+            from thermoroll_cli.files.result.subsurface_groups import write_subsurface
+
+            write_subsurface(file, result.subsurface, result.x, result.y)
         _write_summary(file.create_group("summary"), result.summary())
         _write_history(file.create_group("history"), result.history)
         file.flush()

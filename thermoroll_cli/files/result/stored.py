@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 if TYPE_CHECKING:
     import h5py
 
+    from thermoroll_cli.model.subsurface import BodyStresses
+
 FORMAT_VERSION = 1
 """Raised whenever a reader of the previous layout would misread a file."""
 
@@ -35,7 +37,8 @@ class StoredResult:
     """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
 
     `summary` has the shape of `Result.summary()`; `problem` has the solved problem in SI units as nested dictionaries;
-    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny).
+    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny). `subsurface` has the bodies that were looked
+    into.
     """
 
     path: pathlib.Path
@@ -49,6 +52,7 @@ class StoredResult:
     case_text: str
     case_json: str
     history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    subsurface: Mapping[str, BodyStresses] = field(default_factory=dict)
 
     @property
     def title(self) -> str:
@@ -141,11 +145,16 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
     coupled: dict[str, NDArray[Any]] = {}
     isothermal: dict[str, NDArray[Any]] = {}
     history: dict[str, NDArray[np.float64]] = {}
+    subsurface: Mapping[str, BodyStresses] = {}
     if with_fields:
         coupled = _read_fields(file["fields"], (x.size, y.size))
         same = file["isothermal"] == file["fields"]
         isothermal = coupled if same else _read_fields(file["isothermal"], (x.size, y.size))
         # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
+        if "subsurface" in file:
+            from thermoroll_cli.files.result.subsurface_groups import read_subsurface
+
+            subsurface = read_subsurface(file)
         history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)}
     inputs = file["input"]
     return StoredResult(
@@ -160,6 +169,7 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
         case_text=inputs["case_text"].asstr()[()],
         case_json=inputs["case_json"].asstr()[()],
         history=history,
+        subsurface=subsurface,
     )
 
 
