@@ -91,10 +91,6 @@ class Sharpened:
             self._sharp = self._spectrum - self._spectrum * self._transforms.second_differences(along, across)
         return self._sharp
 
-    def as_given(self) -> Spectrum:
-        """Without any of this."""
-        return self._spectrum
-
 
 class ElasticLayers:
     """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load."""
@@ -164,8 +160,7 @@ class ThermalLayers:
         temperatures = temperature_at_depths(x, y, z, aspect, peclet[0], peclet[1])
         to_kelvin = grid.dx / load.conductivity
         for depth, stress, temperature in zip(depths, stresses, temperatures, strict=True):
-            # The surface has the temperature that the solver gives it.
-            heat = self._heat.as_given() if depth == 0.0 else self._heat.below(float(depth))
+            heat = self._heat.below(float(depth))
             responses = [*stress, temperature]
             odd = (*ODD_IN_Y, False)
             spectra = [
@@ -173,7 +168,14 @@ class ThermalLayers:
                 for table, is_odd in zip(responses, odd, strict=True)
             ]
             fields = self._transforms.back(spectra, odd)
-            yield fields[:6] * (load.thermal_modulus * to_kelvin), fields[6] * to_kelvin
+            fields[:6] *= load.thermal_modulus * to_kelvin
+            fields[6] *= to_kelvin
+            if depth == 0.0 and load.surface_rise is not None:
+                # Heat that changes within the elements: σ_xx and σ_yy feel the temperature of the place itself.
+                known = load.surface_rise[:, -self._transforms.columns :]
+                fields[:2] -= load.thermal_modulus * (known - fields[6])
+                fields[6] = known
+            yield fields[:6], fields[6]
 
 
 def _both_sides(table: Array, odd: bool) -> Array:

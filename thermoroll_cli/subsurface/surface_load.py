@@ -18,7 +18,8 @@ class SurfaceLoad:
 
     `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
     the surface), None where there is none; `heat` is the flux into the body, None where thermal stresses are left out.
-    `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact."""
+    `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact, `surface_rise` the
+    temperature rise (K) of the surface if it is known better than from averages."""
 
     pressure: Array
     traction: Array | None
@@ -29,6 +30,7 @@ class SurfaceLoad:
     conductivity: float = 1.0
     diffusivity: float = 1.0
     speed: tuple[float, float] = (0.0, 0.0)
+    surface_rise: Array | None = None
 
 
 def surface_loads(
@@ -40,11 +42,12 @@ def surface_loads(
     traction = contact.tangential.traction if contact.tangential.traction.any() else None
     loads = {}
     heated = dict(zip(materials, derived.heated_bodies(*contact.tangential.creepage), strict=True)) if thermal else {}
-    flux = discretisation.heat(contact).into if thermal else None
+    heat_of_both = discretisation.heat(contact) if thermal else None
+    rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
     for body in bodies:
         material = materials[body]
         plain = SurfaceLoad(contact.normal.pressure, traction, None, material.poisson_ratio, TRACTION_SIGNS[body])
-        heat = None if flux is None else getattr(flux, body)
+        heat = None if heat_of_both is None else getattr(heat_of_both.into, body)
         if heat is None or not heat.any():
             loads[body] = plain
             continue
@@ -53,5 +56,6 @@ def surface_loads(
         loads[body] = SurfaceLoad(
             plain.pressure, traction, heat, material.poisson_ratio, plain.sign,
             thermal_modulus=material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio),
-            conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y))
+            conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y),
+            surface_rise=rises[body])
     return loads
