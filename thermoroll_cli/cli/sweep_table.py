@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -50,7 +51,7 @@ def table_lines(rows: Sequence[Row], axes: Sequence[Axis], width: int) -> Iterat
         table.append([axis.key, *(number(row.point.values[place]) for row in rows)])
     left_out: list[str] = []
     for name in (name for name in names if name not in constant):
-        column = [name, *(number(row.summary[name]) for row in rows)]
+        column = [name, *(number(row.summary.get(name)) for row in rows)]
         if left_out or _width([*table, column]) > width:
             left_out.append(name)
         else:
@@ -100,4 +101,5 @@ def _is_constant(name: str, rows: Sequence[Row]) -> bool:
 
 
 def _finite(name: str, rows: Sequence[Row]) -> list[float]:
-    return [row.summary[name] for row in rows if row.summary[name] == row.summary[name]]
+    values = (row.summary.get(name, math.nan) for row in rows)
+    return [value for value in values if value == value]
