@@ -190,9 +190,13 @@ def test_heat_without_its_constants_names_them() -> None:
 
 def test_materials_are_shared_or_separate() -> None:
     each = "poisson_ratio = 0.28\n[material.lower]\nyoungs_modulus_GPa = 210\npoisson_ratio = 0.28\n"
-    messages = [finding.message for finding in findings(MECHANICAL.replace("poisson_ratio = 0.28\n", each))]
-    assert sum("cannot be given together" in message for message in messages) == 2
-    assert any("the other body has its own material" in message for message in messages)
+    (finding,) = findings(MECHANICAL.replace("poisson_ratio = 0.28\n", each))
+    assert finding.message.startswith("constants of both bodies (youngs_modulus_GPa, poisson_ratio) cannot be given together")
+    assert finding.line_text == "[material.lower]"
+    (finding,) = findings(MECHANICAL, "material.upper.youngs_modulus_GPa=70")
+    assert finding.source == "--set material.upper.youngs_modulus_GPa=70" and "[material.upper]" in finding.message
+    (finding,) = findings(MECHANICAL.replace("[material]", "[material.lower]"))
+    assert (finding.key, finding.message) == ("material.upper", "is missing: the other body has its own material")
     (finding,) = findings(MECHANICAL.replace("[material]", "[material.upper]\nyoungs_modulus_GPa = 1\n[material.lower]"))
     assert finding.key == "material.upper.poisson_ratio"
 

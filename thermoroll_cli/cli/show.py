@@ -90,11 +90,10 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     from thermoroll_cli.cli.result_table import align, folded, number, with_remarks
     from thermoroll_cli.files.case.case_units import inputs
 
-    yield case.name
+    title = case.settings.title
+    yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
     table += [(f"  {item.key}", _shown(item.value), _in_si(item)) for item in inputs(case.settings) if item.key != "title"]
-    if case.settings.title:
-        yield from folded(f"title {case.settings.title}", width)
     yield from (line[2:] for line in align(table))
     yield "known before solving"
     facts = [(name, number(value)) for name, value in plan.facts.items()]

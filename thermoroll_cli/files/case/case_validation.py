@@ -96,12 +96,15 @@ class _Checker:
 
     def _two_materials(self, given: dict[str, Any]) -> None:
         allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
-        for key in given.keys() - {"lower", "upper"}:
-            if key in MaterialTable.model_fields:
-                message = "cannot be given together with [material.lower] and [material.upper]"
-                self._note(("material", key), message, allowed=allowed, at_key=True)
-            else:
-                self._unknown(("material", key))
+        for key in given.keys() - {"lower", "upper", *MaterialTable.model_fields}:
+            self._unknown(("material", key))
+        shared = [key for key in given if key in MaterialTable.model_fields]
+        if shared:
+            own = next(body for body in ("lower", "upper") if body in given)
+            message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own}]"
+            self._note(("material", own), message, allowed=allowed, at_key=True)
+            # Whether what each body has is complete cannot be told before this is decided.
+            return
         bodies = {}
         for body in ("lower", "upper"):
             path = ("material", body)
