@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import dblquad
 
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
-from thermoroll_cli.assessment.thermal_stretch import thermal_stretch
+from thermoroll_cli.assessment.tangential_expansion import tangential_expansion
 from thermoroll_cli.exact import bentall_johnson, spence
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
@@ -482,7 +482,7 @@ def test_heat_and_shear_share_one_fixed_point():
     assert result.history["elastic_coupling_residual"].size
 
 
-def test_thermal_stretch_estimate():
+def test_tangential_expansion_estimate():
     """Against 2(1+ν)α κ/s ∇(T − T_0) under a Hertz-shaped heat flux: never below the true maximum, nor 2.5 times above."""
     n, half = 48, 1.2
     grid = Grid.over((n, n), 2.0 * half, 2.0 * half)
@@ -507,11 +507,11 @@ def test_thermal_stretch_estimate():
         derived = DerivedQuantities(hot(*bodies, 0.003, 1.0, "rolling"))
         scale = derived.peclet(derived.problem.lower) / peclet
         assert scale == pytest.approx(1.0, rel=0.05)
-        estimate = thermal_stretch(derived, moving, moving)
+        estimate = tangential_expansion(derived, moving, moving)
         assert exact <= estimate <= 2.5 * exact
 
 
-def test_thermal_stretch_is_told_where_it_matters():
+def test_tangential_expansion_is_told_where_it_matters():
     def told(problem):
         return any("stretch along each other" in w for w in solve(problem).warnings)
 

@@ -10,7 +10,7 @@ import numpy as np
 from thermoroll_cli.assessment.checks import failures
 from thermoroll_cli.assessment.patches import patches_of
 from thermoroll_cli.assessment.scalars import input_scalars
-from thermoroll_cli.assessment.thermal_stretch import thermal_stretch_warning
+from thermoroll_cli.assessment.tangential_expansion import tangential_expansion_warning
 from thermoroll_cli.model.plausibility import temperature_warning
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
@@ -35,8 +35,8 @@ def result_of(
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
         warnings.append(sideways)
     rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
-    if rises and derived.has_traction and (stretch := thermal_stretch_warning(derived, *rises)):
-        warnings.append(stretch)
+    if rises and derived.has_traction and (expanding := tangential_expansion_warning(derived, *rises)):
+        warnings.append(expanding)
     if rises:
         warnings += temperature_warning(max(float(rise.max()) for rise in rises))
     wanted = problem.numerics.accuracy

@@ -27,7 +27,7 @@ WORTH_TELLING = 0.02
 """Part of the saturation creepage from which the estimate is told; the true gradient may be 2–3 times as large locally."""
 
 
-def thermal_stretch(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> float:
+def tangential_expansion(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> float:
     """Estimate of the largest |∂u/∂x| between the surfaces by their thermal expansion, from their temperature rises in K.
 
     Of each body (1+ν)α T · 2w/|w + w'| with w = 1/a0, that is 2/(1 + (1 + P²)^¼): within a factor of two of the closed
@@ -44,9 +44,9 @@ def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
     return (1.0 + body.poisson_ratio) * body.expansion * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
 
 
-def thermal_stretch_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> str:
+def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> str:
     """Told where the surfaces of different bodies stretch so differently that the slip would feel it, or nothing."""
-    share = thermal_stretch(derived, rise_lower, rise_upper) / derived.saturation_creepage
+    share = tangential_expansion(derived, rise_lower, rise_upper) / derived.saturation_creepage
     if not share > WORTH_TELLING:
         return ""
     return (f"the heated surfaces stretch along each other by about {100 * share:.0f} % of the saturation creepage: the slip "

@@ -1,0 +1,127 @@
+"""Numerical options reach the solvers: every idea that an experiment takes away is worth something, and nothing is patched."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields, replace
+
+import pytest
+
+from benchmarks.baselines.rolling import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
+from tests.support.scenes import article_4_1, on_grid, reference_problem
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.model.derived import DerivedQuantities
+from thermoroll_cli.model.result import Result
+from thermoroll_cli.refinement.plan import grid_sequence
+from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.refinement.starts import Starts
+from thermoroll_cli.solvers.solver_options import FixedPointOptions, RollingOptions, SolverOptions
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
+from thermoroll_cli.steady_state.turn import turn
+
+CASE = reference_problem("article_3_1_case_5", 32)
+
+
+@pytest.fixture(scope="module")
+def standard() -> Result:
+    return solve(CASE)
+
+
+def force(result: Result) -> float:
+    return result.coupled.scalars["force_x_N"] / result.problem.traction_limit
+
+
+def applications(result: Result) -> int:
+    return result.work["levels"][-1]["applications"]
+
+
+def test_defaults_are_the_options_of_every_run(standard: Result) -> None:
+    assert force(solve(CASE, options=SolverOptions())) == force(standard)
+
+
+def test_the_grids_before_the_last_one_save_work_and_give_the_estimate(standard: Result) -> None:
+    alone = solve(CASE, options=NO_CONTINUATION)
+    assert len(alone.work["levels"]) == 1 and len(standard.work["levels"]) == len(grid_sequence(CASE)) == 3
+    assert math.isnan(alone.error["Q_F_W"]) and standard.error["Q_F_W"] < 0.01
+    assert applications(alone) > 1.5 * applications(standard)
+    assert force(alone) == pytest.approx(force(standard), abs=5e-3)
+
+
+def test_extrapolation_changes_integrals_alone(standard: Result) -> None:
+    plain = solve(CASE, options=WITHOUT_EXTRAPOLATION)
+    assert plain.work["extrapolated"] == [] and standard.work["extrapolated"]
+    assert plain.coupled.scalars["gamma_st"] == standard.coupled.scalars["gamma_st"]
+    assert 0.0 < abs(force(plain) - force(standard)) < 5e-3
+
+
+def test_first_order_is_ten_times_as_far_from_the_limit(standard: Result) -> None:
+    fine, crude = force(solve(on_grid(CASE, 128))), solve(CASE, options=FIRST_ORDER)
+    assert crude.converged
+    assert abs(force(crude) - fine) > 10.0 * abs(force(standard) - fine)
+
+
+def test_the_preconditioner_saves_most_of_the_work(standard: Result) -> None:
+    without = solve(CASE, options=UNPRECONDITIONED)
+    assert without.converged and force(without) == pytest.approx(force(standard), abs=1e-4)
+    assert applications(without) > 2.5 * applications(standard)
+
+
+def test_options_of_the_rolling_solver_reach_newton() -> None:
+    """A factor of ρ that lets elements alternate between stick and slip takes more work."""
+    problem = on_grid(CASE, 48)
+    work = {}
+    for factor in (RollingOptions.relaxation, 3.0):
+        options = SolverOptions(rolling=RollingOptions(relaxation=factor))
+        discretisation = Discretisation(DerivedQuantities(problem), (48, 48), 2.2, options=options)
+        work[factor] = fixed_point(discretisation, Starts(discretisation).isothermal(), options.tolerances).applications
+    assert work[3.0] > 1.2 * work[RollingOptions.relaxation]
+
+
+# --- the fixed point -------------------------------------------------------------------------------------------------
+
+
+def test_unknowns_are_fields_of_the_state_that_take_no_part_unless_given() -> None:
+    assert {f.name: f.default for f in fields(Contact)}.items() >= dict.fromkeys(UNKNOWNS).items()
+
+
+def test_a_state_is_its_own_turn() -> None:
+    """What a turn makes of the converged state is that state, and what is returned goes together."""
+    problem = article_4_1(24)
+    discretisation = Discretisation(DerivedQuantities(problem), (24, 24), 2.2)
+    starts, tolerances = Starts(discretisation), SolverOptions().tolerances
+    isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
+    assert not isothermal.acts_back and isothermal.converged and isothermal.residual == 0.0
+    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact), tolerances)
+    assert coupled.converged and coupled.acts_back and coupled.residual == coupled.history[-1] <= tolerances.coupling
+    after = turn(discretisation, coupled.contact, tolerances)
+    approach = discretisation.derived.hertz.approach
+    assert abs(after.expansion - coupled.contact.expansion).max() < 10.0 * tolerances.coupling * approach
+    assert after.normal.peak == pytest.approx(coupled.contact.normal.peak, rel=1e-5)
+
+
+def test_the_best_state_is_returned_with_its_residual_where_turns_run_out() -> None:
+    options = SolverOptions(heat=FixedPointOptions(max_turns=3))
+    discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
+    starts = Starts(discretisation)
+    isothermal = fixed_point(discretisation, starts.isothermal(), options.tolerances).contact
+    stopped = fixed_point(discretisation, starts.coupled(isothermal), options.tolerances)
+    assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
+    assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
+    result = solve(article_4_1(16), options=replace(options, limit=replace(options.limit, halvings=0)))
+    assert not result.converged and "thermal coupling stopped after 3 iterations" in result.reason
+
+
+# --- starts ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_sweep_starts_from_the_previous_problem() -> None:
+    """The next problem of a sweep costs less than the same problem alone, and gives the same."""
+    first, second = article_4_1(32, speed=150.0), article_4_1(32, speed=155.0)
+    solver = Solver()
+    solver.solve(first)
+    warm, alone = solver.solve(second), solve(second)
+    for level, cold in zip(warm.work["levels"], alone.work["levels"], strict=True):
+        assert level["applications"] <= cold["applications"]
+    assert warm.work["levels"][0]["coupling_iterations"] <= alone.work["levels"][0]["coupling_iterations"]
+    assert force(warm) == pytest.approx(force(alone), abs=1e-5)
