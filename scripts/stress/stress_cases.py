@@ -47,7 +47,7 @@ class StressCase:
         if not heating.heat:
             return "mechanical, dissimilar bodies" if DerivedQuantities(problem).dissimilar else "mechanical"
         what = f"heat, {heating.peclet}"
-        if problem.friction_falls:
+        if problem.friction_varies:
             return f"{what}, warm friction"
         return f"{what}, matched" if heating.partition == "matched" else what
 

@@ -6,7 +6,8 @@ import pytest
 from tests.support.scenes import order, reference, rolling
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating
-from thermoroll_cli.solvers.normal.heated_contact import HeatedContactOptions, HeatedContactSolver
+from thermoroll_cli.solvers.normal.heated_contact import HeatedContactSolver
+from thermoroll_cli.solvers.solver_options import HeatedContactOptions
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat
 from thermoroll_cli.steady_state.discretisation import Discretisation, peak_value
 

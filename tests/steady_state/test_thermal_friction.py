@@ -57,8 +57,34 @@ def test_the_law():
     np.testing.assert_allclose(
         friction_at(problem, np.array([-50.0, 0.0, 100.0, 375.0, 1e4])), 0.3 * np.array([1.0, 1.0, 0.8, 0.25, 0.25])
     )
-    assert warm().friction_falls and not warm(slope=0.0).friction_falls
-    assert not warm(friction=0.0).friction_falls and not replace(warm(), heating=Heating(heat=False)).friction_falls
+    assert warm().friction_varies and not warm(slope=0.0).friction_varies
+    assert not warm(friction=0.0).friction_varies and not replace(warm(), heating=Heating(heat=False)).friction_varies
+
+
+def test_threshold_floor_and_a_slope_of_either_sign():
+    """Unchanged up to a temperature, then falling to a floor or rising to a ceiling."""
+    temperatures = np.array([-50.0, 0.0, 100.0, 150.0, 200.0, 1e4])
+    fading = replace(falling(rolling(), 2e-3, 0.4), friction_start=100.0)
+    np.testing.assert_allclose(friction_at(fading, temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 0.9, 0.8, 0.4]))
+    rising = replace(fading, friction_slope=-2e-3, friction_maximum=1.5)
+    np.testing.assert_allclose(friction_at(rising, temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 1.1, 1.2, 1.5]))
+
+
+def test_a_threshold_that_is_not_reached_changes_nothing():
+    constant = solved(warm(slope=0.0)).coupled.scalars
+    never = solve(replace(warm(), friction_start=500.0)).coupled.scalars
+    for name in ("force_x_N", "Q_F_W", "temperature_rise_max_lower_K"):
+        assert never[name] == pytest.approx(constant[name], rel=1e-4)
+
+
+def test_friction_that_rises_makes_more_heat():
+    constant, rising = solved(warm(slope=0.0)), solve(replace(warm(), friction_slope=-5e-3, friction_maximum=1.3))
+    assert rising.converged, rising.reason
+    friction = rising.coupled.fields["friction_coefficient"]
+    inside = rising.coupled.fields["state"] > 0
+    assert friction[inside].min() >= 0.3 and 0.31 < friction[inside].max() <= 0.39 + 1e-12
+    assert rising.coupled.scalars["Q_F_W"] > 1.02 * constant.coupled.scalars["Q_F_W"]
+    assert rising.coupled.scalars["force_x_N"] > constant.coupled.scalars["force_x_N"]
 
 
 @pytest.mark.parametrize("base", [warm(slope=0.0), hot(slope=0.0)])
@@ -176,7 +202,7 @@ def test_warm_bodies_have_less_friction_before_any_heat():
     )
 
 
-def test_a_prescribed_force_takes_more_creepage_when_friction_falls():
+def test_a_prescribed_force_takes_more_creepage_when_friction_varies():
     given = {"creepage": (None, 0.0), "force": (12.0, None)}
     cool, warmed = solved(warm(slope=0.0, **given)), solved(warm(slope=0.01, **given))
     assert warmed.converged, warmed.reason
@@ -259,7 +285,8 @@ def test_keys_of_the_case_file():
     default = parse(THERMAL).problem
     assert (default.friction_slope, default.friction_minimum) == (0.0, 0.1)
     assert type(case)(case.name, case.to_toml(), case.settings).problem == case.problem
-    for wrong in ("friction_temperature_slope_1_K=-1e-3", "friction_minimum_factor=1.5", "friction_temperature_slope_1_K=nan"):
+    for wrong in ("friction_temperature_slope_1_K=-11", "friction_maximum_factor=0.5",
+                  "friction_minimum_factor=1.5", "friction_temperature_slope_1_K=nan"):
         (finding,) = findings(MECHANICAL, f"load.{wrong}")
         assert finding.key == "load." + wrong.split("=")[0]
     (finding,) = findings(MECHANICAL, "load.friction_temperature_slope=1e-3")

@@ -23,17 +23,17 @@ HEAT_BALANCE = 1e-6
 TEMPERATURE_MISMATCH = 1e-4
 """Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
 FEWEST_ELEMENTS = 12
-SMALLEST_SHARE = 0.25
-"""Of the isothermal contact: with fewer elements, or less of its area, a heated contact is no longer shown by its grid."""
+"""Elements of a heated contact below which its grid no longer shows it."""
 
 
 def failures(
-    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, coupled: SteadyState | None
+    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, home: Discretisation,
+    coupled: SteadyState | None,
 ) -> list[str]:
-    """Reasons why the result cannot be trusted; empty when it can."""
+    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `home`."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
-        falls = derived.problem.friction_falls
+        falls = derived.problem.friction_varies
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
@@ -42,18 +42,27 @@ def failures(
     if coupled is not None:
         if not coupled.converged:
             if not coupled.touches_rim:
-                reasons.append(f"thermal coupling stopped after {coupled.iterations} iterations at a residual of "
-                               f"{coupled.residual:.1e} of the approach: heat is near or beyond the thermo-elastic limit; "
-                               "lower the speed or the creepage")
+                reasons.append(_not_coupled(coupled))
         if coupled.converged and _shrunk(isothermal, coupled):
-            reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements: beyond the thermo-elastic "
-                           "limit, or in need of a finer numerics.grid")
-        reasons += [f"coupled state: {r}" for r in _state_failures(derived, discretisation, coupled.contact)]
+            reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
+                           "finer numerics.grid")
+        reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
     return reasons
 
 
+def _not_coupled(coupled: SteadyState) -> str:
+    """Which criterion the coupled state has failed: whether its pressure has no balance with the heat, or is not found."""
+    if coupled.heat_reached < 1.0:
+        share = 100.0 * coupled.heat_reached
+        return (f"at the slip that was reached no pressure is in balance with more than {share:.3g} % of its own "
+                "heat: raising the heat failed at the smallest step; lower the speed or the creepage")
+    return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
+            "approach: no steady state was found, which does not show that there is none; try a finer or coarser "
+            "numerics.grid, or lower the speed or the creepage")
+
+
 def overheated(isothermal: SteadyState, coupled: SteadyState | None) -> bool:
-    """Whether the coupled iteration failed for too much heat, and not for its domain."""
+    """Whether the coupled iteration failed for its heat, and not for its domain."""
     return coupled is not None and not coupled.touches_rim and (not coupled.converged or _shrunk(isothermal, coupled))
 
 
@@ -61,7 +70,7 @@ def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
     """Whether so little is left of the contact that the grid no longer shows it."""
     # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
     left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.contact.normal.covered.sum())
-    return left < min(FEWEST_ELEMENTS, 0.5 * before) or left < SMALLEST_SHARE * before
+    return left < min(FEWEST_ELEMENTS, 0.5 * before)
 
 
 def _elements(contact: Contact) -> int:
@@ -97,7 +106,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
-    if problem.friction_falls:
+    if problem.friction_varies:
         limit = transmissible_force(discretisation, friction_of(discretisation, discretisation.heat(contact)), normal.pressure)
         if problem.prescribed_force > limit:
             reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "

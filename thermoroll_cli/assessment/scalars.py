@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.assessment.track_scalars import NAMES as TRACKS
+from thermoroll_cli.assessment.track_scalars import entry_fields, track_scalars
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact, Traction
@@ -34,7 +36,7 @@ def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
         "peclet_lower": derived.peclet(lower),
         "peclet_upper": derived.peclet(upper),
         **_kalker(derived),
-        # Beyond the thermo-elastic limit a lower speed is solved than the one asked for (`limit.last_steady_state`).
+        # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
         "speed_solved_m_s": problem.motion.speed,
     }
 
@@ -148,6 +150,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars["heat_flux_max_W_mm2"] = float(flux.max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan
+    scalars |= dict.fromkeys(TRACKS, math.nan)
     if temperatures:
         heat = discretisation.heat(contact)
         lower, upper = heat.temperatures()
@@ -156,6 +159,9 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
             fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))
+        scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside, discretisation.grid.element_area)
+        if any(heat.tracks):
+            fields |= entry_fields(heat)
     heating = discretisation.derived.problem.heating
     for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
         scalars[f"temperature_rise_max_{body}_K"] = rise

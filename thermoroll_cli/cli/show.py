@@ -28,6 +28,13 @@ MEANINGS = {
     "friction_limit_N": "μW: no tangential force exceeds it",
     "saturation_creepage": "about where the whole contact slides",
     "dundurs_beta": "couples pressure and shear",
+    "thermal_crown_bound": "Λ at most: curvature of the tracks' thermal crowns over that of the gap",
+    "expected_bulk_temperature_lower_K": "of full sliding, lower body",
+    "expected_bulk_temperature_upper_K": "of full sliding, upper body",
+    "biot_lower": "Biot number hR/k, lower body",
+    "biot_upper": "Biot number hR/k, upper body",
+    "warm_up_time_lower_s": "time constant of warming up, lower body",
+    "warm_up_time_upper_s": "time constant of warming up, upper body",
 }
 """What the numbers known before solving are."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,16 @@ from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.mirror import Parities
 from thermoroll_cli.model.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.model.differential_slip import DifferentialSlip, resolved
-from thermoroll_cli.model.problem import Material, Problem
+from thermoroll_cli.model.problem import Material, Problem, Recirculation
 from thermoroll_cli.model.surface import is_symmetric, lateral_gap
 from thermoroll_cli.solvers.thermal.heat_response import HeatedBody
+
+if TYPE_CHECKING:
+    from thermoroll_cli.solvers.recirculation.track import Roller
+
+SMALLEST_CROWN = 1e-3
+"""Thermal crown over the curvature of the gap below which it does not act back: pressures change by less than that."""
+
 
 SAMPLES = 65
 """Places across the contact at which the size of the differential slip is looked up."""
@@ -166,6 +174,58 @@ class DerivedQuantities:
         speed, cx, cy = p.motion.speed, creepage_x * p.motion.speed / 2.0, creepage_y * p.motion.speed / 2.0
         return self._heated(p.lower, speed + cx, cy), self._heated(p.upper, speed - cx, -cy)
 
+    def rollers(self, creepage_x: float) -> tuple[Roller | None, Roller | None]:
+        """Lower and upper body as they turn and cool, None for one that brings no heat back.
+
+        Raises ValueError for a body that would have to stand still or turn backwards."""
+        heating, geometry = self.problem.heating, self.problem.geometry
+        lower, upper = self.heated_bodies(creepage_x, 0.0)
+        return (self._roller("lower", heating.lower_track, geometry.lower_radius_x, lower, self.problem.lower),
+                self._roller("upper", heating.upper_track, geometry.upper_radius_x, upper, self.problem.upper))
+
+    @staticmethod
+    def _roller(
+        name: str, track: Recirculation | None, radius: float, heated: HeatedBody, body: Material
+    ) -> Roller | None:
+        if track is None:
+            return None
+        if heated.speed_x <= 0.0:
+            raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
+        # Imported where a body does come back: other cases need none of it.
+        from thermoroll_cli.solvers.recirculation.track import Roller
+
+        return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
+                      heated.free_expansion, body.poisson_ratio, track.convection, track.resistance)
+
+    @property
+    def crown_matters(self) -> bool:
+        """Whether the tracks' thermal crown is allowed for in the gap."""
+        return self.problem.heating.recirculates and self.crown_bound >= SMALLEST_CROWN
+
+    @property
+    def lateral_curvature(self) -> float:
+        """Relative curvature 1/R'_y in 1/m; with a profile about that of a gap that closes over the contact."""
+        geometry, scales = self.problem.geometry, self.scales
+        return scales.approach / scales.semi_axis_y**2 if geometry.has_profile else geometry.curvature_y
+
+    @cached_property
+    def crown_bound(self) -> float:
+        """Estimate from above of Λ = Σ (1+ν)α q̄(0) R'_y/k: curvature of the tracks' thermal crowns over that of the gap.
+
+        Of all the heat of full sliding under Hertz's pressure, a given partition's share or all; where creepages follow from
+        forces, at three times the saturation creepage."""
+        p, motion = self.problem, self.problem.motion
+        share = p.heating.partition
+        found = 3.0 * self.saturation_creepage
+        along, across = (found if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
+        slip = math.hypot(along, across) + abs(motion.spin) * max(self.scales.semi_axis_x, self.scales.semi_axis_y)
+        line = 0.5 * math.pi * self.scales.semi_axis_x * self.scales.peak_pressure * p.highest_friction * slip * motion.speed
+        shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)
+        return sum(
+            part * line * roller.crown_per_heat / self.lateral_curvature
+            for part, roller in zip(shares, self.rollers(motion.creepage_x or 0.0), strict=True) if roller is not None
+        )
+
     @staticmethod
     def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
         if body.conductivity is None or body.expansion is None or body.diffusivity is None:
@@ -177,6 +237,11 @@ class DerivedQuantities:
         if body.diffusivity is None:
             return math.nan
         return self.problem.motion.speed * self.scales.semi_axis_x / body.diffusivity
+
+
+def contact_width(curvatures: tuple[float, float], contact_modulus: float, normal_force: float) -> float:
+    """Width 2b across rolling of the Hertz contact with relative `curvatures` along and across it, in any consistent units."""
+    return 2.0 * hertz_contact(*curvatures, contact_modulus, normal_force).semi_axis_y
 
 
 def _rounded(creepage: float) -> float:

@@ -8,8 +8,11 @@ from typing import Any
 
 FORCES = ("force_x_N", "force_y_N")
 CREEPAGES = ("creepage_longitudinal", "creepage_lateral")
-TEMPERATURES = ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "surface_temperature_max_lower_K",
-                "surface_temperature_max_upper_K")
+TEMPERATURES = tuple(
+    f"{name}_{body}_K" for body in ("lower", "upper")
+    for name in ("temperature_rise_max", "surface_temperature_max", "bulk_temperature", "entry_temperature_max",
+                 "flash_temperature_max")
+)
 
 
 BELOW_THE_SURFACE = ("von_mises_", "orthogonal_shear_range_", "tensile_stress_", "elastic_")

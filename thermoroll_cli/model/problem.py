@@ -88,12 +88,25 @@ class Motion:
 
 
 @dataclass(frozen=True)
+class Recirculation:
+    """A body that turns and brings its heated track back: its `width` (m), contacts per turn, and either `convection`
+    (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
+
+    width: float
+    passes: int = 1
+    convection: float | None = None
+    resistance: float | None = None
+
+
+@dataclass(frozen=True)
 class Heating:
     """How frictional heat is treated.
 
     `partition` is the share of the lower body, or "matched": divided from point to point so that both surfaces are equally
     warm inside the contact. Bulk temperatures (K) are those of the bodies far from the contact, above the temperature to
     which the coefficient of friction belongs; with a matched partition their difference drives heat through the contact.
+    `lower_track`, `upper_track`: how a body that turns is cooled (None: it does not come back); its bulk temperature is then
+    that of its surroundings.
     """
 
     heat: bool = True
@@ -102,6 +115,13 @@ class Heating:
     partition: Partition = 0.5
     bulk_lower: float = 0.0
     bulk_upper: float = 0.0
+    lower_track: Recirculation | None = None
+    upper_track: Recirculation | None = None
+
+    @property
+    def recirculates(self) -> bool:
+        """Whether a body brings heat back to the contact."""
+        return self.heat and (self.lower_track is not None or self.upper_track is not None)
 
     @property
     def bulk_difference(self) -> float:
@@ -146,7 +166,8 @@ class SubsurfaceRequest:
 class Problem:
     """A complete steady-state rolling contact problem in SI units.
 
-    `friction` falls by the share `friction_slope` per K of contact temperature, down to the share `friction_minimum`.
+    Above the temperature `friction_start` (K) `friction` falls by the share `friction_slope` per K of contact temperature, down
+    to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`.
     """
 
     lower: Material
@@ -160,6 +181,8 @@ class Problem:
     title: str = ""
     friction_slope: float = 0.0
     friction_minimum: float = 0.1
+    friction_maximum: float = 2.0
+    friction_start: float = 0.0
     subsurface: SubsurfaceRequest | None = None
 
     @property
@@ -168,9 +191,14 @@ class Problem:
         return 1.0 / (1.0 / self.lower.plane_strain_modulus + 1.0 / self.upper.plane_strain_modulus)
 
     @property
-    def friction_falls(self) -> bool:
+    def friction_varies(self) -> bool:
         """Whether the coefficient of friction depends on the temperature."""
-        return self.friction > 0.0 and self.friction_slope > 0.0 and self.heating.heat
+        return self.friction > 0.0 and self.friction_slope != 0.0 and self.heating.heat
+
+    @property
+    def highest_friction(self) -> float:
+        """The largest coefficient of friction that any temperature makes."""
+        return self.friction * (self.friction_maximum if self.friction_slope < 0.0 else 1.0)
 
     @property
     def traction_limit(self) -> float:

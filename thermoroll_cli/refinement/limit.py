@@ -1,4 +1,4 @@
-"""The thermo-elastic limit: how fast a contact can roll before its own heat leaves it no steady state."""
+"""Where no steady state is found for the heat asked for: up to which speed there is one, and what fails beyond."""
 
 from __future__ import annotations
 
@@ -23,24 +23,26 @@ def last_steady_state(
     nx, ny = (min(pair) for pair in zip(problem.numerics.grid or options.coarse, options.coarse, strict=True))
     coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent))
 
-    def steady(speed: float) -> bool:
-        return solve_once(at_speed(coarse, speed)).converged
-
-    low, high = 0.5 * wanted, wanted
+    low, high, why = 0.5 * wanted, wanted, failed.reason
     for _ in range(options.halvings):
-        if steady(low):
+        attempt = solve_once(at_speed(coarse, low))
+        if attempt.converged:
             break
-        low, high = 0.5 * low, low
+        low, high, why = 0.5 * low, low, attempt.reason
     else:
         return failed
     for _ in range(options.bisections):
         middle = (low * high) ** 0.5
-        low, high = (middle, high) if steady(middle) else (low, middle)
+        attempt = solve_once(at_speed(coarse, middle))
+        if attempt.converged:
+            low = middle
+        else:
+            high, why = middle, attempt.reason
     for speed in (retreat * low for retreat in options.retreats):
         found = solve_once(at_speed(problem, speed))
         if found.converged:
-            reason = (f"no steady state found beyond V = {speed:.3g} m/s (asked for {wanted:g} m/s): frictional heat drives "
-                      f"the contact past its thermo-elastic limit; the fields and scalars are those at {speed:.3g} m/s")
+            reason = (f"no steady state found beyond V = {speed:.3g} m/s (asked for {wanted:g} m/s); the fields and scalars "
+                      f"are those at {speed:.3g} m/s. At {high:.3g} m/s: {why}")
             return replace(found, problem=problem, converged=False, reason=reason)
     return failed
 

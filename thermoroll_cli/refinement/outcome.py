@@ -17,6 +17,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
 from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
 
 
@@ -29,9 +30,9 @@ def result_of(
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     errors = estimates(coupled, derived, last.elements_across, extrapolated=extrapolated)
-    reasons = failures(derived, last.discretisation, last.isothermal, last.coupled)
+    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled)
     warnings = list(plan.warnings)
-    heat = last.discretisation.heat(last.contact) if plan.runs("heat") else None
+    heat = last.home.heat(last.contact) if plan.runs("heat") else None
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
         warnings.append(sideways)
     rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
@@ -53,11 +54,15 @@ def result_of(
     if last.isothermal.acts_back:
         history[f"{_coupling_name(last)}_residual"] = np.array(last.isothermal.history)
     isothermal_state = replace(last.isothermal_state, scalars=final(isothermal, derived))
+    if last.home is not last.discretisation:
+        isothermal_state = replace(isothermal_state, fields=_cut_out(last))
+        warnings.append(f"the heated contact takes little of the domain: it was solved on {last.home.extent:.3g} semi-axes; "
+                        "fields without thermal deformation are shown on that part alone")
     same = last.coupled_state is last.isothermal_state
     return Result(
         problem=problem,
-        x=last.discretisation.grid.x,
-        y=last.discretisation.grid.y,
+        x=last.home.grid.x,
+        y=last.home.grid.y,
         coupled=isothermal_state if same else replace(last.coupled_state, scalars=final(coupled, derived)),
         isothermal=isothermal_state,
         hertz=input_scalars(derived),
@@ -72,6 +77,16 @@ def result_of(
     )
 
 
+def _cut_out(level: RefinementLevel) -> dict[str, Any]:
+    """Fields of the isothermal state on the smaller domain of the coupled one, by interpolation."""
+    source, target = level.discretisation.grid, level.home.grid
+    prolong = Prolongation(source, target)
+    # Of a label the nearest, not a mean.
+    i, j = (np.abs(a[:, None] - b).argmin(axis=0) for a, b in ((source.x, target.x), (source.y, target.y)))
+    return {name: field[np.ix_(i, j)] if name == "state" else prolong(field)
+            for name, field in level.isothermal_state.fields.items()}
+
+
 def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
     """Scalars of the coupled and of the isothermal state on each grid, coarse to fine."""
     return [r.coupled_state.scalars for r in levels], [r.isothermal_state.scalars for r in levels]
@@ -79,7 +94,7 @@ def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
 
 def _coupling_name(level: RefinementLevel) -> str:
     """What the state without thermal deformation iterates on."""
-    return "warm_friction" if level.discretisation.derived.problem.friction_falls else "elastic_coupling"
+    return "warm_friction" if level.discretisation.derived.problem.friction_varies else "elastic_coupling"
 
 
 def _work(
@@ -91,7 +106,7 @@ def _work(
             "grid": list(r.discretisation.grid.shape),
             "newton_steps": r.isothermal.newton_steps,
             "applications": r.isothermal.applications,
-            "transforms": r.discretisation.transforms,
+            "transforms": r.transforms,
         }
         if r.isothermal.acts_back:
             entry |= {
@@ -110,6 +125,7 @@ def _work(
     return {
         "grid": list(last.shape),
         "extent": plan.extent,
+        "extent_coupled": levels[-1].home.extent,
         "iterations": {k: entries[-1][k] for k in entries[-1] if k.endswith(("iterations", "steps"))},
         "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),
         "levels": entries,

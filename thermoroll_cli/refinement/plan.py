@@ -12,6 +12,7 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.plausibility import plausibility_warnings
 from thermoroll_cli.model.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.profile_warnings import profile_warnings
+from thermoroll_cli.refinement.track_outlook import track_facts, track_warnings
 from thermoroll_cli.solvers.solver_options import RefinementOptions
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.frictional_heat import divide
@@ -136,7 +137,7 @@ def _partition(derived: DerivedQuantities, options: RefinementOptions) -> str | 
 def _warm_friction(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
     if not derived.problem.friction_slope:
         return None
-    return "" if derived.problem.friction_falls and derived.has_traction else "no friction and heat that could change it"
+    return "" if derived.problem.friction_varies and derived.has_traction else "no friction and heat that could change it"
 
 
 def _deformation(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
@@ -151,6 +152,21 @@ def _deformation(derived: DerivedQuantities, options: RefinementOptions) -> str 
     return f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing by more than {wanted:g}"
 
 
+def _recirculation(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+    heating = derived.problem.heating
+    if heating.lower_track is None and heating.upper_track is None:
+        return None
+    return "no heat" if _heat(derived, options) else ""
+
+
+def _thermal_crown(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+    if _recirculation(derived, options) != "":
+        return None
+    if derived.crown_matters:
+        return ""
+    return f"its curvature is {derived.crown_bound:.1e} of the gap's at most: pressures change by less than that"
+
+
 STAGES: dict[str, Callable[[DerivedQuantities, RefinementOptions], str | None]] = {
     "elastic coupling": _elastic_coupling,
     "normal (isothermal)": _isothermal_normal,
@@ -161,6 +177,8 @@ STAGES: dict[str, Callable[[DerivedQuantities, RefinementOptions], str | None]] 
     "partition": _partition,
     "warm friction": _warm_friction,
     "deformation": _deformation,
+    "recirculation": _recirculation,
+    "thermal crown": _thermal_crown,
 }
 """For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
 
@@ -191,7 +209,7 @@ def bulge_bound(derived: DerivedQuantities, options: RefinementOptions | None = 
         if force is not None:
             rigid[i] += 3.0 * derived.saturation_creepage
     slip = np.hypot(rigid[0], rigid[1])
-    flux = problem.friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
+    flux = problem.highest_friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
     response = discretisation.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
     inside = discretisation.isothermal_pressure.contact
     bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
@@ -221,7 +239,8 @@ def _even_share(derived: DerivedQuantities, options: RefinementOptions) -> float
 
 def doubts(derived: DerivedQuantities) -> list[str]:
     """What is doubtful about a problem before it is solved."""
-    return [*plausibility_warnings(derived), *_half_space_warnings(derived)]
+    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.has_traction else []
+    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *tracks]
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
@@ -256,7 +275,7 @@ def _facts(derived: DerivedQuantities) -> dict[str, float]:
         "friction_limit_N": problem.traction_limit,
         "saturation_creepage": derived.saturation_creepage,
         "dundurs_beta": derived.dundurs_beta,
-    }
+    } | (track_facts(derived) if problem.heating.recirculates else {})
 
 
 def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) -> tuple[int, float]:

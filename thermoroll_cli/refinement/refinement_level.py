@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,16 +16,30 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.turn import expansion_in
 
+if TYPE_CHECKING:
+    from thermoroll_cli.refinement.followed_domain import FollowedState
+
 
 @dataclass(frozen=True)
 class RefinementLevel:
-    """The state without thermal deformation and, where there is any, the one with it; each with its reported form."""
+    """The state without thermal deformation and, where there is any, the one with it; each with its reported form.
+
+    The coupled state lives on `home`, which is `discretisation` unless its contact has become much smaller; `left_behind` are
+    transforms spent on other domains."""
 
     discretisation: Discretisation
     isothermal: SteadyState
     coupled: SteadyState | None
     isothermal_state: State
     coupled_state: State
+    home: Discretisation
+    left_behind: int = 0
+
+    @property
+    def transforms(self) -> int:
+        """Padded transforms done for both states."""
+        return self.discretisation.transforms + self.left_behind + (
+            0 if self.home is self.discretisation else self.home.transforms)
 
     @property
     def touches_rim(self) -> bool:
@@ -45,7 +60,7 @@ class RefinementLevel:
 
 
 def refinement_level(
-    discretisation: Discretisation, isothermal: SteadyState, coupled: SteadyState | None, plan: Plan
+    discretisation: Discretisation, isothermal: SteadyState, followed: FollowedState | None, plan: Plan
 ) -> RefinementLevel:
     """Report both states of a grid. The isothermal one tells the expansion that its heat would make."""
     heating, contact = discretisation.derived.problem.heating, isothermal.contact
@@ -56,7 +71,8 @@ def refinement_level(
     if cold:
         expansion = np.zeros(discretisation.grid.shape)
     reported = state_of(discretisation, contact, temperatures=heat or cold, expansion=expansion)
-    if coupled is None:
-        return RefinementLevel(discretisation, isothermal, None, reported, reported)
-    heated = state_of(discretisation, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
-    return RefinementLevel(discretisation, isothermal, coupled, reported, heated)
+    if followed is None:
+        return RefinementLevel(discretisation, isothermal, None, reported, reported, discretisation)
+    home, coupled = followed.discretisation, followed.state
+    heated = state_of(home, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
+    return RefinementLevel(discretisation, isothermal, coupled, reported, heated, home, followed.left_behind)

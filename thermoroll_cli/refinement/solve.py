@@ -14,6 +14,7 @@ from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.below_the_surface import with_subsurface
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.refinement.followed_domain import followed_state
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
@@ -116,13 +117,17 @@ class Solver:
                 isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
                                   "residual": isothermal.contact.tangential.residual})
-            coupled = None
+            followed = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
-                    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact), tolerances)
-                report("coupling", {"grid": list(shape), "iteration": coupled.iterations, "residual": coupled.residual})
+                    home = discretisation
+                    if coarser is not None and coarser.home is not coarser.discretisation:
+                        home = Discretisation(derived, shape, coarser.home.extent, self.threads, self.options)
+                    followed = followed_state(starts, home, isothermal, tolerances)
+                report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
+                                    "residual": followed.state.residual})
             with stopwatch("temperature"):
-                levels.append(refinement_level(discretisation, isothermal, coupled, plan))
+                levels.append(refinement_level(discretisation, isothermal, followed, plan))
             if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels)):
                 break
             coarser, previous_coarser = levels[-1], previous

@@ -48,14 +48,19 @@ class Starts:
             guess = replace(guess, tangential=self._predicted(self.previous))
         return _with_fields(guess, fields)
 
-    def coupled(self, isothermal: Contact) -> Contact:
-        """First guess of the state with thermal deformation, beside the `isothermal` one."""
-        fields = _unheated(self.discretisation) | {"expansion": np.zeros(self.discretisation.grid.shape)}
+    def coupled(self, isothermal: Contact, home: Discretisation) -> Contact:
+        """First guess of the state with thermal deformation on `home`, which may have another domain than the `isothermal` one
+        beside it."""
         for source in (self.coarser, self.previous):
             if source is not None and source.coupled is not None:
-                guess = _carried_over(self.discretisation, source.discretisation, source.coupled.contact)
-                return _with_fields(guess, fields)
-        return _with_fields(isothermal, fields)
+                return self.moved(home, source.home, source.coupled.contact)
+        return self.moved(home, self.discretisation, isothermal)
+
+    @staticmethod
+    def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:
+        """First guess of the state with thermal deformation on `home` from a `contact` on another domain or grid."""
+        fields = _unheated(home) | {"expansion": np.zeros(home.grid.shape)}
+        return _with_fields(_carried_over(home, source, contact), fields)
 
     def _predicted(self, previous: RefinementLevel) -> Traction:
         """Tractions of the previous problem on this grid, plus what the coarser grid has changed since. Shares of the traction
@@ -77,7 +82,7 @@ def _unheated(discretisation: Discretisation) -> Fields:
     fields = {}
     if discretisation.derived.feeds_back:
         fields["shear_displacement"] = np.zeros(discretisation.grid.shape)
-    if discretisation.derived.problem.friction_falls:
+    if discretisation.derived.problem.friction_varies:
         fields["friction"] = friction_before_heat(discretisation)
     return fields
 

@@ -30,6 +30,27 @@ class NormalOptions:
 
 
 @dataclass(frozen=True)
+class HeatedContactOptions:
+    """How the active sets and the steps in heat are chosen."""
+
+    most_active_sets: int = 30
+    """Active sets tried for one heat. A step that is not too large takes three to eight."""
+    most_iterations: int = 120
+    """GMRES steps per active set: four to eight are usual."""
+    wandering: float = 0.3
+    """A step is given up when an active set wants to grow by this part of itself at the same time as it shrinks: it began with
+    a contact that is too large for its heat."""
+    reduction: float = 1e-3
+    """By how much the gap on one active set is closed before the set is looked at."""
+    growth: float = 1.5
+    """A step in heat that was found lets the next one be so much longer; one that was not is halved."""
+    smallest_step: float = 1.0 / 256.0
+    """Part of the heat below which a step is not halved any more: there is no steady state beyond."""
+    on_the_way: float = 1e-4
+    """Residual at which states on the way are solved, relative to the elastic displacement."""
+
+
+@dataclass(frozen=True)
 class RollingOptions:
     """Newton's method for the tangential problem, its linear systems, and what it knows of borders inside elements."""
 
@@ -124,6 +145,10 @@ class FixedPointOptions:
     dampings: int = 5
     """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
     of what it has in reserve is lost."""
+    unbalanced: int = 2
+    """How often a turn may find no pressure in balance with its heat: the first turns have the slip of another contact."""
+    closest_balance: float = 1e-8
+    """Residual, over the elastic displacement, below which no pressure in balance with its heat is solved."""
     indifferent: float = 10.0
     """Times the tolerance: the residual that is accepted where no further turn reduces it, still below 1e-4 of the approach."""
     border_element: float = 0.3
@@ -191,6 +216,7 @@ class SolverOptions:
 
     tolerances: Tolerances = Tolerances()
     normal: NormalOptions = NormalOptions()
+    heated_contact: HeatedContactOptions = HeatedContactOptions()
     rolling: RollingOptions = RollingOptions()
     heat: FixedPointOptions = FixedPointOptions()
     shear: FixedPointOptions = SHEAR

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +22,11 @@ from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, Sli
 from thermoroll_cli.steady_state.frictional_heat import Heat, divide
 from thermoroll_cli.steady_state.traction import TractionSolver
 
+if TYPE_CHECKING:
+    from thermoroll_cli.solvers.recirculation.response import RecirculatingResponse
+    from thermoroll_cli.solvers.recirculation.track import Roller, Track
+
+
 
 class Discretisation:
     """The solvers of one problem on one grid; each is built when a stage first needs it."""
@@ -33,8 +39,10 @@ class Discretisation:
         self.derived = derived
         self.grid: Grid = derived.grid(shape, extent)
         self.extent = extent
+        self.threads = threads
         self.rolling = TractionSolver(self.grid, threads, self.options.rolling)
         self._heat: HeatResponse | None = None
+        self._tracks: dict[Roller, Track] = {}
         self._heats: list[tuple[Traction, Heat]] = []
         self.coarser: Discretisation | None = None
         """The grid before, from which the isothermal pressure is started where it is not known in closed form."""
@@ -120,7 +128,8 @@ class Discretisation:
         """Whether contact in the outermost elements means that the domain is too small: on coarse grids they also hold the
         border of the isothermal contact, so their centres must lie in the outer half of the room around it."""
         grid, scales, ends = self.grid, self.derived.scales, self.at_ends
-        half_room = 0.5 * (1.0 + 0.5 * self.extent)
+        # A domain that has followed a smaller contact always tells: the isothermal one does not lie in it.
+        half_room = 0.5 * (1.0 + 0.5 * self.extent) if self.extent >= 2.0 else 0.0
         touched = (contact[0].any() or contact[-1].any() or (contact[:, 0].any() and not ends[0])
                    or (contact[:, -1].any() and not ends[1]))
         return bool(touched and grid.x[-1] > half_room * scales.semi_axis_x
@@ -180,7 +189,19 @@ class Discretisation:
             return SlidingHeatResponse(self._sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._heat is None or self._heat.bodies != (lower, upper):
             self._heat = HeatResponse(self.grid, lower, upper)
+        if problem.heating.recirculates:
+            return self._recirculating(self._heat, creepage[0])
         return self._heat
+
+    def _recirculating(self, passing: HeatResponse, creepage: float) -> RecirculatingResponse:
+        """`passing`, and what the tracks of bodies that turn bring back. Tracks are kept until speeds or cooling change."""
+        from thermoroll_cli.solvers.recirculation.response import RecirculatingResponse
+        from thermoroll_cli.solvers.recirculation.track import Track
+
+        rollers = self.derived.rollers(creepage)
+        self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in rollers if r is not None}
+        lower, upper = (None if r is None else self._tracks[r] for r in rollers)
+        return RecirculatingResponse(passing, (lower, upper), bulging=self.derived.crown_matters)
 
     def heat_flux(self, tangential: Traction) -> Array:
         """Frictional heat flux q in W/m², (nx, ny)."""
@@ -192,7 +213,11 @@ class Discretisation:
         known = next((heat for traction, heat in self._heats if traction is tangential), None)
         if known is None:
             response = self.heat_response(tangential.creepage, tangential.slip)
-            known = divide(self.derived.problem.heating, response, self.heat_flux(tangential), contact.normal.contact)
+            heating, normal = self.derived.problem.heating, contact.normal
+            # What returns depends on all heat exchanged, and border elements that are hardly covered would exchange as much as
+            # others: half covered ones are the whole contact on average.
+            inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
+            known = divide(heating, response, self.heat_flux(tangential), inside)
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
 

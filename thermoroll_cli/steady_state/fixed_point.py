@@ -21,6 +21,7 @@ from thermoroll_cli.solvers.algorithms.anderson import Anderson
 from thermoroll_cli.solvers.solver_options import FixedPointOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
+from thermoroll_cli.steady_state.heated_pressure import heated_step
 from thermoroll_cli.steady_state.turn import turn
 
 Fields = dict[str, Any]
@@ -47,7 +48,8 @@ line in `turn` and a line here."""
 @dataclass(frozen=True)
 class SteadyState:
     """The best state found, with the turns that it took and what the inner solvers did in them; `residual` is what its
-    turn has changed of the unknowns, over their scales."""
+    turn has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led to
+    it; `heat_reached` is 1, or the part of the heat to which it could be raised where there is no balance with all of it."""
 
     contact: Contact
     iterations: int
@@ -58,6 +60,8 @@ class SteadyState:
     newton_steps: int
     touches_rim: bool
     history: tuple[float, ...]
+    balanced: bool = False
+    heat_reached: float = 1.0
 
     @property
     def acts_back(self) -> bool:
@@ -71,18 +75,34 @@ def unknowns_of(contact: Contact) -> Fields:
 
 
 def fixed_point(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False
 ) -> SteadyState:
     """Iterate turns from `start` until what acts back no longer changes.
 
     The residual is the largest change of an unknown field over its scale, on the contact. Converged is a turn whose residual
-    is below the tolerance and whose own problems are solved. Where the iteration stagnates or meets no such turn, the best
+    is below the tolerance and whose own problems are solved. Where mixing alone does not get there because of the heat, the
+    iteration begins again with turns that start from a pressure in balance with its own heat (`heated_pressure`): it takes more
+    work, but strong heat too, if the contact slides. With `balanced` it begins so at once. Where nothing converges the best
     state is returned.
     """
     heated = start.expansion is not None or start.friction is not None
     options = discretisation.options.heat if heated else discretisation.options.shear
+    first = _iterated(discretisation, start, tolerances, options, balanced)
+    if first.converged or first.touches_rim or start.expansion is None:
+        return first
+    second = _iterated(discretisation, start, tolerances, options, not balanced)
+    best = second if second.converged or second.residual < first.residual else first
+    # What both have found out about the heat, and what both have cost.
+    reached = (first if balanced else second).heat_reached
+    return replace(best, normal_iterations=first.normal_iterations + second.normal_iterations, heat_reached=reached,
+                   applications=first.applications + second.applications, newton_steps=first.newton_steps + second.newton_steps)
+
+
+def _iterated(
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, options: FixedPointOptions, balanced: bool
+) -> SteadyState:
     limit = tolerances.tangential if start.expansion is None else tolerances.coupling
-    mixing = _Mixing(discretisation, options)
+    mixing = _Mixing(discretisation, options, balanced)
     state = best = start
     residual = least = math.inf
     rim, history = False, list[float]()
@@ -101,12 +121,15 @@ def fixed_point(
             least = residual if solved else math.inf
         if not changes or least <= limit or rim or _stagnates(history, options):
             break
-        state = mixing.next(state, after, changes)
+        state = mixing.next(state, after, changes, history[-1])
+        if mixing.unbalanced > options.unbalanced:
+            break
     if _stagnates(history, options):
         limit = _indifferent(discretisation, limit, options)
     return SteadyState(
         _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
-        normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history))
+        normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
+        balanced=balanced, heat_reached=mixing.heat_reached)
 
 
 def _inside(
@@ -172,16 +195,28 @@ def _without_mean(contact: Contact) -> Contact:
 class _Mixing:
     """Anderson's mixing of all unknowns, each in its scale, within what a coefficient of friction can be."""
 
-    def __init__(self, discretisation: Discretisation, options: FixedPointOptions) -> None:
-        self._discretisation = discretisation
-        self._anderson = Anderson(options.depth, options.first_damping)
+    def __init__(self, discretisation: Discretisation, options: FixedPointOptions, balanced: bool) -> None:
+        self._discretisation, self._options = discretisation, options
+        # Steps to a balance of pressure and heat need no damping.
+        self._anderson = Anderson(options.depth, 1.0 if balanced else options.first_damping)
+        self._balanced = balanced
         self.dampings = 0
+        self.heat_reached = 1.0
+        self.unbalanced = 0
 
-    def next(self, before: Contact, after: Contact, changes: Fields) -> Contact:
+    def next(self, before: Contact, after: Contact, changes: Fields, residual: float) -> Contact:
         """State of the next turn: mixed unknowns, and the pressure and tractions of the last."""
         unknowns = unknowns_of(before)
         if not unknowns:
             return after
+        if self._balanced and before.expansion is not None:
+            tolerance = max(self._options.normal_share * residual, self._options.closest_balance)
+            step = heated_step(self._discretisation, before, after, tolerance)
+            self.heat_reached = step.reached
+            self.unbalanced += not step.converged
+            if step.converged:
+                changes = changes | {"expansion": step.expansion - before.expansion}
+                after = replace(after, normal=replace(after.normal, whole_elements=step.pressure))
         # To the next power of two: scaling rounds nothing.
         scales = {name: 2.0 ** round(math.log2(UNKNOWNS[name](self._discretisation.derived))) for name in unknowns}
         x, change = (np.stack([fields[name] / scales[name] for name in unknowns]) for fields in (unknowns, changes))

@@ -1,4 +1,4 @@
-"""Friction that falls with the temperature of the contact."""
+"""Friction that falls or rises with the temperature of the contact."""
 
 from __future__ import annotations
 
@@ -15,9 +15,17 @@ RESERVE = 0.002
 
 
 def friction_at(problem: Problem, temperature: Array | float) -> Array:
-    """μ(T) = μ₀ (1 − s T), at least `friction_minimum` of μ₀ and at most μ₀; T in K above the temperature of μ₀."""
-    factor = 1.0 - problem.friction_slope * np.asarray(temperature)
-    return np.asarray(problem.friction * np.clip(factor, problem.friction_minimum, 1.0))
+    """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `friction_minimum` and `friction_maximum` times μ₀; T in K above the
+    temperature of μ₀."""
+    factor = 1.0 - problem.friction_slope * np.maximum(np.asarray(temperature) - problem.friction_start, 0.0)
+    return np.asarray(problem.friction * np.clip(factor, problem.friction_minimum, problem.friction_maximum))
+
+
+def friction_limits(problem: Problem) -> tuple[float, float]:
+    """Least and largest coefficient of friction that any temperature makes."""
+    if problem.friction_slope > 0.0:
+        return problem.friction * problem.friction_minimum, problem.friction
+    return problem.friction, problem.friction * problem.friction_maximum
 
 
 def friction_before_heat(discretisation: Discretisation) -> Array:
@@ -40,7 +48,7 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
     on the way there from `before`, as far as that loses half of what it has in reserve. And whether that was so."""
     problem, pressure = discretisation.derived.problem, wanted.normal.pressure
     assert wanted.friction is not None
-    friction = np.clip(wanted.friction, problem.friction * problem.friction_minimum, problem.friction)
+    friction = np.clip(wanted.friction, *friction_limits(problem))
     force = problem.prescribed_force
     after, had = (transmissible_force(discretisation, f, pressure) for f in (friction, before))
     if after >= (1.0 + RESERVE) * force or had <= after:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,10 @@ from thermoroll_cli.model.problem import Heating
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.solvers.thermal.partition import Partition, match
 from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
+
+if TYPE_CHECKING:
+    from thermoroll_cli.solvers.recirculation.track import Track
+
 
 SIDEWAYS_SHARE = 0.1
 SLOW_PECLET = 0.03
@@ -46,6 +51,20 @@ class Heat:
     def expansion(self) -> Array:
         """u_z^t > 0 of both bodies towards each other in m, up to a constant where sources are at rest."""
         return np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
+
+    @property
+    def tracks(self) -> tuple[Track | None, Track | None]:
+        """Track of the lower and of the upper body; None for one that brings no heat back."""
+        tracks: tuple[Track | None, Track | None] = getattr(self.response, "tracks", (None, None))
+        return tracks
+
+    def entry_temperatures(self) -> tuple[Array, Array]:
+        """Temperature in K, (ny,), with which each track enters the contact, above what surrounds the body."""
+        lower, upper = (
+            np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
+            for track, flux in zip(self.tracks, (self.into.lower, self.into.upper), strict=True)
+        )
+        return lower, upper
 
     def temperatures(self) -> tuple[Array, Array]:
         """Surface temperature rise of the lower and the upper body above their bulk temperatures in K."""

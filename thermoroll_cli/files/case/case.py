@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.case_model import MaterialTable, Settings, SubsurfaceTable
+from thermoroll_cli.files.case.case_model import MaterialTable, RecirculationTable, Settings, SubsurfaceTable
 from thermoroll_cli.files.case.case_source import (
     STANDARD_INPUT,
     CaseSource,
@@ -149,11 +149,15 @@ def _problem(settings: Settings) -> si.Problem:
             partition=thermal.partition,
             bulk_lower=thermal.bulk_temperature_lower_K,
             bulk_upper=thermal.bulk_temperature_upper_K,
+            lower_track=_recirculation(thermal.lower, settings.geometry.lower_radius_x_mm),
+            upper_track=_recirculation(thermal.upper, settings.geometry.upper_radius_x_mm),
         ),
         numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
         title=settings.title,
         friction_slope=settings.load.friction_temperature_slope_1_K,
         friction_minimum=settings.load.friction_minimum_factor,
+        friction_maximum=settings.load.friction_maximum_factor,
+        friction_start=settings.load.friction_temperature_start_K,
         subsurface=None if settings.subsurface is None else _subsurface(settings.subsurface),
     )
 
@@ -166,6 +170,13 @@ def _subsurface(table: SubsurfaceTable) -> si.SubsurfaceRequest:
         thermal=table.thermal is not False,
         fields=table.fields,
     )
+
+
+def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:
+    if table is None or not table.recirculate:
+        return None
+    width = 2.0 * abs(radius_mm) if table.width_mm is None else table.width_mm
+    return si.Recirculation(width / 1e3, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
 
 
 def _material(material: MaterialTable) -> si.Material:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, TwoMaterials
+from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, RecirculationTable, TwoMaterials
 from thermoroll_cli.files.case.toml_positions import KeyPath
 
 Sections = Mapping[str, Any]
@@ -27,7 +27,8 @@ class Conflict:
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
-    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures, _subsurface):
+    for check in (_exclusive_keys, _convexity, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation,
+                  _subsurface):
         yield from check(sections)
 
 
@@ -128,6 +129,65 @@ def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
             allowed='equal bulk temperatures, or partition = "matched" in [thermal]',
             other=("thermal", "partition"),
         )
+
+
+def _recirculation(sections: Sections) -> Iterator[Conflict]:
+    thermal, geometry = sections.get("thermal"), sections.get("geometry")
+    if thermal is None:
+        return
+    for body in ("lower", "upper"):
+        table, key = getattr(thermal, body), f"{body}_radius_x_mm"
+        if table is None or not table.recirculate:
+            continue
+        yield from _cooling(("thermal", body), table)
+        if thermal.peclet != "rolling":
+            yield Conflict(("thermal", "peclet"), f"a body that turns carries its heat along: not as {thermal.peclet} sources",
+                           allowed='"rolling", or recirculate = false', other=("thermal", body, "recirculate"))
+        if geometry is not None and math.isinf(getattr(geometry, key)):
+            yield Conflict(("thermal", body, "recirculate"), "a body straight along rolling never brings its track back",
+                           allowed=f"false, or a finite geometry.{key}", other=("geometry", key))
+        elif geometry is not None:
+            yield from _track(sections, body, table)
+
+
+def _cooling(path: KeyPath, table: RecirculationTable) -> Iterator[Conflict]:
+    given = [key for key in ("convection_W_m2K", "thermal_resistance_K_W") if getattr(table, key) is not None]
+    if len(given) == 2:
+        yield Conflict((*path, given[1]), f"cannot be given together with {'.'.join(map(str, path))}.{given[0]}",
+                       allowed="convection, or a thermal resistance, of each body", other=(*path, given[0]))
+    elif not given:
+        yield Conflict((*path, "recirculate"), "a body that turns must be cooled, or it gets hotter without end",
+                       allowed="one of convection_W_m2K and thermal_resistance_K_W beside it")
+
+
+def _track(sections: Sections, body: str, table: RecirculationTable) -> Iterator[Conflict]:
+    """The contact must fit on the body, and the body must turn."""
+    creepage, radius = sections.get("creepage"), abs(getattr(sections["geometry"], f"{body}_radius_x_mm"))
+    slip = 0.0 if creepage is None or creepage.longitudinal is None else creepage.longitudinal
+    if 1.0 + (0.5 if body == "lower" else -0.5) * slip <= 0.0:
+        yield Conflict(("creepage", "longitudinal"), f"the {body} body stands still or turns backwards at this creepage",
+                       allowed="between -2 and 2 where a body brings heat back", other=("thermal", body, "recirculate"))
+    contact = _contact_width(sections)
+    width = 2.0 * radius if table.width_mm is None else table.width_mm
+    if contact is not None and width < contact:
+        yield Conflict(("thermal", body, "width_mm"), f"a width of {width:g} mm is below that of the contact, {contact:.4g} mm",
+                       allowed=f"at least {contact:.4g} mm")
+
+
+def _contact_width(sections: Sections) -> float | None:
+    """Width 2b of Hertz's contact in mm; None where the keys that it takes are not valid."""
+    if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections)):
+        return None
+    from thermoroll_cli.model.derived import contact_width
+
+    g = sections["geometry"]
+    if g.lower_radius_y_mm is None or g.upper_radius_y_mm is None:
+        # A profile: its contact is only known by solving for it, when the case is planned.
+        return None
+    curvature = (1.0 / g.lower_radius_x_mm + 1.0 / g.upper_radius_x_mm, 1.0 / g.lower_radius_y_mm + 1.0 / g.upper_radius_y_mm)
+    materials = [material for _, material in _materials(sections)] * 2
+    compliance = sum((1.0 - m.poisson_ratio**2) / (m.youngs_modulus_GPa * 1e3) for m in materials[:2])
+    return contact_width(curvature, 1.0 / compliance, sections["load"].normal_N)
 
 
 def _subsurface(sections: Sections) -> Iterator[Conflict]:

@@ -7,7 +7,8 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, MaterialTable, ProfileTable
+from thermoroll_cli.files.case.allowed_values import nested_table
+from thermoroll_cli.files.case.case_model import REQUIRED_SECTIONS, SECTIONS, MaterialTable
 
 TABLES: dict[str, tuple[str, ...]] = {
     "material": (*MaterialTable.model_fields, "lower", "upper"),
@@ -19,7 +20,7 @@ _TOP_LEVEL = ("title", *TABLES)
 
 # The unit part of a key: what follows the quantity's name in a case file, and what people write in its place.
 _UNIT = re.compile(
-    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
+    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
     r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",
     re.IGNORECASE,
 )
@@ -51,9 +52,11 @@ def known_keys(table: str) -> tuple[str, ...]:
     """Keys `table` ("" is the top level) may have."""
     if not table:
         return _TOP_LEVEL
-    if table.startswith("geometry."):
-        return tuple(ProfileTable.model_fields)
-    return tuple(MaterialTable.model_fields) if "." in table else TABLES[table]  # [material.lower] has constants only
+    outer, _, inner = table.partition(".")
+    if not inner:
+        return TABLES[table]
+    nested = MaterialTable if outer == "material" else nested_table(SECTIONS[outer], inner)
+    return tuple(nested.model_fields) if nested is not None else ()
 
 
 def missing_table(name: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field
@@ -15,16 +14,7 @@ LARGEST_PROFILE = 2000
 LAYERS_RANGE = (2, 400)
 
 RADIUS_RANGE = (1e-9, 1e9)
-_GRID_ALLOWED = f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"
-_RADIUS_ALLOWED = "a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat)"
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
-_SUBSURFACE_ALLOWED = {
-    "bodies": '["lower"], ["upper"] or ["lower", "upper"]',
-    "layers": f"a whole number from {LAYERS_RANGE[0]} to {LAYERS_RANGE[1]}",
-    "thermal": "true or false",
-    "fields": '"plane", "von_mises" or "full"',
-}
-_PARTITION_ALLOWED = 'a number from 0 to 1, or "matched"'
 
 
 def _radius(value: Any) -> float:
@@ -132,10 +122,17 @@ class LoadTable(Table):
     normal_N: float = _quantity("N", "Normal load", ge=1e-15, le=1e15)
     friction_coefficient: float = _quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
     friction_temperature_slope_1_K: float = _quantity(
-        "1/K", "Share of the coefficient of friction that is lost per kelvin of contact temperature", 0.0, ge=0, le=10
+        "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
+        ge=-10, le=10
+    )
+    friction_temperature_start_K: float = _quantity(
+        "K", "Contact temperature from which the coefficient of friction changes", 0.0, ge=-1e4, le=1e4
     )
     friction_minimum_factor: float = _quantity(
         "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
+    )
+    friction_maximum_factor: float = _quantity(
+        "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
     )
 
 
@@ -163,6 +160,19 @@ class ForceTable(Table):
     lateral_N: float | None = _quantity("N", "Lateral force", None, ge=-1e15, le=1e15)
 
 
+class RecirculationTable(Table):
+    """A body that turns and brings its track back to the contact, cooled on rim and ends or through a thermal resistance."""
+
+    recirculate: bool = Field(default=False, description="The heated track of this body meets the contact again each turn")
+    convection_W_m2K: float | None = _quantity("W/(m2 K)", "Convection on rim and ends", None, ge=1e-9, le=1e12)
+    thermal_resistance_K_W: float | None = _quantity(
+        "K/W", "Mean temperature of the body's surface per heat of all its contacts", None, ge=1e-12, le=1e12
+    )
+    width_mm: float | None = _quantity("mm", "Width of the body; twice its radius along rolling if left out", None,
+                                       ge=1e-9, le=1e9)
+    passes_per_revolution: int = _quantity("1", "Contacts that each turn meets, alike", 1, ge=1, le=1000)
+
+
 class ThermalTable(Table):
     """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
 
@@ -177,6 +187,8 @@ class ThermalTable(Table):
     )
     bulk_temperature_lower_K: float = _quantity("K", f"Lower body {_BULK}", 0.0, ge=-1e4, le=1e4)
     bulk_temperature_upper_K: float = _quantity("K", f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    lower: RecirculationTable | None = Field(default=None, description="How the lower body turns and cools")
+    upper: RecirculationTable | None = Field(default=None, description="How the upper body turns and cools")
 
 
 class NumericsTable(Table):
@@ -257,31 +269,3 @@ PROFILES = ("lower_profile", "upper_profile")
 """Tables inside [geometry]."""
 
 REQUIRED_SECTIONS = ("geometry", "load", "rolling")
-
-
-def allowed_values(table: type[Table], key: str) -> str:
-    """What `key` of `table` may be, in words."""
-    field = table.model_fields[key]
-    if table is GeometryTable:
-        return "a table: points_mm, file or kind" if key in PROFILES else f"{_RADIUS_ALLOWED}, in mm"
-    special = {"points_mm": f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing",
-               "file": "the name of a file with two columns", "kind": '"logarithmic"', "interpolation": '"cubic" or "linear"',
-               "grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
-    if key in special:
-        return special[key]
-    if key == "peclet":
-        return '"rolling", "sliding" or "stationary"'
-    if table is SubsurfaceTable and key in _SUBSURFACE_ALLOWED:
-        return _SUBSURFACE_ALLOWED[key]
-    if field.annotation is bool:
-        return "true or false"
-    limits = {name: getattr(item, name) for item in field.metadata for name in ("ge", "le") if hasattr(item, name)}
-    extra = field.json_schema_extra
-    unit = extra.get("unit", "1") if isinstance(extra, dict) else "1"
-    in_unit = "" if unit == "1" else f", in {unit}"
-    return f"a number from {_short(limits['ge'])} to {_short(limits['le'])}{in_unit}"
-
-
-def _short(number: float) -> str:
-    """1e9, not 1e+09."""
-    return re.sub(r"e([-+])0*", lambda sign: "e-" if sign[1] == "-" else "e", f"{number:g}")

@@ -23,6 +23,9 @@ def case_schema() -> dict[str, Any]:
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
+    cooling = tables["Recirculation"]
+    cooling["dependentSchemas"] = {
+        "convection_W_m2K": {"properties": {"thermal_resistance_K_W": _not_with("convection_W_m2K")}}}
     side = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
     numerics = tables["Numerics"]
     _instead(numerics["properties"]["grid"], side, type=["integer", "array"], items=side, minItems=2, maxItems=2)

@@ -35,6 +35,7 @@ _RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
     *((("geometry", f"{body}_radius_y_mm"), ("geometry", f"{body}_profile")) for body in ("lower", "upper")),
     *((("geometry", f"{body}_profile", key), ("geometry", f"{body}_profile", rival)) for body in ("lower", "upper")
       for key, rival in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
+    *((("thermal", body, "convection_W_m2K"), ("thermal", body, "thermal_resistance_K_W")) for body in ("lower", "upper")),
 )
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from thermoroll_cli.files.case import case_hints
+from thermoroll_cli.files.case.allowed_values import allowed_values, nested_table
 from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.case_model import (
@@ -23,7 +24,6 @@ from thermoroll_cli.files.case.case_model import (
     Table,
     ThermalTable,
     TwoMaterials,
-    allowed_values,
 )
 from thermoroll_cli.files.case.case_source import CaseSource
 from thermoroll_cli.files.case.profile_checks import profile_faults, touching
@@ -193,8 +193,8 @@ class _Checker:
         return {case_hints.meant_key(table, key) for key in given if key not in known}
 
     def _invalid_value(self, table: KeyPath, model: type[Table], error: Any) -> None:
-        key, value = str(error["loc"][0]), error["input"]
-        path = (*table, key)
+        table, model, key = _place(table, model, error["loc"])
+        value, path = error["input"], (*table, key)
         if error["type"] == "extra_forbidden":
             self._unknown(path)
         elif error["type"] == "missing":
@@ -230,19 +230,29 @@ class _Checker:
         return Settings(title=title, **sections)
 
 
+def _place(table: KeyPath, model: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, type[Table], str]:
+    """The table, its model and the key that an error at `location` is about: tables inside tables have models of their own."""
+    key = str(location[0])
+    inner = nested_table(model, key)
+    if inner is None or len(location) == 1:
+        return table, model, key
+    return _place((*table, key), inner, location[1:])
+
+
 def _errors_of(model: type[Table], given: dict[str, Any]) -> list[Any]:
     try:
         model.model_validate(given)
     except ValidationError as cause:
-        return list(_first_of_each(cause.errors(include_url=False)))
+        return list(_first_of_each(model, cause.errors(include_url=False)))
     return []
 
 
-def _first_of_each(errors: list[Any]) -> Iterator[Any]:
+def _first_of_each(model: type[Table], errors: list[Any]) -> Iterator[Any]:
     seen = set()
     for error in errors:  # a value that fits none of several types has one error for each
-        if error["loc"][0] not in seen:
-            seen.add(error["loc"][0])
+        place = _place((), model, error["loc"])
+        if place not in seen:
+            seen.add(place)
             yield error
 
 
@@ -262,6 +272,7 @@ def _message(error: Any) -> str:
         "list_type": "must be a list",
         "too_short": "is empty",
         "too_long": "has too many entries",
+        "model_type": "must be a table",
         "bool_type": "must be true or false",
         "string_type": "must be text in quotes",
         "string_too_long": "is too long",

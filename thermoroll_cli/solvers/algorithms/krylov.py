@@ -82,7 +82,7 @@ def gmres(
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 1.0)
     y = [float(v) for v in np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)]
-    return KrylovSolution(_combination(y, steps), _combination(y, images), k, float(abs(residuals[k])))
+    return KrylovSolution(_combination(y, steps[:k]), _combination(y, images[:k]), k, float(abs(residuals[k])))
 
 
 def _orthogonalised(w: Vector, basis: Vector) -> Vector:

@@ -24,27 +24,7 @@ import numpy as np
 from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.solvers.algorithms.krylov import Vector, gmres
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
-
-
-@dataclass(frozen=True)
-class HeatedContactOptions:
-    """How the active sets and the steps in heat are chosen."""
-
-    most_active_sets: int = 30
-    """Active sets tried for one heat. A step that is not too large takes three to eight."""
-    most_iterations: int = 120
-    """GMRES steps per active set: four to eight are usual."""
-    wandering: float = 0.3
-    """A step is given up when an active set wants to grow by this part of itself at the same time as it shrinks: it began with
-    a contact that is too large for its heat."""
-    reduction: float = 1e-3
-    """By how much the gap on one active set is closed before the set is looked at."""
-    growth: float = 1.5
-    """A step in heat that was found lets the next one be so much longer; one that was not is halved."""
-    smallest_step: float = 1.0 / 256.0
-    """Part of the heat below which a step is not halved any more: there is no steady state beyond."""
-    on_the_way: float = 1e-4
-    """Residual at which states on the way are solved, relative to the elastic displacement."""
+from thermoroll_cli.solvers.solver_options import HeatedContactOptions
 
 
 @dataclass(frozen=True)
@@ -144,6 +124,9 @@ class HeatedContactSolver:
             return self._normal.precondition(on_grid(values), contact)[contact]
 
         solution = gmres(closing, without_mean, precondition, residual, wanted, self.options.most_iterations)
+        if solution.iterations == 0:
+            # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
+            return np.zeros(contact.shape), np.zeros(contact.shape)
         return on_grid(solution.step), solution.image.reshape(contact.shape)
 
     def continued(self, pressure: Array, tolerance: float) -> HeatedContact:

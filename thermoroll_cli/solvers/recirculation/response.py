@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.solvers.recirculation.track import Track
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
@@ -60,7 +59,7 @@ class RecirculatingResponse:
         )
         return lower, upper
 
-    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
+    def temperature_gap(self, exchange: Array, contact: Mask) -> Array:
         """As `ThermalResponse`."""
         return self.passing.temperature_gap(exchange, contact) + self._returning @ exchange.sum(axis=0)
 
@@ -74,7 +73,7 @@ class RecirculatingResponse:
         total = sum(track.temperature for track in self.tracks if track is not None)
         return np.asarray(total)
 
-    def gap_patterns(self, columns: NDArray[np.bool_]) -> tuple[Array, Array]:
+    def gap_patterns(self, columns: Mask) -> tuple[Array, Array]:
         """Left and right patterns u, v, each (ny, n), with `temperature_gap` ≈ that of the present pass + u vᵀ (sum over
         rows), on the `columns` (ny,) that the contact has."""
         inside = np.flatnonzero(columns)

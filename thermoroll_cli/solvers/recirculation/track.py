@@ -69,6 +69,11 @@ class Roller:
         return math.sqrt(self.diffusivity * self.period)
 
     @property
+    def crown_per_heat(self) -> float:
+        """Curvature of the thermal crown in 1/m over ∫ q dx of one contact in W/m, where heat does not spread: (1 + ν)α q̄/k."""
+        return self.free_expansion * self.passes / (2.0 * math.pi * self.radius * self.conductivity)
+
+    @property
     def mean_resistance(self) -> float:
         """Mean surface temperature over the heat of all contacts in K/W: 1/(hA) with rim and ends, where all heat leaves."""
         if self.resistance is not None:
@@ -138,6 +143,12 @@ class Track:
     def entry_bulge(self, flux: Array) -> Array:
         """u_rec(y) > 0 outwards in m, (ny,), up to a constant."""
         return np.asarray(self.bulge @ flux.sum(axis=0))
+
+    def crown(self, flux: Array, curvature: float) -> float:
+        """(1 + ν)α q̄(0)/(k/R'_y): curvature of the thermal crown over the relative `curvature` 1/R'_y (1/m) of the gap."""
+        middle = slice((self.grid.ny - 1) // 2, self.grid.ny // 2 + 1)
+        line = float(flux[:, middle].sum(axis=0).mean()) * self.grid.dx
+        return line * self.roller.crown_per_heat / curvature
 
     def bulk_temperature(self, flux: Array) -> float:
         """Mean temperature of the body's surface in K above what surrounds it: R_th times the heat of all contacts."""

@@ -1,0 +1,95 @@
+"""[thermal.lower] and [thermal.upper] in a case file: what they mean, and everything that can be wrong with them."""
+
+import pytest
+
+from tests.support.cases import findings
+from thermoroll_cli.files.case.case import Case, Override
+
+TWIN_DISC = """
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.28
+conductivity_W_mK = 50.2
+expansion_um_mK = 11.7
+diffusivity_mm2_s = 10.0
+[geometry]
+lower_radius_x_mm = 35.0
+lower_radius_y_mm = 100.0
+upper_radius_x_mm = 35.0
+upper_radius_y_mm = 100.0
+[load]
+normal_N = 600.0
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 2.0
+[creepage]
+longitudinal = 0.02
+[thermal]
+partition = "matched"
+"""
+
+COOLED = "[thermal.upper]\nrecirculate = true\nconvection_W_m2K = 30.0\n"
+
+
+def test_what_the_keys_mean():
+    text = TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n[thermal.lower]\nthermal_resistance_K_W = 1.5\n"
+    heating = Case.parse(text).problem.heating
+    assert heating.lower_track is None  # given, but switched off
+    assert (heating.upper_track.width, heating.upper_track.passes) == (0.012, 3)
+    assert (heating.upper_track.convection, heating.upper_track.resistance) == (30.0, None)
+    lower = Case.parse(text, overrides=[Override.parse("thermal.lower.recirculate=true")]).problem.heating.lower_track
+    assert (lower.width, lower.passes, lower.convection, lower.resistance) == (0.07, 1, None, 1.5)
+    assert heating.recirculates and not Case.parse(TWIN_DISC).problem.heating.recirculates
+    mechanical = Case.parse(text, overrides=[Override.parse("thermal.heat=false")])
+    assert not mechanical.problem.heating.recirculates
+
+
+def test_a_case_with_them_survives_being_written():
+    case = Case.parse(TWIN_DISC + COOLED)
+    assert Case.parse(case.to_toml()).problem == case.problem
+    assert Case.from_json(case.to_json()).problem == case.problem
+    hotter = case.with_values({"thermal.upper.thermal_resistance_K_W": 2.0}).problem.heating.upper_track
+    assert (hotter.convection, hotter.resistance) == (None, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "message"),
+    [
+        ("convection_W_m2K = 0.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
+        ("convection_W_m2K = -5.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
+        ("convection_W_m2K = nan", "thermal.upper.convection_W_m2K", "nan is not a number"),
+        ("thermal_resistance_K_W = 0.0", "thermal.upper.thermal_resistance_K_W", "must be greater than 0"),
+        ("convection_W_m2K = 1.0\nthermal_resistance_K_W = 1.0", "thermal.upper.thermal_resistance_K_W", "together with"),
+        ("", "thermal.upper.recirculate", "must be cooled"),
+        ("convection_W_m2K = 1.0\nwidth_mm = 0.1", "thermal.upper.width_mm", "below that of the contact"),
+        ("convection_W_m2K = 1.0\npasses_per_revolution = 0", "thermal.upper.passes_per_revolution", "greater than 0"),
+        ("convection_W_m2K = 1.0\npasses_per_revolution = 1.5", "thermal.upper.passes_per_revolution", "whole number"),
+        ("convection_W_mK = 1.0", "thermal.upper.convection_W_mK", "unknown key"),
+    ],
+)
+def test_bad_values_name_the_key(table, key, message):
+    errors = findings(TWIN_DISC + "[thermal.upper]\nrecirculate = true\n" + table)
+    found = next(e for e in errors if message in e.message)
+    assert found.key == key
+    assert found.span is not None
+    assert found.allowed or found.hint
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("upper_radius_x_mm = 35.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never brings its track back"),
+        ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
+        ("longitudinal = 0.02", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
+    ],
+)
+def test_what_must_hold_beside_it(old, new, key, message):
+    (found,) = findings(TWIN_DISC.replace(old, new) + COOLED)
+    assert found.key == key and message in found.message and found.allowed
+    # All of it is allowed where the body does not bring heat back.
+    assert not Case.parse(TWIN_DISC.replace(old, new) + COOLED.replace("true", "false")).problem.heating.recirculates
+
+
+def test_a_table_must_be_a_table():
+    (found,) = findings(TWIN_DISC + "upper = 3.0\n")
+    assert found.key == "thermal.upper" and "table" in found.message

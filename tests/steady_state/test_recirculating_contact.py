@@ -1,0 +1,145 @@
+"""Rolling contacts whose bodies bring heat back: temperatures, shares, crown, friction, given forces, the plan."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.scenes import on_grid, rolling, solved
+from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem, Recirculation
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.solve import solve
+
+WHEEL = Recirculation(0.135, convection=30.0)
+BODY = Material(210e9, 0.3, 50.0, 12e-6, 13e-6)
+
+
+def wheel_on_rail(grid=32, **heating):
+    """Upper body turns; 2 % longitudinal creepage, 18 kW."""
+    geometry = Geometry(math.inf, 0.3, 0.46, math.inf)
+    problem = Problem(BODY, BODY, geometry, 100e3, 0.3, Motion(30.0, 0.02),
+                      Heating(**{"partition": "matched", "deformation": False, "upper_track": WHEEL, **heating}))
+    return on_grid(problem, grid)
+
+
+def twin_disc(grid=32, resistance=(1.0, 1.0), motion=None, **heating):
+    tracks = [Recirculation(0.01, resistance=r) for r in resistance]
+    settings = {"partition": "matched", "lower_track": tracks[0], "upper_track": tracks[1], **heating}
+    problem = rolling(grid=grid, geometry=Geometry(0.035, 0.1, 0.035, 0.1), load=600.0, speed=2.0, heating=Heating(**settings))
+    return replace(problem, motion=motion or Motion(2.0, 0.02))
+
+
+def test_wheel_on_rail():
+    """Who turns is hot, and the rail takes most of the heat: near what a given flux of that heat makes (207 K, 79 %)."""
+    s = solved(wheel_on_rail()).coupled.scalars
+    alone = solved(wheel_on_rail(upper_track=None)).coupled.scalars
+    assert 0.78 < s["partition_mean"] < 0.80
+    assert 1.3 < s["temperature_rise_max_upper_K"] / alone["temperature_rise_max_upper_K"] < 1.4
+    assert s["bulk_temperature_upper_K"] == pytest.approx(74.3, abs=1.0)
+    assert s["entry_temperature_max_upper_K"] == pytest.approx(109.1, abs=1.0)
+    assert s["heat_into_lower_W"] + s["heat_into_upper_W"] == pytest.approx(s["Q_F_W"], rel=1e-3)
+    assert s["bulk_temperature_lower_K"] == s["entry_temperature_max_lower_K"] == 0.0
+    assert s["flash_temperature_max_lower_K"] == s["temperature_rise_max_lower_K"]
+    assert s["flash_temperature_max_upper_K"] < s["temperature_rise_max_upper_K"]
+    assert math.isnan(s["warm_up_time_lower_s"]) and s["warm_up_time_upper_s"] > 3600.0
+    assert 0.02 < s["thermal_crown_ratio"] < 0.025
+
+
+def test_surroundings_are_the_zero_of_each_body():
+    cold, warm = (solved(wheel_on_rail(bulk_lower=t, bulk_upper=t)).coupled.scalars for t in (0.0, 40.0))
+    for name in ("bulk_temperature_upper_K", "entry_temperature_max_upper_K", "surface_temperature_max_upper_K",
+                 "bulk_temperature_lower_K"):
+        assert warm[name] - cold[name] == pytest.approx(40.0, abs=1e-6)
+    assert warm["temperature_rise_max_upper_K"] == pytest.approx(cold["temperature_rise_max_upper_K"], rel=1e-9)
+
+
+def test_equal_discs_share_evenly_and_the_cooler_one_takes_more():
+    even, uneven = solved(twin_disc()), solved(twin_disc(resistance=(1.0, 0.5)))
+    s, u = even.coupled.scalars, uneven.coupled.scalars
+    assert s["partition_mean"] == pytest.approx(0.5, abs=0.01)  # their speeds differ by 2 %
+    assert s["bulk_temperature_lower_K"] == pytest.approx(s["heat_into_lower_W"], rel=1e-9)
+    assert u["partition_mean"] < s["partition_mean"] - 0.05
+    assert u["bulk_temperature_upper_K"] == pytest.approx(0.5 * u["heat_into_upper_W"], rel=1e-9)
+    assert u["temperature_rise_max_lower_K"] == pytest.approx(u["temperature_rise_max_upper_K"], rel=2e-3)
+    assert uneven.work["partition"]["applications"] <= 15
+
+
+def test_the_crown_acts_back_where_it_matters():
+    """Polymer bodies: the thermal crown lifts the middle of the track, and the contact gets narrower across."""
+    body = Material(4e9, 0.4, 0.25, 47e-6, 0.14e-6)
+    tracks = {f"{b}_track": Recirculation(0.01, convection=50.0) for b in ("lower", "upper")}
+    problem = rolling(grid=32, body=body, geometry=Geometry(0.02, 0.02, 0.02, math.inf), load=60.0, friction=0.3, speed=4.0,
+                      creepage=(0.05, 0.0), heating=Heating(partition="matched", **tracks))
+    plan = make_plan(problem)
+    assert plan.runs("recirculation") and plan.runs("deformation") and "thermal crown" not in plan.skipped
+    with_crown = solved(problem)
+    assert with_crown.converged, with_crown.reason
+    without = solved(replace(problem, heating=replace(problem.heating, lower_track=None, upper_track=None)))
+    s, w = with_crown.coupled.scalars, without.coupled.scalars
+    assert s["thermal_crown_ratio"] > 0.05
+    assert s["gamma_p"] > w["gamma_p"] + 0.15 * s["thermal_crown_ratio"]
+    wide = [np.count_nonzero((r.coupled.fields["state"] > 0).any(axis=0)) for r in (with_crown, without)]
+    assert wide[0] < wide[1]
+
+
+def test_a_crown_that_does_not_matter_is_skipped_and_said_so():
+    plan = make_plan(twin_disc(motion=Motion(2.0, 1e-4)))
+    assert "thermal crown" in plan.skipped and plan.runs("recirculation")
+    assert plan.facts["thermal_crown_bound"] < 1e-3
+    assert plan.facts["expected_bulk_temperature_lower_K"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("problem", "word"),
+    [
+        (wheel_on_rail(partition=0.5), "fixed thermal.partition"),
+        (twin_disc(lower_track=Recirculation(0.003, resistance=1.0)), "wider than the body"),
+        (wheel_on_rail(upper_track=Recirculation(0.135, convection=1e4)), "Biot"),
+    ],
+)
+def test_warnings(problem, word):
+    assert any(word in warning for warning in make_plan(problem).warnings)
+
+
+def test_a_fixed_partition_is_dangerous_here():
+    half = solved(wheel_on_rail(partition=0.5)).coupled.scalars
+    assert half["temperature_rise_max_upper_K"] > 1.8 * solved(wheel_on_rail()).coupled.scalars["temperature_rise_max_upper_K"]
+
+
+def test_prescribed_force_finds_the_creepage_and_the_same_temperatures():
+    motion = Motion(2.0, None, 0.0, force_x=150.0)
+    forced = solve(twin_disc(motion=motion, deformation=False))
+    assert forced.converged, forced.reason
+    s = forced.coupled.scalars
+    again = solve(twin_disc(motion=Motion(2.0, s["creepage_longitudinal"]), deformation=False)).coupled.scalars
+    for name in ("temperature_rise_max_lower_K", "bulk_temperature_upper_K", "Q_F_W"):
+        assert again[name] == pytest.approx(s[name], rel=6e-3)
+
+
+def test_friction_feels_what_comes_back():
+    """Bulk temperature lowers friction, and with it the heat."""
+    falling = {"friction_slope": 2e-3}
+    turning = twin_disc(resistance=(10.0, 10.0), deformation=False)
+    passing = replace(turning, heating=replace(turning.heating, lower_track=None, upper_track=None))
+    once = solve(replace(passing, **falling)).coupled.scalars
+    back = solve(replace(turning, **falling))
+    assert back.converged, back.reason
+    assert back.coupled.scalars["force_x_N"] < 0.97 * once["force_x_N"]
+
+
+def test_cost():
+    """Transforms on the finest grid of a coupled solve with and without tracks: the division takes as many."""
+    with_tracks, without = (solved(p) for p in (twin_disc(64), twin_disc(64, lower_track=None, upper_track=None)))
+    extra = with_tracks.work["levels"][-1]["transforms"] / without.work["levels"][-1]["transforms"]
+    assert extra < 1.3
+
+
+def test_off_is_off():
+    import subprocess
+    import sys
+
+    code = ("import sys; from tests.steady_state.test_recirculating_contact import wheel_on_rail; "
+            "from thermoroll_cli.refinement.solve import solve; assert solve(wheel_on_rail(16, upper_track=None)).converged; "
+            "assert not [m for m in sys.modules if 'solvers.recirculation' in m]")
+    subprocess.run([sys.executable, "-c", code], check=True)

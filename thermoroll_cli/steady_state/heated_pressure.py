@@ -1,0 +1,62 @@
+"""The pressure that is in balance with its own heat: a turn's heat goes with its pressure, so that is solved for at once.
+
+After a turn the heat flux q and the pressure p of it give the heat per pressure w = q/p on the contact, which slip and friction
+decide. With E the expansion by heat, and all that does not go with the pressure (uneven shares of the bodies, conduction, shear
+of dissimilar bodies, what the resolved border of the contact adds) as it is, the state after the next turn solves
+
+    (A − E[w ·]) p = δ − h + r,     r = E[q] − E[w p] + displacement by shear + (A p − δ + h − u on the contact)
+
+where the last term is zero but in border elements. In the steady state this changes nothing: it is a step towards the same
+fixed point, with the dependence of the heat on the pressure in it, which mixing would have to find out turn by turn.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.solvers.normal.heated_contact import HeatedContactSolver
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+
+@dataclass(frozen=True)
+class HeatedStep:
+    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next turn with; `reached` is the part of
+    the heat at which such a state was found, `applications` what it took."""
+
+    pressure: Array
+    expansion: Array
+    reached: float
+    applications: int
+    converged: bool
+
+
+def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedStep:
+    """From the turn that led from `before` to `after`: pressure and expansion in balance, solved to `tolerance` of the elastic
+    displacement."""
+    assert before.expansion is not None and after.expansion is not None
+    normal, heat = after.normal, discretisation.heat(after)
+    contact = normal.contact
+    loaded = contact & (normal.pressure > 0.0)
+    per_pressure = np.where(loaded, heat.flux / np.where(loaded, normal.pressure, 1.0), 0.0)
+    share = heat.mean_share if np.isfinite(heat.mean_share) else 0.5
+
+    def expand(pressure: Array) -> Array:
+        return heat.response.displacement(DividedHeat.evenly(per_pressure * pressure, share))
+
+    rest = after.expansion - expand(normal.pressure)
+    offset = before.offset
+    assert offset is not None
+    defect = np.where(contact, normal.displacement + discretisation.undeformed_gap - offset - normal.approach, 0.0)
+    beside = 0.0 if after.shear_displacement is None else after.shear_displacement
+    gap = discretisation.undeformed_gap - rest - beside - defect
+    force, options = discretisation.derived.problem.normal_force, discretisation.options.heated_contact
+    solver = HeatedContactSolver(discretisation.normal_solver, expand, gap, force, options)
+    found = solver.continued(normal.pressure, tolerance)
+    # A contact that is not even found without heat shows nothing about the heat.
+    reached = found.reached if found.reached > 0.0 else 1.0
+    return HeatedStep(found.pressure, found.expansion + rest, reached, found.applications, found.converged)
