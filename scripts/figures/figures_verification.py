@@ -101,7 +101,8 @@ def _tangential() -> list[Row]:
         given = case["input"]
         radius = given["radius_mm"] * 1e-3
         body = Material(given["youngs_modulus_GPa"] * 1e9, given["poisson_ratio"])
-        motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3)
+        motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3,
+                        differential_slip=False)
         problem = Problem(body, body, Geometry(radius, radius, radius, radius), given["normal_N"],
                           given["friction_coefficient"], motion, Heating(False, False), Numerics((SIDE, SIDE)), name)
         s, limit = solve_problem(problem).coupled.scalars, problem.traction_limit

@@ -40,7 +40,9 @@ def contact_case(name: str, grid: int) -> Problem:
     """One of the three cases of contact_dissimilar.json."""
     given = reference("contact_dissimilar")["cases"][name]["input"]
     lower, upper = (Material(given[b]["youngs_modulus_GPa"] * 1e9, given[b]["poisson_ratio"]) for b in ("lower", "upper"))
-    motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3)
+    # CONTACT's figures are those of surfaces without differential slip.
+    motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3,
+                    differential_slip=False)
     geometry = spheres(given["radius_mm_all_four"] * 1e-3)
     return on_grid(Problem(lower, upper, geometry, given["normal_N"], given["friction_coefficient"], motion, MECHANICAL), grid)
 
@@ -55,7 +57,8 @@ def turned(problem: Problem) -> Problem:
     m, g = problem.motion, problem.geometry
     back = [None if v is None else -v for v in (m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y)]
     geometry = Geometry(g.upper_radius_x, g.upper_radius_y, g.lower_radius_x, g.lower_radius_y)
-    return replace(problem, lower=problem.upper, upper=problem.lower, geometry=geometry, motion=Motion(m.speed, *back))
+    motion = Motion(m.speed, *back, m.differential_slip)
+    return replace(problem, lower=problem.upper, upper=problem.lower, geometry=geometry, motion=motion)
 
 
 # --- kernels -----------------------------------------------------------------------------------------------------
@@ -265,7 +268,7 @@ def test_slender_contact_rolls_freely_like_its_strips():
     lower, upper = (Material(2.0 * g * (1.0 + nu), nu) for g, nu in (ALUMINIUM, HARD_STEEL))
     errors = []
     for aspect in (0.1, 0.05, 0.02):
-        motion = Motion(1.0, None, 0.0, 0.0, force_x=0.0)
+        motion = Motion(1.0, None, 0.0, 0.0, force_x=0.0, differential_slip=False)
         problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, 1e-3, motion, MECHANICAL), 48)
         derived, result = DerivedQuantities(problem), solve(problem)
         assert result.converged
@@ -351,11 +354,12 @@ def test_equal_materials_given_twice(heating):
 @pytest.mark.parametrize("upper", [Material(2.0 * 3e9 * 1.2, 0.2), Material(210e9, 0.5)])
 def test_materials_without_mismatch_are_not_coupled(upper):
     lower = Material(2.0 * 1e9 * 1.4, 0.4) if upper.poisson_ratio == 0.2 else Material(5e6, 0.5)
-    problem = on_grid(Problem(lower, upper, spheres(0.02), 50.0, 0.3, Motion(1.0, 0.004), MECHANICAL), 16)
+    motion = Motion(1.0, 0.004, differential_slip=False)
+    problem = on_grid(Problem(lower, upper, spheres(0.02), 50.0, 0.3, motion, MECHANICAL), 16)
     plan, result = make_plan(problem), solve(problem)
     assert "elastic coupling" not in plan.run and "Dundurs" in plan.skipped["elastic coupling"]
     assert result.converged and result.coupled.scalars["gamma_p"] == pytest.approx(1.0, abs=1e-12)
-    still = make_plan(replace(problem, motion=Motion(1.0)))
+    still = make_plan(replace(problem, motion=Motion(1.0, differential_slip=False)))
     assert "tangential" in still.skipped
 
 
