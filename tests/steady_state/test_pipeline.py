@@ -26,8 +26,9 @@ from tests.support.scenes import (
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Geometry, Heating, Motion, Numerics, Problem
 from thermoroll_cli.model.result import FIELDS, SCALARS
-from thermoroll_cli.refinement.plan import grid_sequence, make_plan
+from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.refinement.stages import grid_sequence
 from thermoroll_cli.solvers.solver_options import RefinementOptions
 
 PHYSICAL = [

@@ -45,7 +45,7 @@ def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
 
 
 def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> str:
-    """Told where the surfaces of different bodies stretch so differently that the slip would feel it, or nothing."""
+    """A warning where the surfaces of different bodies stretch so differently that the slip would feel it, or an empty text."""
     share = tangential_expansion(derived, rise_lower, rise_upper) / derived.saturation_creepage
     if not share > WORTH_TELLING:
         return ""

@@ -91,7 +91,8 @@ def account(heat: Heat) -> dict[str, dict[str, float]]:
 
 
 def sideways_warning(heat: Heat, slip: Array) -> str:
-    """Told where sliding Péclet numbers carry heat of sideways slip along x (`solvers.thermal.sliding_heat`), or nothing.
+    """A warning where sliding Péclet numbers carry heat of sideways slip along x (`solvers.thermal.sliding_heat`),
+    or an empty text.
 
     `slip` has the shape (2, nx, ny)."""
     total = float(heat.flux.sum())

@@ -1,4 +1,4 @@
-"""What the 3 × 3 elements around each one say."""
+"""The highest value and the slope from the 3 × 3 elements around each one."""
 
 from __future__ import annotations
 
