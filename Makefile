@@ -41,6 +41,7 @@ check: $(VENV)/.installed-test
 stress: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
 	$(BIN)/python -m scripts.stress.stress_signals --write
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.estimate_coverage
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures
