@@ -27,6 +27,8 @@ FOLDER = ROOT / "benchmarks"
 REFERENCE = ROOT / "tests" / "reference"
 
 CONTACT = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"]
+SIDE_BY_SIDE = json.loads((REFERENCE / "contact_side_by_side.json").read_text())["rows"]
+"""CONTACT's processor seconds, of four of these cases."""
 FINE_REFERENCE = json.loads((REFERENCE / "rolling_fine.json").read_text())["cases"]
 MECHANICAL = tuple(FINE_REFERENCE)
 """Seven isothermal rolling cases of the article."""
