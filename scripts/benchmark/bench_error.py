@@ -80,7 +80,7 @@ def _against_fine_reference(case: str, result: Any) -> dict[str, dict[str, float
 def contact(fine: dict[str, dict[str, float]]) -> list[dict[str, Any]]:
     """CONTACT's errors against the same references, with its processor seconds at its default tolerance."""
     rows = []
-    for row in SIDE_BY_SIDE:
+    for row in sorted(SIDE_BY_SIDE, key=lambda r: r["N"]):
         data = CONTACT[row["case"]]
         if (row["solver"], row["eps"]) != (CONTACT_SOLVER, CONTACT_TOLERANCE) or str(row["N"]) not in data["grids"]:
             continue

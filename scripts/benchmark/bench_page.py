@@ -168,8 +168,8 @@ def _startup(measured: dict[str, Any], machine: str) -> str:
             rows.append([name, _seconds(r["seconds"]), f"{r['ratio']:.2f}", _seconds(r["cpu_seconds"]),
                          f"{r['cpu_ratio']:.2f}"])
     text += _table(("what", "elapsed s", "/ imports", "processor s", "/ imports"), rows)
-    text += ("CONTACT's process takes 0.008 s more than its solution: about 0.3 s at N = 64 and 2 to 3 s at N = 128. As a whole "
-             "process it is the faster one up to N ≈ 64, where the imports here take longer than its solution.\n\n")
+    text += ("CONTACT's process takes 0.008 s more than its solution: about 0.3 s at N = 64 and 2 to 3 s at N = 128. As a "
+             "whole process it is the faster one up to N ≈ 64, where the imports here take longer than its solution.\n\n")
     reached = measured["reached"]
     met = "is met" if reached["converged"] else f"is not met ({reached['reason']})"
     return text + f"`accuracy = 1e-3` {met} on {reached['grid'][0]} × {reached['grid'][1]} elements.\n\n"

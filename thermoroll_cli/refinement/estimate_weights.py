@@ -38,18 +38,19 @@ class Weights:
     """1/N² over 1 − F/μW where a force is prescribed: close to μW the creepage grows without bound."""
 
 
-WORK = Weights(extrapolated=0.4, smooth=0.095, last=1.0, before=0.27, forces=0.005, second=0.003, dissimilar=0.12,
-               narrow=0.01, long=0.004, near_limit=0.025)
+WORK = Weights(extrapolated=0.33, smooth=0.08, last=0.85, before=0.22, forces=0.005, second=0.15, dissimilar=0.1,
+               narrow=0.01, long=0.004, near_limit=0.04)
 FORCE = Weights(extrapolated=0.42, smooth=0.13, last=0.95, before=0.15, forces=0.03, second=0.0014, dissimilar=0.025,
                 narrow=0.0002, long=0.0006)
-CREEPAGE = Weights(extrapolated=0.43, smooth=0.06, last=0.8, before=0.17, forces=0.003, second=0.25, dissimilar=0.11,
-                   narrow=0.01, long=0.0115, near_limit=0.012)
+CREEPAGE = Weights(extrapolated=0.4, smooth=0.05, last=0.75, before=0.17, forces=0.003, second=0.6, dissimilar=0.1,
+                   narrow=0.01, long=0.0115, near_limit=0.04)
 AREA = Weights(last=0.65, before=0.23, second=0.0002, dissimilar=0.04)
 PRESSURE = Weights(last=0.6, before=0.02, forces=0.014, first=0.002, second=0.0018, dissimilar=0.0016)
 STICK = Weights(last=0.7, before=0.05, forces=0.08, first=0.055, second=1.1, dissimilar=0.12, narrow=0.005)
 SHEAR = Weights(last=1.0, before=0.06, forces=0.01, second=0.0015, dissimilar=0.001, narrow=0.25)
-FLUX = Weights(last=0.5, before=0.06, forces=0.015, first=0.0005, second=0.01, dissimilar=0.004, narrow=2.5)
-TEMPERATURE = Weights(last=0.7, before=0.1, forces=0.004, first=0.0003, second=0.01, dissimilar=0.0005, narrow=0.25)
+FLUX = Weights(last=0.5, before=0.06, forces=0.015, first=0.0005, second=0.01, dissimilar=0.004, narrow=2.5, near_limit=0.04)
+TEMPERATURE = Weights(last=0.7, before=0.1, forces=0.004, first=0.0003, second=0.01, dissimilar=0.0005, narrow=0.25,
+                      near_limit=0.04)
 EXPANSION = Weights(last=0.9, before=0.23, forces=0.01, second=3.0, narrow=0.03)
 SHARE = Weights(last=1.4, before=0.4, forces=0.002, second=0.005, narrow=0.001)
 OTHERWISE = Weights(last=0.9, before=0.12)
