@@ -83,6 +83,8 @@ def _given(derived: DerivedQuantities) -> set[str]:
     given |= unbounded(derived)
     given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
     given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
+    for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):
+        given |= {f"bulk_temperature_{body}_K", f"entry_temperature_max_{body}_K"} if track is None else set()
     return given if heating.partition == "matched" else given | {"partition_mean"}
 
 

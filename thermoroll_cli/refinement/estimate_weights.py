@@ -75,6 +75,8 @@ WEIGHTS = {
     "temperature_rise_max_upper_K": TEMPERATURE,
     "surface_temperature_max_lower_K": TEMPERATURE,
     "surface_temperature_max_upper_K": TEMPERATURE,
+    "flash_temperature_max_lower_K": TEMPERATURE,
+    "flash_temperature_max_upper_K": TEMPERATURE,
     "thermal_displacement_max_um": EXPANSION,
     "partition_mean": SHARE,
 }
