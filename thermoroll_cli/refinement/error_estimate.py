@@ -18,8 +18,8 @@ ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "creepage_longitudinal", "cr
                  "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 
-EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "force_x_N", "force_y_N", "spin_moment_Nmm", "creepage_longitudinal",
-                "creepage_lateral")
+EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "force_x_N", "force_y_N",
+                "spin_moment_Nmm", "creepage_longitudinal", "creepage_lateral")
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
 creepages that are found for forces."""
 
@@ -96,7 +96,7 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
     if len(levels) < 3:
         return values
     for name in EXTRAPOLATED:
-        before, middle, last = (level[name] for level in levels[-3:])
+        before, middle, last = (level.get(name, math.nan) for level in levels[-3:])
         if given.get(name) is None and converges_one_way(middle - before, last - middle):
             values[name] = last + (last - middle) / 3.0
     return values

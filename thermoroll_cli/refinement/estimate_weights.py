@@ -58,6 +58,8 @@ OTHERWISE = Weights(last=0.9, before=0.12)
 WEIGHTS = {
     "Q_F_W": WORK,
     "T_gamma_N": WORK,
+    "heat_into_lower_W": WORK,
+    "heat_into_upper_W": WORK,
     "force_x_N": FORCE,
     "force_y_N": FORCE,
     "spin_moment_Nmm": FORCE,
