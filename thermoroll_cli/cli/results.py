@@ -81,23 +81,51 @@ def compare(
 def export(
     result: Result,
     export_format: Annotated[ExportFormat, typer.Option("--format", help="File type.")],
+    history: Annotated[
+        str | None,
+        typer.Option("--history", metavar="Y,Z", help="CSV: stresses along x at y = Y and depth Z, in mm."),
+    ] = None,
     output: Folder = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
     """Export a result to XDMF or CSV.
 
-    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets.
+    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --history the CSV file has the
+    stress history of a material point below the surface instead (NAME_history.csv).
     """
     from thermoroll_cli.files.result.export import export_csv, export_xdmf
 
+    line = None if history is None else _line(history, export_format)
     if output is not None:
         options.check_writable(output)
     stem = _stem(result, output)
+    if line is not None:
+        from thermoroll_cli.files.result.stress_history import OutsideError, export_history
+
+        target = stem.with_name(f"{stem.name}_history.csv")
+        try:
+            export_history(result, target, *line)
+        except OutsideError as cause:
+            raise typer.BadParameter(str(cause), param_hint="--history") from None
+        if not quiet:
+            streams.write(str(target))
+        return
     target = stem.with_name(f"{stem.name}.{export_format.value}")
     {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
     if not quiet:
         streams.write(str(target))
+
+
+def _line(history: str, export_format: ExportFormat) -> tuple[float, float]:
+    """Lateral position and depth in m from `Y,Z` in mm."""
+    if export_format is not ExportFormat.csv:
+        raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
+    try:
+        y, z = (float(part) for part in history.split(","))
+    except ValueError:
+        raise typer.BadParameter(f"{history!r} is not Y,Z: two numbers in mm", param_hint="--history") from None
+    return y / 1e3, z / 1e3
 
 
 def _stem(result: Path, folder: Path | None) -> Path:

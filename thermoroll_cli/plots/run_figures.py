@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+from typing import TYPE_CHECKING
 
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.model.result import Result
@@ -11,17 +12,21 @@ from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure
 from thermoroll_cli.plots.maps import frame_of
 from thermoroll_cli.plots.sheet import FORMATS, save, style
 from thermoroll_cli.plots.summary_sheet import summary_figure
-from thermoroll_cli.plots.view import Stored, view_of
+from thermoroll_cli.plots.view import RunView, Stored, view_of
 
-PICTURES = ("pressure", "traction", "heat_flux", "temperature", "centreline", "summary")
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PICTURES = ("pressure", "traction", "heat_flux", "temperature", "centreline", "summary", "subsurface_lower",
+            "subsurface_upper")
 """What the pictures of a run are called: STEM_pressure.png, …"""
 
 
 def write_figures(
     result: Result | Stored, stem: pathlib.Path, *, image_format: str = "png", normalised: bool = False
 ) -> list[pathlib.Path]:
-    """Write the pictures of `result` as `STEM_pressure.png`, `_traction`, `_heat_flux`, `_temperature`, `_centreline`
-    and `_summary`, and return their paths. What was not computed, or is zero everywhere, has no picture.
+    """Write the pictures of `result` as `STEM_pressure.png`, … (`PICTURES`), and return their paths. What was not computed, or
+    is zero everywhere, has no picture.
 
     `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0.
 
@@ -40,6 +45,8 @@ def write_figures(
             lambda: temperature_figure(view, frame, normalised),
             lambda: centreline_figure(view, normalised),
             lambda: summary_figure(view, frame, normalised),
+            lambda: _below(view, "lower", normalised),
+            lambda: _below(view, "upper", normalised),
         )
         for name, draw in zip(PICTURES, drawing, strict=True):
             safe_point()
@@ -47,3 +54,12 @@ def write_figures(
             if figure is not None:
                 written.append(save(figure, stem.with_name(f"{stem.name}_{name}.{image_format}")))
     return written
+
+
+def _below(view: RunView, body: str, normalised: bool) -> Figure | None:
+    """The picture of what is below the surface of `body`, if the case asked for it."""
+    if body not in view.subsurface:
+        return None
+    from thermoroll_cli.plots.subsurface_figure import subsurface_figure
+
+    return subsurface_figure(view, body, normalised)

@@ -6,12 +6,15 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.result import Result
+
+if TYPE_CHECKING:
+    from thermoroll_cli.model.subsurface import BodyStresses
 
 
 class Stored(Protocol):
@@ -30,6 +33,8 @@ class Stored(Protocol):
     def summary(self) -> Mapping[str, Any]: ...
     @property
     def problem(self) -> Mapping[str, Any]: ...
+    @property
+    def subsurface(self) -> Mapping[str, BodyStresses]: ...
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,7 @@ class RunView:
     heat_scale: float
     problem: Mapping[str, Any]
     summary: Mapping[str, Any]
+    subsurface: Mapping[str, BodyStresses] = dataclasses.field(default_factory=dict)
 
     @property
     def converged(self) -> bool:
@@ -83,9 +89,11 @@ def view_of(result: Result | Stored) -> RunView:
         problem: Mapping[str, Any] = dataclasses.asdict(result.problem)
         single = result.coupled is result.isothermal
         summary: Mapping[str, Any] = result.summary()
+        subsurface: Mapping[str, BodyStresses] = {} if result.subsurface is None else result.subsurface.bodies
     else:
         coupled, isothermal, problem, summary = result.fields, result.isothermal, result.problem, result.summary
         single = coupled is isothermal
+        subsurface = result.subsurface
     states: tuple[StateView, ...] = (StateView("", coupled, summary),)
     if not single:
         cold, warm = StateView("isothermal", isothermal, summary["isothermal"]), StateView("coupled", coupled, summary)
@@ -100,6 +108,7 @@ def view_of(result: Result | Stored) -> RunView:
         heat_scale=_heat_scale(problem),
         problem=problem,
         summary=summary,
+        subsurface=subsurface,
     )
 
 

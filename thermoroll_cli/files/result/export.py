@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,6 +14,9 @@ from numpy.typing import NDArray
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import StoredResult, read_result
 from thermoroll_cli.model.result import FIELDS
+
+if TYPE_CHECKING:
+    from thermoroll_cli.model.subsurface import BodyStresses
 
 CSV_UNITS: dict[str, tuple[str, float]] = {
     "Pa": ("MPa", 1e-6),
@@ -31,7 +34,8 @@ def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]
     XDMF names a mesh's dimensions slowest first, and its rectilinear meshes are bound to x being the fastest index.
     The fields are stored (x, y), where y is the fastest, so a rectilinear mesh would show them mirrored at the
     diagonal. A structured mesh with explicit points has no such binding: it takes the points of `/mesh` in the order of
-    the fields. The values belong to these points, the element centres.
+    the fields. The values belong to these points, the element centres. Bodies that were looked into, with fields on all
+    layers, are grids of their own: the lower body at z < 0, its stresses in its own frame (z into the body).
 
     The HDF5 file is referred to by a path relative to `out`: move both together.
 
@@ -51,6 +55,8 @@ def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]
             attribute = ElementTree.SubElement(grid, "Attribute", Name=prefix + name, AttributeType="Scalar", Center="Node")
             kind = "Char" if values.dtype == np.int8 else "Float"
             _data_item(attribute, shape, kind, values.dtype.itemsize, f"{hdf5}:{group}/{name}")
+    for body, stresses in result.subsurface.items():
+        _add_body(domain, body, stresses, hdf5)
     ElementTree.indent(root)
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
 
@@ -78,6 +84,20 @@ def export_csv(result_path: str | os.PathLike[str], out: str | os.PathLike[str])
     for block in np.array_split(table, max(1, len(table) // 4096)):
         text.write(line * len(block) % tuple(block.ravel().tolist()))
     write_bytes(out, text.getvalue().encode())
+
+
+def _add_body(domain: ElementTree.Element, body: str, stresses: BodyStresses, hdf5: str) -> None:
+    """A grid for the fields of one body, if any are kept on all layers."""
+    if not stresses.fields:
+        return
+    shape = " ".join(str(side) for side in next(iter(stresses.fields.values())).shape)
+    grid = ElementTree.SubElement(domain, "Grid", Name=f"{body} body", GridType="Uniform")
+    ElementTree.SubElement(grid, "Topology", TopologyType="3DSMesh", Dimensions=shape)
+    geometry = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
+    _data_item(geometry, f"{shape} 3", "Float", 4, f"{hdf5}:/mesh/subsurface_{body}")
+    for name, values in stresses.fields.items():
+        attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
+        _data_item(attribute, shape, "Float", values.dtype.itemsize, f"{hdf5}:/subsurface/{body}/{name}")
 
 
 def _states(result: StoredResult) -> list[tuple[str, str, Mapping[str, NDArray[Any]]]]:
