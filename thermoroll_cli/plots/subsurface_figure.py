@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.arrays import AnyArray, Array
 from thermoroll_cli.model.subsurface import BodyStresses, Peak
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, one_line
 from thermoroll_cli.plots.units import axes_scales
@@ -18,6 +18,8 @@ from thermoroll_cli.plots.view import RunView
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+Array = NDArray[Any]
 
 WIDTH, HEIGHT = 3.0, 2.0
 LEFT, BOTTOM, TOP, GAP, BAR_GAP, BAR, AFTER_BAR, ROW_GAP = 0.62, 0.45, 0.42, 0.6, 0.1, 0.1, 0.42, 0.72
@@ -82,7 +84,7 @@ def _scale_of(view: RunView, normalised: bool) -> _Scale:
                   r"$\sigma_{\mathrm{vM}}/p_0$" if over_hertz else r"$\sigma_{\mathrm{vM}}/p_{\max}$")
 
 
-def _plane(view: RunView, stresses: BodyStresses) -> tuple[float, Mapping[str, AnyArray]]:
+def _plane(view: RunView, stresses: BodyStresses) -> tuple[float, Mapping[str, Array]]:
     """Where the plane lies and its fields (nz, nx): through the largest stress, where fields are kept everywhere."""
     if "von_mises" not in stresses.fields:
         return stresses.plane_y, stresses.plane
@@ -92,7 +94,7 @@ def _plane(view: RunView, stresses: BodyStresses) -> tuple[float, Mapping[str, A
 
 
 def _draw_plane(
-    figure: Figure, bottom: float, view: RunView, stresses: BodyStresses, values: AnyArray, colours: str, scale: _Scale,
+    figure: Figure, bottom: float, view: RunView, stresses: BodyStresses, values: Array, colours: str, scale: _Scale,
     title: str, strongest: Peak | None,
 ) -> None:
     """A map over x and depth with isolines, its colour bar, and a cross where the largest value is."""

@@ -17,7 +17,7 @@ from thermoroll_cli.subsurface.layers import depths_of
 from thermoroll_cli.subsurface.stress_error_estimate import error_of
 from thermoroll_cli.subsurface.subsurface_plan import hot_bodies
 from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransforms, ThermalLayers
-from thermoroll_cli.subsurface.surface_load import SurfaceLoad, surface_loads
+from thermoroll_cli.subsurface.surface_load import SurfaceLoad, recirculating, surface_loads
 
 
 @dataclass(frozen=True)
@@ -51,6 +51,11 @@ def below_the_surface(
     warnings = [
         f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
         for body, result in results.items() if result.most_stressed.z >= depths[-1]
+    ]
+    warnings += [
+        f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
+        "what earlier passes have left"
+        for body in recirculating(derived) if body in hot
     ]
     return Subsurface(results, by_grid[-1], error_of(by_grid, by_layers, reference, _at_surface(found[-1])), tuple(warnings))
 

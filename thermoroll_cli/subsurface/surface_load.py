@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
+from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
@@ -33,6 +34,13 @@ class SurfaceLoad:
     surface_rise: Array | None = None
 
 
+def recirculating(derived: DerivedQuantities) -> tuple[str, ...]:
+    """Bodies that bring heat of earlier passes back to the contact, whose surfaces are warmer than this pass makes them."""
+    heating = derived.problem.heating
+    tracks = {"lower": heating.lower_track, "upper": heating.upper_track}
+    return tuple(body for body, track in tracks.items() if track is not None and heating.recirculates)
+
+
 def surface_loads(
     discretisation: Discretisation, contact: Contact, bodies: tuple[str, ...], thermal: bool
 ) -> dict[str, SurfaceLoad]:
@@ -57,5 +65,5 @@ def surface_loads(
             plain.pressure, traction, heat, material.poisson_ratio, plain.sign,
             thermal_modulus=material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio),
             conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y),
-            surface_rise=rises[body])
+            surface_rise=None if body in recirculating(derived) else rises[body])
     return loads
