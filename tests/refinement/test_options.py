@@ -92,7 +92,7 @@ def test_a_state_is_its_own_turn() -> None:
     starts, tolerances = Starts(discretisation), SolverOptions().tolerances
     isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
     assert not isothermal.acts_back and isothermal.converged and isothermal.residual == 0.0
-    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact), tolerances)
+    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact, discretisation), tolerances)
     assert coupled.converged and coupled.acts_back and coupled.residual == coupled.history[-1] <= tolerances.coupling
     after = turn(discretisation, coupled.contact, tolerances)
     approach = discretisation.derived.hertz.approach
@@ -105,7 +105,7 @@ def test_the_best_state_is_returned_with_its_residual_where_turns_run_out() -> N
     discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
     starts = Starts(discretisation)
     isothermal = fixed_point(discretisation, starts.isothermal(), options.tolerances).contact
-    stopped = fixed_point(discretisation, starts.coupled(isothermal), options.tolerances)
+    stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation), options.tolerances)
     assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
     assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
     result = solve(article_4_1(16), options=replace(options, limit=replace(options.limit, halvings=0)))

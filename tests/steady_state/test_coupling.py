@@ -150,7 +150,7 @@ def test_contact_conditions_hold_in_the_coupled_state(n):
     fields, s, grid = result.coupled.fields, result.coupled.scalars, grid_of(result)
     approach = s["approach_um"] * 1e-6
     pressure, contact = fields["pressure"], fields["state"] > 0
-    undeformed = DerivedQuantities(HOT).undeformed_gap(grid)
+    undeformed = DerivedQuantities(HOT).undeformed_gap(grid.x, grid.y)
     gap = undeformed + fields["displacement_elastic"] - fields["displacement_thermal"] - approach
     assert pressure.sum() * grid.element_area == pytest.approx(HOT.normal_force, rel=1e-9)
     assert pressure.min() >= 0.0 and not pressure[~contact].any()

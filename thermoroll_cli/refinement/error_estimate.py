@@ -110,6 +110,8 @@ def converges_one_way(before: float, last: float) -> bool:
 def _slides_for_sure(derived: DerivedQuantities) -> bool:
     """Whether the creepage is so far beyond that of full slip that no grid can find a place that sticks."""
     problem, motion = derived.problem, derived.problem.motion
+    if not derived.has_traction:
+        return True  # nothing resists: there is no stick to be found
     if motion.creepage_x is None or motion.creepage_y is None or motion.spin or derived.dissimilar:
         return False
     if problem.geometry.has_profile or derived.differential_slip.active:
