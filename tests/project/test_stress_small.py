@@ -7,6 +7,7 @@ import pytest
 
 from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
 from scripts.stress.stress_cases import BELOW_LIMIT, stress_case
+from scripts.stress.stress_profiles import run_seed as run_profile_seed
 from thermoroll_cli.files.case.case import Case
 
 CASES = 150
@@ -64,3 +65,10 @@ def test_cases_are_spread_over_what_can_be_written() -> None:
     assert np.log10(max(loads) / min(loads)) > 12
     bulges = [case.bulge for case in cases]
     assert max(bulges) > BELOW_LIMIT and 0.0 in bulges
+
+
+@pytest.mark.parametrize("seed", [4, 5, 6, 7, 18, 24, 44, 83])
+def test_random_profiles_keep_the_invariants(seed: int) -> None:
+    """Two of each kind that `make stress` draws, some with prescribed forces, on grids that need not be square."""
+    done = run_profile_seed(seed)
+    assert done.converged and not done.broken, told(done)
