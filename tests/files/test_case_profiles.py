@@ -8,6 +8,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.case.case import Case, CaseError
+from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.profile import Profile
 
 WITHOUT = MECHANICAL.replace("upper_radius_y_mm = 30.0\n", "")
@@ -138,3 +139,18 @@ def test_show_tells_the_contact_and_the_plan(tmp_path):
     assert "contact_width_mm" in shown and "normal (isothermal)  runs" in shown and "5 values" in shown
     inputs = json.loads(call("show", tmp_path / "case.toml", "--json").stdout)["inputs"]
     assert len(inputs["geometry.upper_profile.points_mm"]["value"]) == 5
+
+
+def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
+    """Of a run and of its result file; an arc that ends beside its top is marked in the table, the file and the pictures."""
+    cut = "points_mm = [[-0.02, 0.0], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"
+    (tmp_path / "cut.toml").write_text(case(cut))
+    done = call("run", tmp_path / "cut.toml", "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "no limit: a free end" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())
+    assert (tmp_path / "cut_profile.png").stat().st_size > 10_000
+    (tmp_path / "cut_profile.png").unlink()
+    assert call("plot", tmp_path / "cut.h5", "-o", tmp_path, "--normalised").returncode == 0
+    assert (tmp_path / "cut_profile.png").exists()
+    stored = read_result(tmp_path / "cut.h5").summary
+    assert "pressure_max_MPa" in stored["unbounded"] and len(stored["patches"]) == 1

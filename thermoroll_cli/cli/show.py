@@ -136,7 +136,7 @@ def _in_si(item: Input) -> str:
 def _picture_seconds(case: Case, plan: Plan) -> float:
     from thermoroll_cli.plots.run_figures import PICTURES
 
-    count = len(PICTURES) - (0 if plan.runs("heat") else HEAT_PICTURES)
+    count = len(PICTURES) - (0 if plan.runs("heat") else HEAT_PICTURES) - (not case.problem.geometry.has_profile)
     return START_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 

@@ -42,12 +42,13 @@ LOWER, UPPER = "lower body", "upper body"
 @dataclass(frozen=True)
 class Panel:
     """One map: the number of its state, its values in SI units, its reported maximum (of the peak, which may rise above the
-    largest element) and the words above it."""
+    largest element), the words above it, and whether the maximum grows with every refinement."""
 
     state: int
     values: NDArray[np.float64]
     maximum: float
     words: str
+    unbounded: bool = False
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,8 @@ def _panel(
     if values is None:
         return None
     words = ", ".join(part for part in (view.states[number].label, body) if part)
-    return Panel(number, values, maximum_of(view.states[number], quantity, values, body), words)
+    unbounded = MAXIMA.get(quantity.name, ("", 1.0))[0] in view.summary.get("unbounded", ())
+    return Panel(number, values, maximum_of(view.states[number], quantity, values, body), words, unbounded)
 
 
 def _figure(
@@ -226,7 +228,8 @@ def _extremes(panel: Panel, factor: float) -> str:
     """The largest value, and the smallest where a body cools."""
     low, high = limits_of([panel.values], factor)
     high = panel.maximum * factor if high > 0.0 else high
-    return ", ".join(f"{word} {value:.4g}" for word, value in (("min", low), ("max", high)) if value != 0.0)
+    told = ", ".join(f"{word} {value:.4g}" for word, value in (("min", low), ("max", high)) if value != 0.0)
+    return f"{told} (free end: no limit)" if panel.unbounded else told
 
 
 def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: int, bottom: float) -> None:

@@ -10,6 +10,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.centreline import centreline_figure
 from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure, temperature_figure, traction_figure
 from thermoroll_cli.plots.maps import frame_of
+from thermoroll_cli.plots.profile_figure import profile_figure
 from thermoroll_cli.plots.sheet import FORMATS, save, style
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.view import RunView, Stored, view_of
@@ -17,7 +18,7 @@ from thermoroll_cli.plots.view import RunView, Stored, view_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURES = ("pressure", "traction", "heat_flux", "temperature", "centreline", "summary", "subsurface_lower",
+PICTURES = ("pressure", "profile", "traction", "heat_flux", "temperature", "centreline", "summary", "subsurface_lower",
             "subsurface_upper")
 """What the pictures of a run are called: STEM_pressure.png, …"""
 
@@ -40,6 +41,7 @@ def write_figures(
         frame = frame_of(view, normalised)
         drawing = (
             lambda: pressure_figure(view, frame, normalised),
+            lambda: profile_figure(view),
             lambda: traction_figure(view, frame, normalised),
             lambda: heat_flux_figure(view, frame, normalised),
             lambda: temperature_figure(view, frame, normalised),

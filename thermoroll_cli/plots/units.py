@@ -73,7 +73,7 @@ def unit_for(unit: str, maximum: float) -> Scale:
 def axes_scales(view: RunView, normalised: bool) -> tuple[tuple[float, str], tuple[float, str]]:
     """Factor and label of the x and the y axis: each over its Hertz semi-axis, or in one unit for both unless the
     domain is so long that it cannot be drawn to scale anyway."""
-    if normalised:
+    if normalised and math.isfinite(view.semi_axes[0]):
         return (1.0 / view.semi_axes[0], "x/a₀"), (1.0 / view.semi_axes[1], "y/b₀")
     sizes = [float(abs(axis).max()) for axis in (view.x, view.y)]
     if max(sizes) < LONGEST_ASPECT * min(sizes):
