@@ -116,8 +116,6 @@ def _slides_for_sure(derived: DerivedQuantities) -> bool:
         return False
     if problem.geometry.has_profile or derived.differential_slip.active:
         return False
-    if problem.friction == 0.0:
-        return derived.moves
     lower, upper = problem.lower, problem.upper
     constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
     along, across = full_slip_creepages(derived.hertz, problem.friction, *constants)
