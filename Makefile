@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests scripts
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check figures stress bench
+.PHONY: help install run test format check figures stress bench table
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
@@ -16,6 +16,7 @@ help:
 	@echo "make check    ruff and mypy"
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
+	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (an hour)"
 	@echo "make bench    measure run time against error, write benchmarks/ and docs/benchmarks.md (minutes)"
 
 install: $(VENV)/.installed
@@ -46,6 +47,9 @@ stress: install
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures
+
+table: install
+	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table -o kalker.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
 
 # Peers for the frictionless part, in an environment of their own; without them their rows are left out.
 PEERS := build/peers

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from thermoroll_cli.creep_table.table import CreepForceTable
     from thermoroll_cli.files.case.case import Case
     from thermoroll_cli.files.case.case_errors import CaseError
     from thermoroll_cli.files.result.stored import StoredResult, read_result
@@ -25,12 +26,14 @@ if TYPE_CHECKING:
     from thermoroll_cli.refinement.solve import Solver
 
 __all__ = [
-    "Case", "CaseError", "Problem", "Result", "Solver", "StoredResult", "__version__", "read_result", "solve", "sweep",
+    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "StoredResult", "__version__", "read_result",
+    "solve", "sweep",
 ]  # fmt: skip
 
 _PLACES = {
     "Case": "thermoroll_cli.files.case.case",
     "CaseError": "thermoroll_cli.files.case.case_errors",
+    "CreepForceTable": "thermoroll_cli.creep_table.table",
     "Problem": "thermoroll_cli.model.problem",
     "Result": "thermoroll_cli.model.result",
     "Solver": "thermoroll_cli.refinement.solve",

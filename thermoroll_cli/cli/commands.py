@@ -9,7 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from thermoroll_cli import __version__
-from thermoroll_cli.cli import cases, results, run, show, streams, sweep_command
+from thermoroll_cli.cli import cases, creep_table, results, run, show, streams, sweep_command
 
 _WORDING = (
     (r"^Value error, ", ""),
@@ -61,6 +61,7 @@ def thermoroll(
 
 app.command("run")(run.run)
 app.command("sweep")(sweep_command.sweep)
+app.command("table")(creep_table.table)
 app.command("show")(show.show)
 app.command("validate")(cases.validate)
 app.command("init")(cases.init)

@@ -12,6 +12,7 @@ from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import Progress, duration
 
 if TYPE_CHECKING:
+    from thermoroll_cli.creep_table.build import BuildProgress
     from thermoroll_cli.sweep.scalars_only import ScalarSweep, Tally
 
 SECONDS_BETWEEN_LINES = 10.0
@@ -28,7 +29,7 @@ class TallyProgress:
         self._start = time.monotonic()
         self._last = self._start
 
-    def __call__(self, tally: Tally) -> None:
+    def __call__(self, tally: Tally | BuildProgress) -> None:
         now = time.monotonic()
         solved = tally.rows - tally.found
         left = ""

@@ -26,6 +26,23 @@ def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
     return np.asarray(row * m + np.arange(m))
 
 
+def inverse_symbols(
+    padded: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, weights: tuple[float, ...]
+) -> Symbols:
+    """Symbols (py//2+1, px) of the inverse of D A on a periodic plane, after a running sum along x."""
+    px, py = padded
+    tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
+    xx, yy, xy = shear_symbols(tables, padded)
+    theta = 2.0 * np.pi * np.fft.fftfreq(px)
+    step = -np.expm1(-1j * theta)
+    difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
+    ratio = np.ones(px, dtype=np.complex128)
+    ratio[1:] = difference[1:] / step[1:]
+    # The step of the running sum belongs to the symbol.
+    determinant = (xx * yy - xy**2) * ratio / dx
+    return yy / determinant, xx / determinant, -xy / determinant
+
+
 class StickInverse:
     """(D A)⁻¹ on stick runs, periodic over the bounding box: D⁻¹ is a running sum down each row from the start of its
     run, A⁻¹ a 2×2 matrix per wavenumber. What D is more than a first difference is folded into the symbol.
@@ -41,16 +58,7 @@ class StickInverse:
         n, m = shape
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
         px, py = (even_length(k + 4) for k in (n, m if mirror is None else 2 * m))
-        tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
-        xx, yy, xy = shear_symbols(tables, (px, py))
-        theta = 2.0 * np.pi * np.fft.fftfreq(px)
-        step = -np.expm1(-1j * theta)
-        difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
-        ratio = np.ones(px, dtype=np.complex128)
-        ratio[1:] = difference[1:] / step[1:]
-        # The step of the running sum belongs to the symbol.
-        determinant = (xx * yy - xy**2) * ratio / dx
-        inverse = (yy / determinant, xx / determinant, -xy / determinant)
+        inverse = inverse_symbols((px, py), dx, dy, compliance, weights)
         self._solve: _FreePeriodic | _MirroredPeriodic
         if mirror is None:
             self._solve = _FreePeriodic(shape, (px, py), inverse, precision)

@@ -1,0 +1,295 @@
+"""Tables of creep forces: against the solver, CONTACT and Kalker; built, stopped, resumed, refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from tests.support.command_line import call
+from tests.support.scenes import CASES, reference
+from thermoroll_cli import CreepForceTable
+from thermoroll_cli.creep_table.build import build_table, journal_path
+from thermoroll_cli.creep_table.interpolation import fill_holes
+from thermoroll_cli.creep_table.plan import TablePlan
+from thermoroll_cli.creep_table.point_solver import EllipseSolver
+from thermoroll_cli.creep_table.scaling import directions, scales, slopes, spin_angle, spin_coordinate
+from thermoroll_cli.creep_table.table import OutsideTable
+from thermoroll_cli.creep_table.table_file import read_table, write_table
+from thermoroll_cli.creep_table.values import Axes
+from thermoroll_cli.files.result.stored import ResultFileError
+
+ROOT = Path(__file__).parents[2]
+CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"
+"""`thermoroll table --aspect 1`: one ellipse of the default table."""
+STEEL = {"shear_modulus": 82e9, "friction": 0.3, "load": 8e4}
+TINY = ("--aspect", "0.8,1.25", "--accuracy", "1e-2", "--nodes", "6,5,7")
+RNG = np.random.default_rng(11)
+
+
+@pytest.fixture(scope="module")
+def circle() -> CreepForceTable:
+    return CreepForceTable.read(CIRCLE)
+
+
+@pytest.fixture(scope="module")
+def tiny(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("table") / "tiny.h5"
+    assert call("table", *TINY, "-o", path, "--checks", "30", "-q").returncode == 0
+    return path
+
+
+# --- how good it is ------------------------------------------------------------------------------------------------
+
+
+def test_states_errors_within_the_goals(circle: CreepForceTable) -> None:
+    quality = circle.values.quality
+    assert quality.points >= 1000
+    assert quality.rms < 1e-3
+    assert quality.largest < 8e-3
+    assert circle.values.holes == 0
+
+
+def test_is_what_the_solver_finds(circle: CreepForceTable) -> None:
+    """At creepages that are no nodes, so that a stale file would show."""
+    solver = EllipseSolver(1.0, circle.values.poisson_ratio)
+    creepages = RNG.uniform(-1.5, 1.5, (3, 12)) / np.array(solver.scales)[:, None]
+    direct = solver.solve(creepages).values
+    found = circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+    np.testing.assert_allclose(found.force_x, direct[0], atol=4e-3)
+    np.testing.assert_allclose(found.force_y, direct[1], atol=4e-3)
+    np.testing.assert_allclose(found.spin_moment, direct[2], atol=5e-3)
+    np.testing.assert_allclose(found.stick_fraction, direct[3], atol=5e-2)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_against_contact(case: str, circle: CreepForceTable) -> None:
+    stored = reference("contact_rolling")["cases"][case]
+    given, other = stored["input"], stored["extrapolated"]
+    a, limit = stored["hertz"]["a_mm"] * 1e-3, given["friction_coefficient"] * given["normal_N"]
+    found = circle.forces(
+        given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3, semi_axes=(a, a),
+        shear_modulus=given["youngs_modulus_GPa"] * 1e9 / (2.0 * (1.0 + given["poisson_ratio"])),
+        friction=given["friction_coefficient"], load=given["normal_N"])  # fmt: skip
+    assert float(found.force_x) == pytest.approx(other["force_x_N"], abs=3e-3 * limit)
+    assert float(found.force_y) == pytest.approx(other["force_y_N"], abs=3e-3 * limit)
+    assert float(found.spin_moment) * 1e3 == pytest.approx(other["spin_moment_Nmm"], abs=5e-3 * limit * a * 1e3)
+    assert float(found.t_gamma) == pytest.approx(other["dissipation_from_forces_W"], rel=1e-2)
+
+
+def test_slopes_at_zero_are_kalkers(circle: CreepForceTable) -> None:
+    c = slopes(1.0, circle.values.poisson_ratio)
+    small = 1e-6
+    found = circle.forces(*(small * np.eye(3)), semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+    np.testing.assert_allclose(found.force_x / small, [c.c11, 0.0, 0.0], rtol=5e-3, atol=1e-6)
+    np.testing.assert_allclose(found.force_y / small, [0.0, c.c22, -c.c23], rtol=5e-3, atol=1e-6)
+    np.testing.assert_allclose(found.spin_moment / small, [0.0, c.c23, c.c33], rtol=5e-3, atol=1e-6)
+
+
+def test_never_above_the_bound_and_monotone_without_spin(circle: CreepForceTable) -> None:
+    creepages = RNG.normal(size=(3, 20_000)) * 10.0 ** RNG.uniform(-3, 3, 20_000)
+    found = circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+    assert np.hypot(found.force_x, found.force_y).max() <= 1.0 + 1e-15
+    assert (found.t_gamma >= 0.0).all()
+    size = np.linspace(0.0, 5.0, 2000)
+    for angle in np.radians([0.0, 20.0, 45.0, 70.0, 90.0]):
+        pure = circle.forces(size * math.cos(angle), size * math.sin(angle), 0.0, semi_axes=(1.0, 1.0), shear_modulus=1.0,
+                             friction=1.0, load=1.0)  # fmt: skip
+        total = np.hypot(pure.force_x, pure.force_y)
+        assert (np.maximum.accumulate(total) - total).max() < 2e-5
+        assert total[-1] == pytest.approx(1.0, abs=2e-3)
+
+
+def test_reversal_mirror_and_units(circle: CreepForceTable) -> None:
+    creepages = RNG.normal(size=(3, 50)) * 1e-3 * np.array([[1.0], [1.0], [200.0]])
+    contact = {"semi_axes": (5e-3, 5e-3), **STEEL}
+    found = circle.forces(*creepages, **contact)
+    back, mirror = circle.forces(*-creepages, **contact), circle.forces(creepages[0], *-creepages[1:], **contact)
+    for name, reflected in (("force_x", 1.0), ("force_y", -1.0), ("spin_moment", -1.0)):
+        own = getattr(found, name)
+        np.testing.assert_allclose(getattr(back, name), -own, atol=1e-9 * np.abs(own).max())
+        np.testing.assert_allclose(getattr(mirror, name), reflected * own, atol=1e-9 * np.abs(own).max())
+    double = circle.forces(*creepages, semi_axes=(5e-3, 5e-3), shear_modulus=82e9, friction=0.15, load=16e4)
+    np.testing.assert_allclose(double.force_y, found.force_y)
+    assert found.force_x.shape == (50,)
+    assert circle.forces(1e-3, 0.0, 0.0, **contact).force_x.shape == ()
+
+
+def test_a_million_look_ups_take_seconds(circle: CreepForceTable) -> None:
+    """In units of what a sine of as many numbers takes, so that other work on the machine does not count."""
+    creepages = RNG.normal(size=(3, 50_000))
+    circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+    began = time.process_time()
+    circle.forces(*creepages, semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+    found = time.process_time() - began
+    began = time.process_time()
+    for _ in range(40):
+        np.sin(creepages[0])
+    # 5 µs a look-up are some 300 sines; allowed is a third of a microsecond's worth more than that.
+    assert found < 12.0 * (time.process_time() - began) + 0.05
+
+
+def test_directions_come_back() -> None:
+    w = np.linspace(-1.0, 1.0, 41)
+    np.testing.assert_allclose(spin_coordinate(spin_angle(w)), w, atol=1e-12)
+    np.testing.assert_allclose((directions(0.3, w) ** 2).sum(axis=0), 1.0)
+
+
+def test_the_simulation_of_the_documents(circle: CreepForceTable, tmp_path: Path) -> None:
+    """docs/tables.md, verbatim: a wheelset that finds its creepage under a brake."""
+    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "tables.md").read_text(), re.DOTALL)
+    (tmp_path / "kalker.h5").symlink_to(CIRCLE)
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+    creepage, force = map(float, done.stdout.split())
+    assert 0.0 < creepage < 0.005
+    assert force == pytest.approx(12e3, rel=1e-3)
+
+
+# --- building ------------------------------------------------------------------------------------------------------
+
+
+def test_an_array_that_xarray_opens(tiny: Path) -> None:
+    with xarray.open_dataset(tiny, engine="h5netcdf") as found:
+        assert dict(found.sizes) == {"aspect_ratio": 2, "magnitude": 6, "direction": 5, "spin_direction": 7}
+        assert found.attrs["quality_points"] == 30
+        assert 0.0 < found.attrs["quality_rms"] < 0.1
+        assert float(np.hypot(found.force_x, found.force_y).max()) <= 1.0 + 1e-6
+
+
+def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) -> None:
+    plan = TablePlan(Axes((0.8, 1.25), 6, 5, 7), accuracy=1e-2, checks=30)
+    path = tmp_path / "t.h5"
+
+    class Stop(Exception):
+        pass
+
+    def stop(progress: object) -> None:
+        if progress.rows >= 175:  # type: ignore[attr-defined]
+            raise Stop
+
+    with pytest.raises(Stop):
+        build_table(plan, path, report=stop)
+    with open(journal_path(path), "ab") as stream:
+        stream.write(b"torn")
+    notes: list[str] = []
+    built = build_table(plan, path, resume=True, note=notes.append, jobs=2)
+    assert notes == ["175 of 380 points are solved already"]
+    stored = read_table(tiny)
+    np.testing.assert_allclose(built.values, stored.values, atol=1e-6)
+    assert built.quality.rms == pytest.approx(stored.quality.rms, rel=1e-5)
+    with pytest.raises(ResultFileError, match="of another table"):
+        build_table(replace(plan, poisson_ratio=0.3), path, resume=True)
+
+
+def test_holes_are_told_and_filled_from_their_neighbours(tiny: Path, tmp_path: Path) -> None:
+    table = read_table(tiny)
+    values = table.values.copy()
+    values[0, :, 3, 2, 2:4] = np.nan
+    path = tmp_path / "holes.h5"
+    write_table(path, replace(table, values=values), command_line="")
+    read = CreepForceTable.read(path)
+    assert read.values.holes == 2
+    filled = fill_holes(values[0])
+    assert np.abs(filled - table.values[0]).max() < 0.2
+    assert not np.isnan(filled).any()
+    whole, found = (t.forces(0.3, 0.2, -0.1, semi_axes=(0.8, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+                    for t in (CreepForceTable(table), read))  # fmt: skip
+    assert float(found.force_x) == pytest.approx(float(whole.force_x), abs=0.1)
+
+
+def test_between_ellipses_and_many_at_once(tiny: Path) -> None:
+    table = CreepForceTable.read(tiny)
+    ratio = np.geomspace(0.8, 1.25, 30)
+    many = table.forces(0.2, 0.1, 0.1, semi_axes=(ratio, np.ones(30)), shear_modulus=1.0, friction=1.0, load=1.0)
+    for r, force in zip(ratio, many.force_y, strict=True):
+        one = table.forces(0.2, 0.1, 0.1, semi_axes=(float(r), 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
+        assert float(one.force_y) == pytest.approx(float(force), abs=1e-4)
+    assert np.ptp(many.force_y) > 1e-3
+
+
+# --- the command ---------------------------------------------------------------------------------------------------
+
+
+def test_query_and_export(tiny: Path, tmp_path: Path) -> None:
+    contact = ("--semi-axes-mm", "5,5", "--shear-modulus-GPa", "82", "--friction", "0.3", "--normal-N", "80000")
+    done = call("table", "--query", tiny, "--longitudinal", "0:0.01:3", "--spin-rad-mm", "1e-4", *contact, "--json")
+    records = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [record["creepage_longitudinal"] for record in records] == [0.0, 0.005, 0.01]
+    assert records[-1]["force_x_N"] == pytest.approx(24_000, rel=0.05)
+    direct = CreepForceTable.read(tiny).forces(0.005, 0.0, 0.1, semi_axes=(5e-3, 5e-3), **STEEL)
+    assert records[1]["force_y_N"] == pytest.approx(float(direct.force_y))
+    csv = tmp_path / "table.csv"
+    assert call("table", "--query", tiny, "--csv", csv).returncode == 0
+    lines = csv.read_text().splitlines()
+    assert len(lines) == 1 + 2 * 6 * 5 * 7
+    assert lines[0].startswith("aspect_ratio,xi,eta,phi,magnitude")
+
+
+@pytest.mark.parametrize(("options", "message"), [
+    (("--aspect", "1,0.5"), "must increase"),
+    (("--aspect", "0,1"), "must be positive"),
+    (("--aspect=-1"), "must be positive"),
+    (("--aspect", "x"), "not a number"),
+    (("--nodes", "3,5,7"), "at least 5 magnitudes"),
+    (("--nodes", "7,5,8"), "must be odd"),
+    (("--nodes", "7"), "three whole numbers"),
+    (("--poisson", "0.6"), "0 to 0.5"),
+    (("--accuracy", "1"), "0.00025 to 0.01"),
+])  # fmt: skip
+def test_bad_axes(options: tuple[str, ...] | str, message: str, tmp_path: Path) -> None:
+    words = (options,) if isinstance(options, str) else options
+    done = call("table", *words, "-o", tmp_path / "t.h5")
+    assert (done.returncode, message in done.stderr) == (2, True), done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
+    contact = ("--shear-modulus-GPa", "82", "--friction", "0.3", "--normal-N", "80000", "--longitudinal", "0.001")
+    done = call("table", "--query", tiny, "--semi-axes-mm", "5,1", *contact)
+    assert (done.returncode, "a/b = 5 is outside the table, which has a/b = 0.8 … 1.25" in done.stderr) == (3, True)
+    done = call("table", "--query", tiny, "--semi-axes-mm", "5,1", *contact, "--outside", "saturation", "--json")
+    assert json.loads(done.stdout)["force_x_N"] == pytest.approx(24_000, rel=1e-3)
+    for axes in ("5", "5,x", "5,0", "-5,1"):
+        assert call("table", "--query", tiny, f"--semi-axes-mm={axes}", *contact).returncode == 2
+    with pytest.raises(OutsideTable, match="which has a/b = 1 alone"):
+        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.1), **STEEL)
+    with pytest.raises(ValueError, match="friction must be positive"):
+        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **{**STEEL, "friction": 0.0})
+    with pytest.raises(ValueError, match="creepages must be finite"):
+        circle.forces(math.nan, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
+
+
+def test_bad_files(tiny: Path, tmp_path: Path) -> None:
+    whole = tiny.read_bytes()
+    path = tmp_path / "t.h5"
+    for content, message in ((whole[:-1000], "not a whole table"), (b"text", "not a whole table")):
+        path.write_bytes(content)
+        with pytest.raises(ResultFileError, match=message):
+            read_table(path)
+    path.write_bytes(whole)
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = 99
+    with pytest.raises(ResultFileError, match="table format 99"):
+        read_table(path)
+    path.write_bytes(whole)
+    with h5py.File(path, "r+") as file:
+        file["aspect_ratio"][...] = (1.25, 0.8)
+    with pytest.raises(ResultFileError, match="must increase"):
+        read_table(path)
+    done = call("table", "--query", tmp_path / "none.h5", "--semi-axes-mm", "1,1")
+    assert (done.returncode, "no such file" in done.stderr) == (5, True)
+
+
+def test_scales_follow_kalkers_coefficients() -> None:
+    for ratio in (0.05, 1.0, 20.0):
+        assert all(scale > 0.0 for scale in scales(slopes(ratio, 0.28)))

@@ -1,0 +1,199 @@
+"""`thermoroll table`: build a table of creep forces, or ask one for forces."""
+
+from __future__ import annotations
+
+import math
+import shlex
+import sys
+from collections.abc import Iterator
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.exits import ExitCode
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from thermoroll_cli.creep_table.plan import TablePlan
+    from thermoroll_cli.creep_table.values import TableValues
+
+RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
+
+
+class OutsideChoice(StrEnum):
+    """What to do with a contact ellipse that the table does not reach."""
+
+    error = "error"
+    saturation = "saturation"
+
+
+def table(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Table to write.")] = Path("kalker.h5"),
+    aspect: Annotated[
+        str, typer.Option("--aspect", metavar="VALUES", help=f"Ratios a/b, a along rolling; increasing. {RANGE}")
+    ] = "",
+    poisson: Annotated[float, typer.Option("--poisson", metavar="NU", help="Poisson's ratio of both bodies.")] = 0.28,
+    accuracy: Annotated[float, typer.Option("--accuracy", metavar="E", help="Error of forces over μW to solve for.")] = 1e-3,
+    nodes: Annotated[str, typer.Option("--nodes", metavar="T,A,B", help="Magnitudes, directions, spins.")] = "21,9,41",
+    checks: Annotated[int, typer.Option("--checks", min=0, metavar="N", help="Random points to measure errors at.")] = 1000,
+    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
+    dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
+    resume: Annotated[bool, typer.Option("--resume", help="Go on where a build was stopped.")] = False,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
+    query: Annotated[Path | None, typer.Option("--query", metavar="TABLE.h5", help="Ask this table for forces.")] = None,
+    longitudinal: Annotated[str, typer.Option("--longitudinal", metavar="VALUES", help=f"Query: creepage. {RANGE}")] = "0",
+    lateral: Annotated[str, typer.Option("--lateral", metavar="VALUES", help=f"Query: creepage. {RANGE}")] = "0",
+    spin: Annotated[str, typer.Option("--spin-rad-mm", metavar="VALUES", help=f"Query: spin. {RANGE}")] = "0",
+    semi_axes: Annotated[str, typer.Option("--semi-axes-mm", metavar="A,B", help="Query: a along rolling, b.")] = "",
+    modulus: Annotated[float, typer.Option("--shear-modulus-GPa", help="Query: combined shear modulus.")] = math.nan,
+    friction: Annotated[float, typer.Option("--friction", help="Query: coefficient of friction.")] = math.nan,
+    load: Annotated[float, typer.Option("--normal-N", help="Query: normal force.")] = math.nan,
+    outside: Annotated[OutsideChoice, typer.Option("--outside", help="Query: a/b not in the table.")] = OutsideChoice.error,
+    as_json: options.AsJson = False,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Build a table of creep forces for vehicle and bearing dynamics, or query one.
+
+    Solves every point of a grid over a/b, magnitude and direction of the creepages, and as many random points again to state
+    the table's errors. --query TABLE.h5 prints the forces at given creepages instead; --csv with it exports the table.
+    """
+    if query is not None:
+        raise typer.Exit(_query(query, (longitudinal, lateral, spin), (semi_axes, modulus, friction, load), outside.value,
+                                csv=csv, as_json=as_json))
+    plan = _plan(aspect, nodes, poisson, accuracy, checks)
+    if jobs > 1 and dask:
+        raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
+    built = _build(plan, output, jobs=jobs, dask=dask, resume=resume, quiet=quiet)
+    if csv is not None:
+        from thermoroll_cli.creep_table.table_file import write_csv
+
+        write_csv(csv, built)
+    if as_json:
+        streams.write_json({"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)})
+    elif not quiet:
+        _tell(built, output)
+    if built.holes:
+        streams.note(f"thermoroll: {built.holes} points did not converge: holes of the table, filled from their neighbours")
+    raise typer.Exit(ExitCode.NOT_CONVERGED if built.holes else ExitCode.FINE)
+
+
+def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
+    """Build the table and write it to `path`."""
+    from thermoroll_cli.cli.scalar_sweep import TallyProgress
+    from thermoroll_cli.creep_table.build import build_table, finish
+    from thermoroll_cli.creep_table.table_file import write_table
+
+    options.check_writable(path.resolve().parent)
+    progress = TallyProgress(quiet=quiet)
+    try:
+        built = build_table(plan, path, jobs=jobs, dask=dask, resume=resume, report=progress, note=progress.note)
+    finally:
+        progress.close()
+    write_table(path, built, command_line=shlex.join(["thermoroll", *sys.argv[1:]]))
+    finish(path)
+    return built
+
+
+def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
+    """What to build. Ends the program (usage) where that makes no sense."""
+    from thermoroll_cli.creep_table.plan import TablePlan
+    from thermoroll_cli.creep_table.values import DEFAULT_ASPECTS, Axes
+
+    try:
+        counts = [int(part) for part in nodes.split(",")]
+        if len(counts) != 3:
+            raise ValueError
+    except ValueError:
+        raise typer.BadParameter(f'"{nodes}" is not three whole numbers T,A,B', param_hint="--nodes") from None
+    ratios = tuple(float(v) for v in _values(aspect, "--aspect")) if aspect else DEFAULT_ASPECTS
+    try:
+        axes = Axes(ratios, *counts)
+    except ValueError as cause:
+        hint = "--aspect" if "aspect" in str(cause) else "--nodes"
+        raise typer.BadParameter(str(cause), param_hint=hint) from None
+    if not 0.0 <= poisson <= 0.5:
+        raise typer.BadParameter(f"must be from 0 to 0.5, not {poisson:g}", param_hint="--poisson")
+    if not 2.5e-4 <= accuracy <= 1e-2:
+        raise typer.BadParameter(f"must be from 0.00025 to 0.01, not {accuracy:g}", param_hint="--accuracy")
+    return TablePlan(axes, poisson, accuracy, checks)
+
+
+def _values(text: str, hint: str) -> tuple[int | float, ...]:
+    from thermoroll_cli.sweep.axis import Axis
+
+    try:
+        return Axis.parse(f"{hint.lstrip('-')}={text}").values
+    except ValueError as cause:
+        raise typer.BadParameter(str(cause), param_hint=hint) from None
+
+
+def _tell(built: TableValues, path: Path) -> None:
+    quality = built.quality
+    streams.write(f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution")
+    streams.write(f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)")
+    if quality.points:
+        streams.write(f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
+                      f"{quality.largest:.1e} (largest)")
+    streams.write(f"  wrote {path}")
+
+
+def _query(
+    path: Path, creepages: tuple[str, str, str], contact: tuple[str, float, float, float], outside: str, *, csv: Path | None,
+    as_json: bool,
+) -> int:
+    from thermoroll_cli.creep_table.table import CreepForceTable, OutsideTable
+
+    stored = CreepForceTable.read(path)
+    axes_text, modulus, friction, load = contact
+    if csv is not None:
+        from thermoroll_cli.creep_table.table_file import write_csv
+
+        write_csv(csv, stored.values)
+        if not axes_text:
+            return ExitCode.FINE
+    a, b = _semi_axes(axes_text)
+    xi, eta, phi = _combinations(creepages)
+    try:
+        found = stored.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9,
+                              friction=friction, load=load, outside=outside)  # type: ignore[arg-type]
+    except OutsideTable as cause:
+        streams.error(f"{path}: {cause}")
+        return ExitCode.INVALID_CASE
+    except ValueError as cause:
+        raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N") from None
+    columns = {
+        "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": found.force_x,
+        "force_y_N": found.force_y, "spin_moment_Nmm": found.spin_moment * 1e3, "T_gamma_N": found.t_gamma,
+        "gamma_st": found.stick_fraction,
+    }
+    if not as_json:
+        streams.write("\t".join(columns))
+    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
+        if as_json:
+            streams.write_json(dict(zip(columns, row, strict=True)))
+        else:
+            streams.write("\t".join(f"{value:.6g}" for value in row))
+    return ExitCode.FINE
+
+
+def _semi_axes(text: str) -> tuple[float, float]:
+    try:
+        a, b = (float(part) for part in text.split(","))
+    except ValueError:
+        raise typer.BadParameter(f'"{text}" is not two numbers A,B', param_hint="--semi-axes-mm") from None
+    return a, b
+
+
+def _combinations(creepages: tuple[str, str, str]) -> Iterator[NDArray[np.float64]]:
+    """Every combination of the creepages asked for, the last one varying fastest."""
+    import numpy as np
+
+    hints = ("--longitudinal", "--lateral", "--spin-rad-mm")
+    values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
+    return (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))

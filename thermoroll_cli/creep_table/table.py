@@ -1,0 +1,129 @@
+"""Creep forces from a table, for simulations that ask for them millions of times."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from thermoroll_cli.creep_table.interpolation import Interpolant
+from thermoroll_cli.creep_table.scaling import scales, slopes
+from thermoroll_cli.creep_table.table_file import read_table
+from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
+from thermoroll_cli.kernels.arrays import Array
+
+Outside = Literal["error", "saturation"]
+
+
+class OutsideTable(ValueError):
+    """A contact ellipse that the table does not reach."""
+
+
+@dataclass(frozen=True)
+class TableForces:
+    """`force_x`, `force_y` (N) and `spin_moment` (N m) on body 1 against its slip, the wear number `t_gamma` = Q_F/V (N), and
+    the `stick_fraction` of the contact area: arrays of the shape of the creepages."""
+
+    force_x: Array
+    force_y: Array
+    spin_moment: Array
+    t_gamma: Array
+    stick_fraction: Array
+
+
+class CreepForceTable:
+    """A table of creep forces of elliptic contacts between bodies of the same elasticity, for one Poisson's ratio.
+
+    Forces follow from a/b and the scaled creepages alone (`scaling`), are never above μW, and have Kalker's coefficients as
+    slopes at zero. How good they are is in `values.quality`."""
+
+    def __init__(self, values: TableValues) -> None:
+        self.values = values
+        self._interpolant = Interpolant(values)
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> CreepForceTable:
+        """The table in the file at `path`. Raises OSError: no such file, cut short, damaged, of another version."""
+        return cls(read_table(path))
+
+    def forces(
+        self, longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike, *, semi_axes: tuple[ArrayLike, ArrayLike],
+        shear_modulus: ArrayLike, friction: ArrayLike, load: ArrayLike, outside: Outside = "error",
+    ) -> TableForces:
+        """Forces at creepages ξ_x, ξ_y (1) and spin ξ_φ (rad/m), arrays that broadcast with each other and with all else.
+
+        `semi_axes` are a (along rolling) and b in m, `shear_modulus` G in Pa (of both bodies together, `combined_constants`),
+        `friction` μ and `load` W in N. Where a/b is not within the table: an error, or with `outside="saturation"` the
+        forces of full sliding of the nearest ellipse; nothing is extrapolated.
+
+        Raises ValueError for quantities that must be positive and finite and are not, OutsideTable.
+        """
+        xi, eta, phi, a, b, modulus, mu, weight = np.broadcast_arrays(*(
+            np.asarray(v, dtype=float) for v in (longitudinal, lateral, spin, *semi_axes, shear_modulus, friction, load)))
+        shape = xi.shape
+        xi, eta, phi = (v.ravel() for v in (xi, eta, phi))
+        given = {"semi-axis a": a, "semi-axis b": b, "shear_modulus": modulus, "friction": mu, "load": weight}
+        for name, values in given.items():
+            if not (np.all(values > 0.0) and np.all(np.isfinite(values))):
+                raise ValueError(f"{name} must be positive and finite")
+        if not (np.isfinite(xi).all() and np.isfinite(eta).all() and np.isfinite(phi).all()):
+            raise ValueError("creepages must be finite")
+        # One ellipse for all is the usual case, and cheaper.
+        same = all(np.asarray(v).size == 1 for v in semi_axes)
+        a, b = (v.ravel()[:1] if same else v.ravel() for v in (a, b))
+        limit, area = (mu * weight).ravel(), a * b
+        mean = np.sqrt(area)
+        unit = modulus.ravel() * area / limit
+        ratio = a / b
+        inside = self._inside(ratio, outside)
+        values = self._values(np.clip(ratio, *self._range), np.stack([xi * unit, eta * unit, phi * unit * mean]), inside)
+        force_x, force_y, moment = values[0] * limit, values[1] * limit, values[2] * limit * mean
+        found = force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3]
+        return TableForces(*(v.reshape(shape) for v in found))
+
+    @property
+    def _range(self) -> tuple[float, float]:
+        ratios = self.values.axes.aspect_ratios
+        return ratios[0], ratios[-1]
+
+    def _inside(self, ratio: Array, outside: Outside) -> NDArray[np.bool_]:
+        lowest, highest = self._range
+        # The node itself may be met to rounding.
+        inside = (ratio >= lowest * (1.0 - 1e-9)) & (ratio <= highest * (1.0 + 1e-9))
+        if outside == "error" and not inside.all():
+            wrong = float(ratio[~inside][0])
+            reach = f"{lowest:g} alone" if lowest == highest else f"{lowest:g} … {highest:g}"
+            raise OutsideTable(f"a/b = {wrong:g} is outside the table, which has a/b = {reach}")
+        return np.asarray(inside)
+
+    def _values(self, ratio: Array, creepages: Array, inside: NDArray[np.bool_]) -> Array:
+        """`QUANTITIES` (4, n) at ξ', η', φ' (3, n)."""
+        per = self._scales(ratio)
+        x, y, z = creepages * per
+        # The quadrant X, Y ≥ 0 tells the rest.
+        turn_x, turn_y = np.where(x < 0.0, -1.0, 1.0), np.where(y < 0.0, -1.0, 1.0)
+        scaled = np.stack([np.abs(x), np.abs(y), z * turn_y])
+        if not inside.all():
+            size = np.sqrt((scaled**2).sum(axis=0))
+            sliding = np.where(size > 0.0, LARGEST_MAGNITUDE / np.where(size > 0.0, size, 1.0), 1.0)
+            scaled = np.where(inside, scaled, scaled * sliding)
+        values = self._interpolant(ratio, scaled)
+        values[0] *= turn_x
+        values[1] *= turn_y
+        values[2] *= turn_y
+        return values
+
+    def _scales(self, ratio: Array) -> Array:
+        """X/ξ', Y/η', Z/φ' as (3, n) for ratios (n,) or one for all: between many different ones by interpolation."""
+        nu = self.values.poisson_ratio
+        if len(ratio) <= 8:
+            return np.array([scales(slopes(float(r), nu)) for r in ratio]).T
+        return self._interpolant.scales_of(ratio)
+
+
+def quantities(forces: TableForces) -> dict[str, Any]:
+    """The fields of `forces` by name."""
+    return dict(vars(forces))

@@ -1,0 +1,130 @@
+"""Tables as HDF5 files that open in xarray, and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import math
+import os
+import pathlib
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from thermoroll_cli import __version__
+from thermoroll_cli.creep_table.point_solver import QUANTITIES
+from thermoroll_cli.creep_table.scaling import LAW, magnitude, spin_angle
+from thermoroll_cli.creep_table.values import Axes, Quality, TableValues
+from thermoroll_cli.files.atomic import replacing
+from thermoroll_cli.files.result.hdf5_text import LAYOUT, label
+from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
+
+if TYPE_CHECKING:
+    import h5py
+
+FORMAT_VERSION = 1
+KIND = "creep_force_table"
+DIMENSIONS = ("aspect_ratio", "magnitude", "direction", "spin_direction")
+LONG_NAMES = {
+    "force_x": "F_x/(μW)",
+    "force_y": "F_y/(μW)",
+    "spin_moment": "M_z/(μW sqrt(ab))",
+    "stick_fraction": "stick area / contact area",
+    "solver_error": "estimated error of the forces over μW",
+}
+
+
+def write_table(path: str | os.PathLike[str], table: TableValues, *, command_line: str) -> None:
+    """Write `table` to `path`, complete or not at all. Raises WriteError."""
+    import h5py
+
+    with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
+        file.attrs["format_version"] = FORMAT_VERSION
+        label(file, program=PROGRAM, program_version=__version__, kind=KIND, scaling=LAW, command_line=command_line,
+              created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))
+        file.attrs["poisson_ratio"] = table.poisson_ratio
+        file.attrs["accuracy"] = table.accuracy
+        file.attrs["holes"] = table.holes
+        for name, value in vars(table.quality).items():
+            file.attrs[f"quality_{name}"] = value
+        axes = table.axes
+        nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
+        long_names = ("a/b, a along rolling", "u: m = u/(1-u)", "v: alpha in units of 90 degrees", "w of the spin angle beta")
+        scales = []
+        for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True):
+            scale = file.create_dataset(name, data=values, track_times=False)
+            scale.make_scale(name)
+            label(scale, units="1", long_name=long_name)
+            scales.append(scale)
+        columns = dict(zip(QUANTITIES, np.moveaxis(table.values, 1, 0), strict=True)) | {"solver_error": table.errors}
+        for name, values in columns.items():
+            # Single precision is a thousand times better than the table is.
+            item = file.create_dataset(name, data=values.astype(np.float32), chunks=(1, *values.shape[1:]), fletcher32=True,
+                                       compression="gzip", shuffle=True, track_times=False)
+            for dimension, scale in zip(item.dims, scales, strict=True):
+                dimension.attach_scale(scale)
+            label(item, units="1", long_name=LONG_NAMES[name])
+
+
+def read_table(path: str | os.PathLike[str]) -> TableValues:
+    """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
+    do not increase."""
+    import h5py
+
+    path = pathlib.Path(path)
+    if not path.exists():
+        raise ResultFileError(f"{path}: no such file")
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return _read(path, file)
+    except ResultFileError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as cause:
+        raise ResultFileError(f"{path}: not a whole table ({' '.join(str(cause).split())})") from cause
+
+
+def _read(path: pathlib.Path, file: h5py.File) -> TableValues:
+    if file.attrs.get("program", b"").decode() != PROGRAM or file.attrs.get("kind", b"").decode() != KIND:
+        raise ResultFileError(f"{path}: an HDF5 file, but no {PROGRAM} table of creep forces")
+    version = int(file.attrs["format_version"])
+    if version != FORMAT_VERSION or file.attrs["scaling"].decode() != LAW:
+        raise ResultFileError(f"{path}: table format {version}, scaling {file.attrs['scaling'].decode()}; this version reads "
+                              f"{FORMAT_VERSION}, {LAW}: build it again with thermoroll table")
+    ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
+    axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
+    for name, found, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
+        if not np.allclose(found, own, atol=1e-12):
+            raise ValueError(f"the axis {name} does not increase evenly")
+    values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
+    errors = file["solver_error"][()].astype(float)
+    if values.shape != (len(ratios), len(QUANTITIES), *axes.shape):
+        raise ValueError("values and axes have different lengths")
+    quality = {name: file.attrs[f"quality_{name}"] for name in vars(Quality())}
+    quality = {name: int(value) if name == "points" else float(value) for name, value in quality.items()}
+    poisson_ratio, accuracy = (float(file.attrs[name]) for name in ("poisson_ratio", "accuracy"))
+    return TableValues(axes, poisson_ratio, accuracy, values, errors, Quality(**quality))
+
+
+def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
+    """A line per point, with its scaled creepages; holes are empty. Raises WriteError."""
+    from thermoroll_cli.creep_table.scaling import directions, scales, slopes
+
+    axes = table.axes
+    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES])
+        for values, ratio in zip(table.values, axes.aspect_ratios, strict=True):
+            per = np.array(scales(slopes(ratio, table.poisson_ratio)))
+            for i, j, k in np.ndindex(*axes.shape):
+                full = i == axes.magnitudes - 1
+                m = math.inf if full else float(magnitude(axes.u[i]))
+                unit = directions(axes.v[j], axes.w[k])
+                with np.errstate(invalid="ignore"):
+                    creepages = np.where(unit == 0.0, 0.0, unit * m) / per
+                angles = 90.0 * axes.v[j], math.degrees(float(spin_angle(axes.w[k])))
+                writer.writerow([_cell(x) for x in (ratio, *creepages, m, *angles, *values[:, i, j, k])])
+
+
+def _cell(value: Any) -> str:
+    return "" if math.isnan(value) else f"{float(value):.7g}"
+

@@ -1,0 +1,94 @@
+"""GMRES for many small systems at once: Python's overhead is paid once an iteration, not once an iteration and system."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.kernels.arrays import AnyArray
+
+Indices = NDArray[np.intp]
+
+DROPPED = 0.25
+"""Solved systems are dropped from the arrays when they are this share of them: each time everything is copied."""
+
+
+def batch_gmres(
+    expensive: Callable[[AnyArray], AnyArray],
+    cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray],
+    precondition: Callable[[Indices, AnyArray], AnyArray],
+    right: AnyArray,
+    tolerance: NDArray[np.float64],
+    most: int,
+) -> tuple[AnyArray, AnyArray]:
+    """Solve J_b d_b = r_b for all rows of `right` (B, P), each to its relative `tolerance` (B,): as `krylov.gmres` does.
+
+    Returns the solutions and what `expensive` makes of them, both (B, P). `cheap` and `precondition` are told which systems
+    the rows they get belong to. Gram–Schmidt is done once: the systems are small and solved to a few digits."""
+    size = right.shape[1]
+    step, image = np.zeros_like(right), np.zeros_like(right)
+    norm = np.linalg.norm(right, axis=1)
+    who = np.flatnonzero(norm > 0.0)
+    if not who.size:
+        return step, image
+    basis = np.empty((len(who), most + 1, size), dtype=right.dtype)
+    steps, images = (np.empty((len(who), most, size), dtype=right.dtype) for _ in range(2))
+    basis[:, 0] = right[who] / norm[who, None]
+    hessenberg = np.zeros((len(who), most + 1, most))
+    rotations = np.zeros((len(who), most, 2))
+    residual = np.zeros((len(who), most + 1))
+    residual[:, 0] = 1.0
+    done_at = np.zeros(len(who), dtype=int)
+    for k in range(most):
+        vectors = precondition(who, basis[:, k])
+        steps[:, k] = vectors
+        images[:, k] = expensive(vectors)
+        w = cheap(who, vectors, images[:, k])
+        spanned = basis[:, : k + 1]
+        h = np.matmul(spanned, w[:, :, None])[:, :, 0]
+        w -= np.matmul(h[:, None], spanned)[:, 0]
+        length = np.linalg.norm(w, axis=1)
+        column = np.concatenate([h, length[:, None]], axis=1).astype(float)
+        for i in range(k):
+            c, s = rotations[:, i, 0], rotations[:, i, 1]
+            upper, lower = column[:, i].copy(), column[:, i + 1]
+            column[:, i], column[:, i + 1] = c * upper + s * lower, c * lower - s * upper
+        r = np.hypot(column[:, k], column[:, k + 1])
+        safe = np.where(r > 0.0, r, 1.0)
+        c, s = np.where(r > 0.0, column[:, k] / safe, 1.0), column[:, k + 1] / safe
+        rotations[:, k, 0], rotations[:, k, 1] = c, s
+        column[:, k], column[:, k + 1] = safe, 0.0
+        hessenberg[:, : k + 2, k] = column
+        residual[:, k], residual[:, k + 1] = c * residual[:, k], -s * residual[:, k]
+        basis[:, k + 1] = w / np.where(length > 0.0, length, 1.0)[:, None]
+        finished = (done_at == 0) & ((np.abs(residual[:, k + 1]) <= tolerance[who]) | (length <= 1e-6 * safe))
+        done_at[finished] = k + 1
+        if k + 1 == most:
+            done_at[done_at == 0] = most
+        solved = done_at > 0
+        if solved.all() or k + 1 == most or solved.mean() > DROPPED:
+            _combine(who[solved], done_at[solved], hessenberg[solved], residual[solved], norm, steps[solved], images[solved],
+                     step, image)
+            if solved.all():
+                break
+            rest = ~solved
+            who, done_at = who[rest], done_at[rest]
+            basis, steps, images = basis[rest], steps[rest], images[rest]
+            hessenberg, rotations, residual = hessenberg[rest], rotations[rest], residual[rest]
+    return step, image
+
+
+def _combine(
+    who: Indices, sizes: Indices, hessenberg: AnyArray, residual: AnyArray, norm: AnyArray, steps: AnyArray, images: AnyArray,
+    step: AnyArray, image: AnyArray,
+) -> None:
+    """Write the solutions of the systems `who`, each from the first `sizes` of its directions."""
+    most = int(sizes.max())
+    own = np.arange(most) < sizes[:, None]
+    triangle = np.where(own[:, :, None] & own[:, None, :], hessenberg[:, :most, :most], np.eye(most))
+    known = np.where(own, residual[:, :most], 0.0) * norm[who, None]
+    weights = np.linalg.solve(triangle, known[:, :, None])[:, :, 0].astype(step.dtype)
+    step[who] = np.matmul(weights[:, None], steps[:, :most])[:, 0]
+    image[who] = np.matmul(weights[:, None], images[:, :most])[:, 0]
