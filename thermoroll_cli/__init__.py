@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from thermoroll_cli.creep_table.table import CreepForceTable
+    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.files.case.case import Case
     from thermoroll_cli.files.case.case_errors import CaseError
     from thermoroll_cli.files.result.stored import StoredResult, read_result
@@ -33,7 +33,7 @@ __all__ = [
 _PLACES = {
     "Case": "thermoroll_cli.files.case.case",
     "CaseError": "thermoroll_cli.files.case.case_errors",
-    "CreepForceTable": "thermoroll_cli.creep_table.table",
+    "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
     "Problem": "thermoroll_cli.model.problem",
     "Result": "thermoroll_cli.model.result",
     "Solver": "thermoroll_cli.refinement.solve",

@@ -20,12 +20,12 @@ from tests.support.command_line import call
 from tests.support.scenes import CASES, reference
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.creep_table.build import build_table, journal_path
+from thermoroll_cli.creep_table.creep_force_table import OutsideTable
 from thermoroll_cli.creep_table.interpolation import fill_holes
-from thermoroll_cli.creep_table.plan import TablePlan
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.creep_table.scaling import directions, scales, slopes, spin_angle, spin_coordinate
-from thermoroll_cli.creep_table.table import OutsideTable
 from thermoroll_cli.creep_table.table_file import read_table, write_table
+from thermoroll_cli.creep_table.table_plan import TablePlan
 from thermoroll_cli.creep_table.values import Axes
 from thermoroll_cli.files.result.stored import ResultFileError
 

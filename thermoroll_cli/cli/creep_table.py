@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from thermoroll_cli.creep_table.plan import TablePlan
+    from thermoroll_cli.creep_table.table_plan import TablePlan
     from thermoroll_cli.creep_table.values import TableValues
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
@@ -102,7 +102,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
 
 def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
     """What to build. Ends the program (usage) where that makes no sense."""
-    from thermoroll_cli.creep_table.plan import TablePlan
+    from thermoroll_cli.creep_table.table_plan import TablePlan
     from thermoroll_cli.creep_table.values import DEFAULT_ASPECTS, Axes
 
     try:
@@ -147,7 +147,7 @@ def _query(
     path: Path, creepages: tuple[str, str, str], contact: tuple[str, float, float, float], outside: str, *, csv: Path | None,
     as_json: bool,
 ) -> int:
-    from thermoroll_cli.creep_table.table import CreepForceTable, OutsideTable
+    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
 
     stored = CreepForceTable.read(path)
     axes_text, modulus, friction, load = contact

@@ -40,7 +40,7 @@ LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 
 
 @dataclass(frozen=True)
-class Solved:
+class PointValues:
     """`values` (4, n) of `QUANTITIES` with nan where `converged` (n,) is False; `errors` (n,) is the estimated error of the
     forces over μW."""
 
@@ -85,13 +85,13 @@ class EllipseSolver:
         """`QUANTITIES` (4, n) of the finer grid alone."""
         return self._grids[-1].solve(creepages)[0]
 
-    def solve(self, creepages: Array) -> Solved:
+    def solve(self, creepages: Array) -> PointValues:
         """For the scaled creepages ξ', η', φ' of (3, n)."""
         parts = [self._solve(creepages[:, i : i + BATCH]) for i in range(0, creepages.shape[1], BATCH)]
-        return Solved(np.concatenate([p.values for p in parts], axis=1), np.concatenate([p.errors for p in parts]),
+        return PointValues(np.concatenate([p.values for p in parts], axis=1), np.concatenate([p.errors for p in parts]),
                       np.concatenate([p.converged for p in parts]))
 
-    def _solve(self, creepages: Array) -> Solved:
+    def _solve(self, creepages: Array) -> PointValues:
         below, above = self._grids
         coarse, first, tractions = below.solve(creepages)
         # A coarse solution starts most points better than full stick does, as it does in a single solve.
@@ -106,7 +106,8 @@ class EllipseSolver:
         size = np.hypot(values[0], values[1])
         values[:2] /= np.maximum(size, 1.0)
         converged = first & second
-        return Solved(np.where(converged, values, np.nan), np.where(converged, np.hypot(*change[:2]) / 3.0, np.nan), converged)
+        errors = np.hypot(*change[:2]) / 3.0
+        return PointValues(np.where(converged, values, np.nan), np.where(converged, errors, np.nan), converged)
 
 
 class _OneGrid:

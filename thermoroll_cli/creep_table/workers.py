@@ -8,8 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from thermoroll_cli.creep_table.plan import TablePlan, Task
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
+from thermoroll_cli.creep_table.table_plan import TablePlan, Task
 from thermoroll_cli.kernels.arrays import Array
 
 
@@ -79,16 +79,11 @@ def _in_processes(
 
 
 def _on_cluster(plan: TablePlan, pending: Mapping[int, Task], address: str) -> Generator[tuple[int, Array]]:
-    from thermoroll_cli.sweep.cluster import CONNECT_SECONDS, check_dask
+    from concurrent.futures import as_completed
 
-    check_dask()
-    import distributed
+    from thermoroll_cli.sweep.cluster import executor_at
 
-    try:
-        client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TypeError) as cause:
-        raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
-    with client:
-        futures = {client.submit(solve_task, plan, task, pure=False): number for number, task in pending.items()}
-        for future, values in distributed.as_completed(futures, with_results=True):
-            yield futures[future], values
+    with executor_at(address) as (executor, _):
+        futures = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}
+        for future in as_completed(futures):
+            yield futures[future], future.result()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
+from typing import Any
 
 from thermoroll_cli.sweep.points import Stretch
 from thermoroll_cli.sweep.processes import completed
@@ -28,13 +29,9 @@ def check_dask() -> None:
         raise NoDask
 
 
-def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) -> Iterator[Outcome]:
-    """Have `stretches` solved by the cluster whose scheduler is at `address`, and yield what becomes of each point, with
-    the content of its file: the workers need not see our folder, so a stretch comes back as a whole.
-
-    Dask itself repeats what a dead worker was at, and gives a task up that several workers died of. Raises NoDask,
-    OSError (no scheduler there, or it went away; workers without this package).
-    """
+@contextlib.contextmanager
+def executor_at(address: str) -> Iterator[tuple[Any, Any]]:
+    """The executor of the cluster whose scheduler is at `address`, and its client. Raises NoDask, OSError (no scheduler)."""
     check_dask()
     import distributed
 
@@ -47,6 +44,20 @@ def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) ->
         # Not pure: a task is not taken for one of an earlier sweep that Dask still remembers.
         executor = client.get_executor(pure=False)
         stack.callback(executor.shutdown, wait=False)
+        yield executor, client
+
+
+def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) -> Iterator[Outcome]:
+    """Have `stretches` solved by the cluster whose scheduler is at `address`, and yield what becomes of each point, with
+    the content of its file: the workers need not see our folder, so a stretch comes back as a whole.
+
+    Dask itself repeats what a dead worker was at, and gives a task up that several workers died of. Raises NoDask,
+    OSError (no scheduler there, or it went away; workers without this package).
+    """
+    check_dask()
+    import distributed
+
+    with executor_at(address) as (executor, _):
         running = {executor.submit(solve_away, stretch, command_line): stretch for stretch in stretches}
         while running:
             for future in completed(running):

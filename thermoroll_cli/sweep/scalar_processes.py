@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
@@ -11,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
 from thermoroll_cli.files.result.scalar_file import ScalarRow
-from thermoroll_cli.sweep.cluster import CONNECT_SECONDS, check_dask
+from thermoroll_cli.sweep.cluster import check_dask, executor_at
 from thermoroll_cli.sweep.points import PointMaker
 from thermoroll_cli.sweep.processes import DEATHS_PER_POINT, completed, fit_for_children, one_process
 from thermoroll_cli.sweep.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
@@ -99,15 +98,8 @@ def rows_on_cluster(maker: PointMaker, parts: Iterable[Part], address: str) -> I
     check_dask()
     import distributed
 
-    try:
-        client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
-    except (OSError, ValueError, TypeError) as cause:
-        raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
     tasks = Tasks(parts)
-    with contextlib.ExitStack() as stack:
-        stack.callback(client.close)
-        executor = client.get_executor(pure=False)
-        stack.callback(executor.shutdown, wait=False)
+    with executor_at(address) as (executor, client):
         running: dict[Future[Solved], Task] = {}
         while True:
             workers = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))

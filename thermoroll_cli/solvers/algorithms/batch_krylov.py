@@ -50,18 +50,7 @@ def batch_gmres(
         h = np.matmul(spanned, w[:, :, None])[:, :, 0]
         w -= np.matmul(h[:, None], spanned)[:, 0]
         length = np.linalg.norm(w, axis=1)
-        column = np.concatenate([h, length[:, None]], axis=1).astype(float)
-        for i in range(k):
-            c, s = rotations[:, i, 0], rotations[:, i, 1]
-            upper, lower = column[:, i].copy(), column[:, i + 1]
-            column[:, i], column[:, i + 1] = c * upper + s * lower, c * lower - s * upper
-        r = np.hypot(column[:, k], column[:, k + 1])
-        safe = np.where(r > 0.0, r, 1.0)
-        c, s = np.where(r > 0.0, column[:, k] / safe, 1.0), column[:, k + 1] / safe
-        rotations[:, k, 0], rotations[:, k, 1] = c, s
-        column[:, k], column[:, k + 1] = safe, 0.0
-        hessenberg[:, : k + 2, k] = column
-        residual[:, k], residual[:, k + 1] = c * residual[:, k], -s * residual[:, k]
+        safe = _rotate(k, np.concatenate([h, length[:, None]], axis=1), hessenberg, rotations, residual)
         basis[:, k + 1] = w / np.where(length > 0.0, length, 1.0)[:, None]
         finished = (done_at == 0) & ((np.abs(residual[:, k + 1]) <= tolerance[who]) | (length <= 1e-6 * safe))
         done_at[finished] = k + 1
@@ -78,6 +67,24 @@ def batch_gmres(
             basis, steps, images = basis[rest], steps[rest], images[rest]
             hessenberg, rotations, residual = hessenberg[rest], rotations[rest], residual[rest]
     return step, image
+
+
+def _rotate(k: int, column: AnyArray, hessenberg: AnyArray, rotations: AnyArray, residual: AnyArray) -> AnyArray:
+    """Put a new column (B, k + 2) of the Hessenberg matrices into triangular form, and update the residuals (Givens). Returns
+    the diagonal elements."""
+    column = column.astype(float)
+    for i in range(k):
+        c, s = rotations[:, i, 0], rotations[:, i, 1]
+        upper, lower = column[:, i].copy(), column[:, i + 1]
+        column[:, i], column[:, i + 1] = c * upper + s * lower, c * lower - s * upper
+    r = np.hypot(column[:, k], column[:, k + 1])
+    safe = np.where(r > 0.0, r, 1.0)
+    c, s = np.where(r > 0.0, column[:, k] / safe, 1.0), column[:, k + 1] / safe
+    rotations[:, k, 0], rotations[:, k, 1] = c, s
+    column[:, k], column[:, k + 1] = safe, 0.0
+    hessenberg[:, : k + 2, k] = column
+    residual[:, k], residual[:, k + 1] = c * residual[:, k], -s * residual[:, k]
+    return safe
 
 
 def _combine(

@@ -62,7 +62,8 @@ class BatchSolver:
     """Solves `problem` (its `rigid_slip` is not used, its creepages are given) for many rigid slips."""
 
     def __init__(
-        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse, options: RollingOptions | None = None
+        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse,
+        options: RollingOptions | None = None,
     ) -> None:
         self._options = options or RollingOptions()
         shape, compliance = gradient.shape, gradient.compliance
@@ -105,8 +106,9 @@ class BatchSolver:
                     break
                 part = state.take(active)
                 ratio = part.norm / last[active]
-                forcing = np.clip(self._options.forcing_share * ratio**2, 0.5 * tolerance / part.norm, self._options.loosest_forcing)
-                forcing = np.maximum(np.where(np.isnan(forcing), self._options.loosest_forcing, forcing), FINEST_FORCING)
+                loosest = self._options.loosest_forcing
+                forcing = np.clip(self._options.forcing_share * ratio**2, 0.5 * tolerance / part.norm, loosest)
+                forcing = np.maximum(np.where(np.isnan(forcing), loosest, forcing), FINEST_FORCING)
                 last[active] = part.norm
                 state.put(active, self._step(part, rigid[active], bound, forcing, reference[active]))
                 steps[active] += 1
@@ -146,13 +148,16 @@ class BatchSolver:
         norm = np.sqrt(np.einsum("bcij,bcij->b", residual, residual)) / reference
         return _State(traction, slip, residual, stick, scale, direction, norm)
 
-    def _step(self, state: _State, rigid: AnyArray, bound: AnyArray, forcing: AnyArray, reference: AnyArray | None = None) -> _State:
+    def _step(
+        self, state: _State, rigid: AnyArray, bound: AnyArray, forcing: AnyArray, reference: AnyArray | None = None
+    ) -> _State:
         """One Newton step of each point, as long as it lowers the residual."""
         reference = self._references(rigid) if reference is None else reference
         system = _Linearisations(self, state)
         count = len(state.norm)
         right = (state.residual / -reference[:, None, None, None]).astype(np.float32).reshape(count, -1)
-        step, image = batch_gmres(system.expensive, system.cheap, system.precondition, right, forcing, self._options.most_krylov_steps)
+        step, image = batch_gmres(system.expensive, system.cheap, system.precondition, right, forcing,
+                                  self._options.most_krylov_steps)
         full = (count, 2, *self._shape)
         change, gradient = (v.reshape(full) * reference[:, None, None, None] for v in (step, image))
         change_slip = -self._add_border(gradient, change, 1.0)
