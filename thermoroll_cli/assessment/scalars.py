@@ -159,8 +159,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
             fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))
-        scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside, discretisation.grid.element_area)
         if any(heat.tracks):
+            scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside, discretisation.grid.element_area)
             fields |= entry_fields(heat)
     heating = discretisation.derived.problem.heating
     for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):

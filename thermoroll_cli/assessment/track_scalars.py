@@ -42,8 +42,6 @@ def track_scalars(
         flash = rises[i] - entries[i]
         scalars[f"flash_temperature_max_{body}_K"] = peak_value(flash, averages=False) if flash.max() > 0.0 else 0.0
         scalars[f"warm_up_time_{body}_s"] = math.nan if track is None else track.roller.warm_up_time
-    if not any(tracks):
-        return scalars | {"recirculation_bulge_um": math.nan, "thermal_crown_ratio": math.nan}
     bulge = sum(track.entry_bulge(flux) for track, flux in zip(tracks, into, strict=True) if track is not None)
     scalars["recirculation_bulge_um"] = float(np.ptp(np.asarray(bulge)[columns])) * 1e6
     scalars["thermal_crown_ratio"] = sum(

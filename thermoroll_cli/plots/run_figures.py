@@ -13,12 +13,13 @@ from thermoroll_cli.plots.maps import frame_of
 from thermoroll_cli.plots.profile_figure import profile_figure
 from thermoroll_cli.plots.sheet import FORMATS, save, style
 from thermoroll_cli.plots.summary_sheet import summary_figure
+from thermoroll_cli.plots.track_figure import track_figure
 from thermoroll_cli.plots.view import RunView, Stored, view_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURES = ("pressure", "profile", "traction", "heat_flux", "temperature", "centreline", "summary", "subsurface_lower",
+PICTURES = ("pressure", "profile", "traction", "heat_flux", "temperature", "centreline", "track", "summary", "subsurface_lower",
             "subsurface_upper")
 """What the pictures of a run are called: STEM_pressure.png, …"""
 
@@ -46,6 +47,7 @@ def write_figures(
             lambda: heat_flux_figure(view, frame, normalised),
             lambda: temperature_figure(view, frame, normalised),
             lambda: centreline_figure(view, normalised),
+            lambda: track_figure(view, normalised),
             lambda: summary_figure(view, frame, normalised),
             lambda: _below(view, "lower", normalised),
             lambda: _below(view, "upper", normalised),

@@ -37,7 +37,8 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
                                     (problem.heating.bulk_lower, problem.heating.bulk_upper), strict=True):
         if (roller := rollers.get(body)) is not None:
             facts[f"expected_bulk_temperature_{body}_K"] = around + roller.mean_resistance * roller.passes * part * heat
-            facts[f"biot_{body}"] = roller.biot
+            if roller.convection is not None:
+                facts[f"biot_{body}"] = roller.biot
             facts[f"warm_up_time_{body}_s"] = roller.warm_up_time
     return facts
 

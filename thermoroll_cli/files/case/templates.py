@@ -25,6 +25,7 @@ class _Values:
     diffusivity: float = 10.0
     more: str = ""
     profile: str = ""
+    partition: str = "0.5"
 
 
 _WORN_RAIL = """\
@@ -128,6 +129,34 @@ offset_mm = 0.0
 tilt_mrad = 0.0
 """,
     ),
+    "twin-disc": _Values(
+        about="A twin-disc machine, one disc crowned: both bring their heat back every turn, and the bulk warms up.",
+        title="Twin disc",
+        radii=(23.5, float("inf"), 23.5, 200.0),
+        normal=1500.0,
+        friction=0.4,
+        speed=3.0,
+        longitudinal=0.02,
+        spin=0.0,
+        partition='"matched"',
+        more="""\
+# Each disc turns, meets the contact once per turn, and is cooled: by convection on rim and ends, or as a whole through a
+# thermal resistance (mean temperature of its surface per watt), which shafts mostly decide.
+[thermal.lower]
+recirculate = true
+thermal_resistance_K_W = 4.0
+# instead of the resistance: convection_W_m2K = 50.0
+width_mm = 10.0
+passes_per_revolution = 1
+
+[thermal.upper]
+recirculate = true
+thermal_resistance_K_W = 4.0
+width_mm = 10.0
+passes_per_revolution = 1
+
+""",
+    ),
 }
 """Name of each template of `thermoroll init`. A new one is an entry here."""
 
@@ -163,6 +192,7 @@ $geometry
 normal_N = $normal
 friction_coefficient = $friction
 # friction_temperature_slope_1_K = 0.001    # share of the friction lost per kelvin of the contact's temperature,
+# friction_temperature_start_K = 0.0        # above this one,
 # friction_minimum_factor = 0.3             # and the share that remains however hot it gets
 
 # Mean speed of both surfaces.
@@ -187,7 +217,7 @@ spin_rad_mm = $spin
 heat = true
 deformation = true
 peclet = "$peclet"
-partition = 0.5
+partition = $partition
 # partition = "matched"             # instead: divided so that the surfaces are equally warm wherever they touch,
 # bulk_temperature_lower_K = 0.0    # also where one body is hotter far from the contact
 # bulk_temperature_upper_K = 20.0
