@@ -21,6 +21,7 @@ from scripts.figures import (
     figures_section_4_2,
     figures_section_4_3,
     figures_subsurface,
+    figures_surfaces,
     figures_tables,
     figures_tutorial,
     figures_verification,
@@ -29,7 +30,7 @@ from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.sheet import style
 
 MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-           figures_borders, figures_subsurface, figures_verification, figures_tutorial,
+           figures_borders, figures_subsurface, figures_surfaces, figures_verification, figures_tutorial,
            figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 

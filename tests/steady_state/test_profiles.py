@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scripts.stress.random_profiles import random_profile_contact
 from tests.support.profiles import CROWN, GEOMETRIES, REFERENCES, below, egg, points, solved_by_contact, two_bumps
-from tests.support.scenes import STEEL, elastic, rolling, solved
+from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.model.contact_scales import contact_scales
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.differential_slip import differential_slip, slope
+from thermoroll_cli.model.error_scale import error_scale
 from thermoroll_cli.model.problem import Geometry, Heating
 from thermoroll_cli.model.profile import Profile
 from thermoroll_cli.model.surface import closest_place, lateral_gap, surfaces
@@ -270,3 +272,45 @@ def test_surfaces_and_their_derivatives(interpolation):
     np.testing.assert_allclose(crown.height(np.array([0.0, 3e-3])), [0.0, 1e-6 * math.log(1.0 - 0.36)])
     flat = surfaces(below(replace(CROWN, flat=5e-3), 0.01))[1]
     np.testing.assert_allclose(flat.height(np.array([2.4e-3, 4e-3])), [0.0, 1e-6 * math.log(1.0 - 0.6**2)])
+
+
+# --- convergence and estimates ------------------------------------------------------------------------------------------
+
+ORDERS = {
+    "cubic": (GEOMETRIES["b_asymmetric_c3_2e-4"], 2e4, 1.7),
+    "bumps": (GEOMETRIES["c_two_patches"], 2e4, 1.5),
+    "kink": (below(points(lambda y: np.where(y < 0.0, -(y**2) / 80.0, -(y**2) / 200.0), -4.0, 4.0, 321), 0.02), 400.0, 1.0),
+    "crown": (GEOMETRIES["a1_crowned_roller_normal"], 2000.0, 1.0),
+}
+"""Geometry, load in N, and the order that must be seen: a kink in the curvature keeps at least the first."""
+
+
+@pytest.mark.parametrize("kind", ORDERS)
+def test_order_of_convergence(kind):
+    """Forces, heat, approach and largest pressure at N = 16, 32, 64 against 128."""
+    geometry, load, least = ORDERS[kind]
+    base = rolling(grid=16, geometry=geometry, body=elastic(0.3), load=load, friction=0.2, differential_slip=True)
+    size = DerivedQuantities(base).saturation_creepage
+    values = {}
+    for grid in (16, 32, 64, 128):
+        motion = replace(base.motion, creepage_x=0.4 * size, creepage_y=0.2 * size)
+        s = solved(replace(on_grid(base, grid), motion=motion)).coupled.scalars
+        values[grid] = np.array([s[key] for key in ("force_x_N", "Q_F_W", "approach_um", "pressure_max_MPa")])
+    errors = [float(np.abs(values[grid] / values[128] - 1.0).max()) for grid in (16, 32, 64)]
+    assert order([16, 32, 64], errors) > least
+    assert errors[-1] < 3e-3
+
+
+def test_estimates_are_honest():
+    """Of random profiles at N = 24 against N = 96: at least 95 % of the estimates cover the true error within a factor 1.5."""
+    covered = []
+    for seed in (1, 2, 3, 7, 9, 10, 16, 20):
+        problem = random_profile_contact(seed)
+        coarse, fine = solved(on_grid(problem, 24)), solved(on_grid(problem, 96))
+        summary = fine.summary()
+        for key in ("Q_F_W", "force_x_N", "force_y_N", "gamma_st", "pressure_max_MPa", "contact_area_mm2", "approach_um"):
+            estimate = coarse.error[key]
+            if not math.isnan(estimate):
+                true = abs(coarse.coupled.scalars[key] - fine.coupled.scalars[key])
+                covered.append(true <= 1.5 * estimate * error_scale(key, summary))
+    assert len(covered) > 45 and np.mean(covered) >= 0.95

@@ -179,7 +179,9 @@ def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> flo
         return max((float(np.nanmax(column, initial=0.0, where=~np.isnan(column))) for column in values), default=0.0)
 
     if names == ("spin_moment_Nmm",):
-        return largest(*FORCES) * math.sqrt(largest("hertz_a_mm") * largest("hertz_b_mm"))
+        # Bodies with profiles have no Hertz ellipse: the circle of the contact's area.
+        return largest(*FORCES) * math.sqrt(largest("hertz_a_mm") * largest("hertz_b_mm")
+                                            or largest("contact_area_mm2") / math.pi)
     return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
 
 
