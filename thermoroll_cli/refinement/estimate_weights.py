@@ -47,9 +47,9 @@ CREEPAGE = Weights(extrapolated=0.4, smooth=0.05, last=0.75, before=0.17, forces
 AREA = Weights(last=0.65, before=0.23, second=0.0002, dissimilar=0.04)
 PRESSURE = Weights(last=0.6, before=0.02, forces=0.014, first=0.002, second=0.0018, dissimilar=0.0016)
 STICK = Weights(last=0.7, before=0.05, forces=0.08, first=0.055, second=1.1, dissimilar=0.12, narrow=0.005)
-SHEAR = Weights(last=1.0, before=0.06, forces=0.01, second=0.0015, dissimilar=0.001, narrow=0.25)
+SHEAR = Weights(last=1.0, before=0.2, forces=0.1, second=0.0015, dissimilar=0.001, narrow=0.25)
 FLUX = Weights(last=0.5, before=0.06, forces=0.015, first=0.0005, second=0.01, dissimilar=0.004, narrow=2.5, near_limit=0.04)
-TEMPERATURE = Weights(last=0.7, before=0.1, forces=0.004, first=0.0003, second=0.01, dissimilar=0.0005, narrow=0.25,
+TEMPERATURE = Weights(last=0.75, before=0.12, forces=0.004, first=0.0003, second=0.01, dissimilar=0.0005, narrow=0.25,
                       near_limit=0.04)
 EXPANSION = Weights(last=0.9, before=0.23, forces=0.01, second=3.0, narrow=0.03)
 SHARE = Weights(last=1.4, before=0.4, forces=0.002, second=0.005, narrow=0.001)
