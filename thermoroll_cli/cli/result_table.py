@@ -17,6 +17,8 @@ SHORT = (
     "gamma_p",
     "temperature_rise_max_lower_K",
     "temperature_rise_max_upper_K",
+    "bulk_temperature_lower_K",
+    "bulk_temperature_upper_K",
     "force_x_N",
     "force_y_N",
     "spin_moment_Nmm",
