@@ -129,3 +129,17 @@ def test_whoever_waits_for_others_can_be_stopped(command: list[str], tmp_path: P
 
 def state_of(pid: int) -> str:
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+
+
+def test_a_signal_after_the_last_word_counts() -> None:
+    """While libraries put their things away, when all is done."""
+    program = (
+        "import atexit, time; from thermoroll_cli.cli.main import program; "
+        "atexit.register(lambda: (print('late', flush=True), time.sleep(300))); program()"
+    )
+    command = [sys.executable, "-c", program, "--version"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}) as process:
+        assert process.stdout is not None
+        assert [process.stdout.readline().split()[0] for _ in range(2)] == ["thermoroll", "late"]
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE) == 130

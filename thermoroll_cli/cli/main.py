@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
+import os
 import signal
 import sys
 from collections.abc import Sequence
@@ -28,9 +31,14 @@ def program() -> NoReturn:
     """The process `thermoroll`."""
     catch_signals()
     code = _stoppable(sys.argv[1:])
-    # Nothing is left to be cleared up: while Python puts its things away, a signal just ends it, without a trace.
+    # Nothing is left to be cleared up: from here on a signal just ends the process.
     catch_signals(end_at_once)
-    sys.exit(128 + noted() if noted() else code)
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or none at all
+            stream.flush()
+    # Not sys.exit: while Python takes itself apart it takes signals and forgets them.
+    os._exit(128 + noted() if noted() else code)
 
 
 def _stoppable(arguments: Sequence[str]) -> int:
