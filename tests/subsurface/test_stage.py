@@ -181,6 +181,10 @@ def test_parts_that_are_not_needed_are_skipped_and_told():
     assert skipped["below the surface, shear"] == "no traction acts on the surfaces"
     _, skipped, _ = below(grid=32, creepage=(0.01, 0.0), heating=replace(HOT, peclet="sliding"))
     assert "sliding" in skipped["thermal stresses"]
+    _, skipped, _ = below(grid=32, creepage=(0.01, 0.0), heating=HOT, speed=1e6)
+    assert "Péclet" in skipped["thermal stresses"]
+    _, skipped, _ = below(grid=32, creepage=(0.01, 1.5), heating=HOT)
+    assert "sideways" in skipped["thermal stresses"]
     assert not below(grid=32, creepage=(0.01, 0.0), heating=HOT, request=SubsurfaceRequest(thermal=False))[0].count(
         "thermal stresses")  # fmt: skip
 
@@ -217,6 +221,30 @@ def test_too_shallow_is_told():
     result = solved(SubsurfaceRequest(depth=1e-5, layers=4), grid=16, friction=0.0)
     assert any("depth_mm" in warning for warning in result.warnings)
     assert not solved(grid=16, friction=0.0).warnings
+
+
+def test_error_estimates_cover_coarse_grids():
+    """Against N = 64, sticking, spinning, elliptic and heated: the error at N = 24 within both estimates.
+
+    Of 56 scalars, some of them twice; of 40 random cases 98 % are covered (docs/subsurface.md)."""
+    cases = (
+        {"creepage": (0.0005, 0.0)},
+        {"creepage": (0.001, 0.002), "geometry": ellipse(0.4), "spin": 30.0},
+        {"creepage": (0.02, 0.0), "friction": 0.5, "heating": HOT, "speed": 10.0},
+        {"friction": 0.0, "geometry": ellipse(3.0)},
+    )
+    seen = covered = 0
+    for given in cases:
+        fine = solved(SubsurfaceRequest(("lower",)), grid=64, **given)
+        unit = min(fine.hertz["hertz_a_mm"], fine.hertz["hertz_b_mm"])
+        for grid in (24,):
+            coarse = solved(SubsurfaceRequest(("lower",)), grid=grid, **given).subsurface
+            for name, error in coarse.error.items():
+                scale = fine.coupled.scalars["pressure_max_MPa"] if name.endswith("_MPa") else unit
+                seen += 1
+                reference = fine.subsurface.error[name]
+                covered += abs(coarse.scalars[name] - fine.subsurface.scalars[name]) <= (error + reference) * scale
+    assert covered >= 0.92 * seen
 
 
 def test_nothing_is_imported_without_the_table():

@@ -83,6 +83,12 @@ class Collector:
                  for values in (judged.von_mises, judged.principal)]
         return found[0], ranges, found[1]
 
+    def rivals(self, judged: _Judged) -> tuple[Peak, Peak]:
+        """Largest von Mises stress of the surface, and of what lies below it."""
+        found = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
+                 for part in (slice(0, 1), slice(1, None))]
+        return found[0], found[1]
+
     def result(self, most_stressed: Peak) -> BodyStresses:
         """What is kept, on both sides of a mirror."""
         fields = {"von_mises": self.total.von_mises}

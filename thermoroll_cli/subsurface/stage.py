@@ -14,7 +14,7 @@ from thermoroll_cli.model.subsurface import Peak, Subsurface
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.subsurface.body_stresses import Collector, scalars_of
 from thermoroll_cli.subsurface.layers import depths_of
-from thermoroll_cli.subsurface.stress_error_estimate import error_of
+from thermoroll_cli.subsurface.stress_error_estimate import error_of, errors_with_rivals
 from thermoroll_cli.subsurface.subsurface_plan import hot_bodies
 from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransforms, ThermalLayers
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad, recirculating, surface_loads
@@ -57,7 +57,11 @@ def below_the_surface(
         "what earlier passes have left"
         for body in recirculating(derived) if body in hot
     ]
-    return Subsurface(results, by_grid[-1], error_of(by_grid, by_layers, reference, _at_surface(found[-1])), tuple(warnings))
+    error = error_of(by_grid, by_layers, reference, _at_surface(found[-1]))
+    for (body, prefix), (strongest, *_) in found[-1].items():
+        rivals = [_rivals(collectors[body], prefix) for collectors in collected]
+        error |= errors_with_rivals(f"{prefix}von_mises_{{}}_{body}_{{}}", error, strongest, rivals, reference)
+    return Subsurface(results, by_grid[-1], error, tuple(warnings))
 
 
 def _collect(
@@ -116,6 +120,10 @@ def _scalars(peaks: Peaks) -> dict[str, float]:
     for (body, prefix), found in peaks.items():
         scalars |= scalars_of(body, found, prefix)
     return scalars
+
+
+def _rivals(collector: Collector, prefix: str) -> tuple[Peak, Peak]:
+    return collector.rivals(collector.elastic if prefix else collector.total)
 
 
 def _at_surface(peaks: Peaks) -> set[str]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 
 from thermoroll_cli.model.error_scale import error_scale
+from thermoroll_cli.model.subsurface import Peak
 
 SAFETY, BEFORE = 1.5, 1.0 / 8.0
 """Of the change over the last doubling of the grid, over 2^p − 1 with the order p that is seen; not less than this share of the
@@ -31,6 +32,30 @@ def error_of(
         name: _error([grid[name] for grid in grids], half_the_layers[name], error_scale(name, reference), name in at_surface)
         for name in grids[-1]
     }
+
+
+def errors_with_rivals(
+    name: str, error: Mapping[str, float], strongest: Peak, rivals: Sequence[tuple[Peak, Peak]], reference: Mapping[str, float]
+) -> dict[str, float]:
+    """Errors of the largest von Mises stress and of its place, where it may lie elsewhere on a finer grid.
+
+    `rivals` are the largest stresses of the surface and of what lies below it, grid by grid; the surface's may still grow like
+    a square root. `name` makes the scalars' names from a quantity and a unit."""
+    top = name.format("max", "MPa")
+    if len(rivals) < 2 or math.isnan(error[top]):
+        return {}
+    scale = error_scale(top, reference) * 1e6
+    surface, below = rivals[-1]
+    at_surface = _error([grid[0].value for grid in rivals], surface.value, scale, True) * scale
+    own = max(error[top] * scale, surface.value + at_surface - strongest.value if strongest.z > 0.0 else at_surface)
+    found = {top: own / scale}
+    rival = below if strongest.z == 0.0 else surface
+    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[top] * scale:
+        for quantity, axis in (("depth", "z"), ("x", "x"), ("y", "y")):
+            place = name.format(quantity, "mm")
+            distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
+            found[place] = error[place] + distance / error_scale(place, reference)
+    return found
 
 
 def _error(values: list[float], coarse_layers: float, scale: float, at_surface: bool) -> float:

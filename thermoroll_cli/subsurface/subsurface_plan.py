@@ -11,6 +11,10 @@ from thermoroll_cli.subsurface.layers import depths_of
 from thermoroll_cli.subsurface.superposition import TABLE_BYTES
 
 STAGE, THERMAL = "below the surface", "thermal stresses"
+FASTEST = 1e6
+"""Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
+SIDEWAYS = 0.5
+"""Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ def subsurface_plan(
         if body not in request.bodies:
             skipped[f"{STAGE}, {body} body"] = "not asked for"
         elif hot and body not in hot:
-            skipped[f"{THERMAL}, {body} body"] = "no heat enters it"
+            skipped[f"{THERMAL}, {body} body"] = _out_of_reach(derived, body) or "no heat enters it"
     if hot:
         run.append(THERMAL)
     else:
@@ -56,7 +60,21 @@ def hot_bodies(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated
     partition = derived.problem.heating.partition
     if not (heated and request.thermal) or derived.problem.heating.peclet == "sliding":
         return ()
-    return tuple(body for body in request.bodies if partition != (0.0 if body == "lower" else 1.0))
+    return tuple(body for body in request.bodies
+                 if partition != (0.0 if body == "lower" else 1.0) and not _out_of_reach(derived, body))
+
+
+def _out_of_reach(derived: DerivedQuantities, body: str) -> str:
+    """Why thermal stresses of a moving body are not computed, or nothing."""
+    if derived.problem.heating.peclet != "rolling":
+        return ""
+    motion = derived.problem.motion
+    along, across = 0.5 * abs(motion.creepage_x or 0.0), 0.5 * abs(motion.creepage_y or 0.0)
+    if derived.peclet(getattr(derived.problem, body)) * (1.0 + max(along, across)) > FASTEST:
+        return f"at a Péclet number above {FASTEST:.0e} the heated skin is too thin to be worth its cost"
+    if across > SIDEWAYS * max(1.0 - along, SIDEWAYS):
+        return "its material moves sideways about as fast as along rolling"
+    return ""
 
 
 def _why_cold(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> str:
@@ -64,7 +82,9 @@ def _why_cold(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated:
         return "no heat"
     if derived.problem.heating.peclet == "sliding":
         return 'not computed with thermal.peclet = "sliding", where every source moves at a speed of its own'
-    return "switched off" if not request.thermal else "no heat enters the bodies asked for"
+    if not request.thermal:
+        return "switched off"
+    return next(filter(None, (_out_of_reach(derived, body) for body in request.bodies)), "no heat enters the bodies asked for")
 
 
 def _cost(
