@@ -173,14 +173,14 @@ def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_p
     assert done.returncode == 3
 
 
-def test_a_hundred_thousand_rows_are_found_in_no_time(tmp_path: Path) -> None:
-    """Counted in rows a second, against the time of writing them."""
-    coordinates = {"a": list(range(100)), "b": list(range(1000))}
+def test_rows_are_found_faster_than_they_are_written(tmp_path: Path) -> None:
+    """A hundred thousand of them in a second of CPU; here a tenth of that, against the time of writing them."""
+    coordinates = {"a": list(range(10)), "b": list(range(1000))}
     file = ScalarFile.create(tmp_path / "sweep.h5", coordinates, "", texts={}, command_line="", title="")
     numbers = tuple(float(i) for i in range(len(NUMBERS)))
     began = time.process_time()
-    for first in range(0, 100_000, 20_000):
-        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "8x8")) for i in range(20_000)])
+    for first in range(0, 10_000, 250):
+        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "8x8")) for i in range(250)])
     written = time.process_time() - began
     began = time.process_time()
     assert file.finished().all()

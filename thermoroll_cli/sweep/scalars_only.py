@@ -22,8 +22,10 @@ from thermoroll_cli.sweep.table import CONVERGED, cell, columns, over_limit
 FILE_NAME, TABLE_NAME = "sweep.h5", "sweep.csv"
 SECONDS_BETWEEN_WRITES = 1.0
 """Rows wait so long in memory: what a killed sweep loses besides the tasks of its workers."""
-MOST_WAITING = 2000
+MOST_WAITING = 250
 FAILURES_KEPT = 5
+MANY = 2000
+"""Points whose checking takes long enough to be told."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,7 @@ def _prepared(sweep: ScalarSweep, note: Callable[[str], None]) -> ScalarFile:
     if maker.point(1).problem.subsurface is not None:
         raise CaseError([Finding("cannot be swept with --scalars-only, which keeps the scalars of the contact alone",
                                  key="subsurface", hint="leave the table out, or --scalars-only")])
-    if maker.count > MOST_WAITING:
+    if maker.count > MANY:
         note(f"checking {maker.count} points")
     for _ in maker.points():
         pass

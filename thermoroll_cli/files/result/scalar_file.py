@@ -38,7 +38,7 @@ NUMBERS = (*SCALARS, *HERTZ_SCALARS, *(f"{state}.{name}" for state in ("isotherm
 TEXTS = {"status": 13, "reason": 240, "work.grid": 12}
 """Columns of texts, with their lengths in bytes; all empty where a point is not solved yet."""
 CHECKSUM = "row_checksum"
-BLOCK = 4096
+BLOCK = 512
 """Rows read at once."""
 
 Coordinates = Mapping[str, Sequence[int | float]]
