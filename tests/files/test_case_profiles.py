@@ -147,6 +147,7 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     (tmp_path / "cut.toml").write_text(case(cut))
     done = call("run", tmp_path / "cut.toml", "-o", tmp_path)
     assert done.returncode == 0, done.stderr
+    assert "contact area / cold area" in done.stdout and "Hertz" not in done.stdout
     assert "no limit: a free end" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())
     assert (tmp_path / "cut_profile.png").stat().st_size > 10_000
     (tmp_path / "cut_profile.png").unlink()
