@@ -301,7 +301,7 @@ def test_units_keep_numbers_readable(unit: str, maximum: float, expected: str) -
 def test_pictures_are_cheap(tmp_path: pathlib.Path) -> None:
     """Each costs on average as much as a few bare maps of one field (measured: 2.3)."""
     result = synthetic.result((256, 256))
-    count = len(write_figures(result, tmp_path / "a"))
+    written: list[pathlib.Path] = []
 
     def bare_map() -> None:
         figure = Figure(figsize=(7.0, 5.0), dpi=150)
@@ -309,7 +309,8 @@ def test_pictures_are_cheap(tmp_path: pathlib.Path) -> None:
         figure.colorbar(axes.pcolormesh(result.x, result.y, result.coupled.fields["pressure"].T))
         figure.savefig(tmp_path / "bare.png")
 
-    assert cost_ratio(lambda: write_figures(result, tmp_path / "a"), bare_map) / count < 5.0
+    ratio = cost_ratio(lambda: written.extend(write_figures(result, tmp_path / "a")), bare_map, rounds=2)
+    assert ratio / len(set(written)) < 5.0
 
 
 # Sweeps

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 ROUNDS = 4
 
 
-def cost_ratio(work: Callable[[], object], yardstick: Callable[[], object]) -> float:
+def cost_ratio(work: Callable[[], object], yardstick: Callable[[], object], rounds: int = ROUNDS) -> float:
     """Processor time of `work` over that of `yardstick`, of each the least of several rounds that alternate."""
-    return _ratio(lambda: _processor_seconds(work), lambda: _processor_seconds(yardstick))
+    return _ratio(lambda: _processor_seconds(work), lambda: _processor_seconds(yardstick), rounds)
 
 
 def process_cost_ratio(command: Sequence[str], program: str) -> float:
@@ -21,8 +21,8 @@ def process_cost_ratio(command: Sequence[str], program: str) -> float:
     return _ratio(lambda: _child_seconds(command), lambda: _child_seconds([sys.executable, "-c", program]))
 
 
-def _ratio(seconds: Callable[[], float], yardstick_seconds: Callable[[], float]) -> float:
-    pairs = [(seconds(), yardstick_seconds()) for _ in range(ROUNDS)]
+def _ratio(seconds: Callable[[], float], yardstick_seconds: Callable[[], float], rounds: int = ROUNDS) -> float:
+    pairs = [(seconds(), yardstick_seconds()) for _ in range(rounds)]
     return min(first for first, _ in pairs) / min(second for _, second in pairs)
 
 
