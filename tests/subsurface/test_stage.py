@@ -262,3 +262,14 @@ assert not found, found
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert done.returncode == 0, done.stderr
+
+
+def test_the_surface_carries_the_load_of_a_contact_that_shrinks():
+    """At 160 W it is a quarter as wide: stresses are those of the part of the domain that has followed it."""
+    speed = 160.0 / 65.0 / 1e-4
+    problem = rolling(grid=32, friction=1e-4, creepage=(1.0, 0.0), speed=speed, heating=Heating(peclet="stationary"))
+    result = solve(replace(problem, subsurface=SubsurfaceRequest(("lower",), layers=4, fields="full")))
+    area = (result.x[1] - result.x[0]) * (result.y[1] - result.y[0])
+    surface = result.subsurface.bodies["lower"].fields["stress_zz"][0].astype(float)
+    assert result.work["extent_coupled"] < 0.5 * result.work["extent"]
+    assert surface.sum() * area == pytest.approx(-problem.normal_force, rel=1e-4)

@@ -23,7 +23,7 @@ def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -
     from thermoroll_cli.subsurface.stage import SolvedGrid, below_the_surface
 
     start = time.perf_counter()
-    grids = [SolvedGrid(level.discretisation, level.contact) for level in levels[-GRIDS:]]
+    grids = [SolvedGrid(level.home, level.contact) for level in levels[-GRIDS:]]
     reference = {**result.coupled.scalars, **result.hertz}
     subsurface = below_the_surface(request, grids, reference, heated=plan.runs("heat"))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
