@@ -217,6 +217,13 @@ def test_between_ellipses_and_many_at_once(tiny: Path) -> None:
     assert np.ptp(many.force_y) > 1e-3
 
 
+def test_what_is_built_is_not_built_again(tiny: Path) -> None:
+    before = tiny.stat().st_mtime_ns
+    done = call("table", *TINY, "-o", tiny, "--checks", "30", "--resume")
+    assert (done.returncode, "is built already" in done.stderr) == (0, True)
+    assert tiny.stat().st_mtime_ns == before
+
+
 # --- the command ---------------------------------------------------------------------------------------------------
 
 

@@ -86,10 +86,15 @@ def table(
 def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
     from thermoroll_cli.cli.scalar_sweep import TallyProgress
-    from thermoroll_cli.creep_table.build import build_table, finish
-    from thermoroll_cli.creep_table.table_file import write_table
+    from thermoroll_cli.creep_table.build import build_table, finish, journal_path
+    from thermoroll_cli.creep_table.table_file import read_table, write_table
 
     options.check_writable(path.resolve().parent)
+    if resume and path.exists() and not journal_path(path).exists():
+        there = read_table(path)
+        if (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
+            streams.note(f"thermoroll: {path} is built already")
+            return there
     progress = TallyProgress(quiet=quiet)
     try:
         built = build_table(plan, path, jobs=jobs, dask=dask, resume=resume, report=progress, note=progress.note)
