@@ -12,6 +12,7 @@ from scipy.signal import fftconvolve
 from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, solved
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
+from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating, Motion, Problem
 from thermoroll_cli.model.result import Result
@@ -91,7 +92,7 @@ def test_contact_area_and_peak_pressure_hardly_depend_on_the_grid(n, area, peak)
     s = result.coupled.scalars
     assert s["gamma_c"] == pytest.approx(FINE_AREA, rel=area)
     assert s["gamma_p"] == pytest.approx(FINE_PEAK, rel=peak)
-    assert abs(s["gamma_c"] / FINE_AREA - 1.0) <= 2.0 * result.error["gamma_c"] <= 4.0 * area
+    assert abs(s["gamma_c"] / FINE_AREA - 1.0) <= result.error["gamma_c"] <= 8.0 * area
 
 
 def test_heat_moves_the_contact_towards_the_trailing_edge():
@@ -133,7 +134,9 @@ def test_expansion_and_temperature_are_those_of_the_heat_flux(problem):
     bodies = DerivedQuantities(problem).heated_bodies(s["creepage_longitudinal"], s["creepage_lateral"])
     for name, body in zip(("lower", "upper"), bodies, strict=True):
         peclets = body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity
-        rise = 0.5 * grid.dx / STEEL.conductivity * fftconvolve(flux, temperature_table(*shape, aspect, *peclets), "valid")
+        rise = fftconvolve(flux, temperature_table(*shape, aspect, *peclets), "valid")
+        rise += fftconvolve(slopes(flux), temperature_slope_table(*shape, aspect, *peclets), "valid")
+        rise *= 0.5 * grid.dx / STEEL.conductivity
         np.testing.assert_allclose(fields[f"temperature_rise_{name}"], rise, atol=1e-8 * rise.max())
         factor = 0.5 * 1.28 * STEEL.expansion * grid.dx**2 / STEEL.conductivity
         expansion += factor * fftconvolve(flux, displacement_table(*shape, aspect, *peclets), "valid")
@@ -279,7 +282,8 @@ def test_where_no_steady_state_is_found_is_told_not_hidden():
     result = solve(article_4_1(32, 5000.0))
     assert not result.converged and result.status == "not_converged"
     assert "no steady state found beyond V" in result.reason
-    assert "does not show that there is none" in result.reason or "of its own heat" in result.reason
+    told = ("does not show that there is none", "of its own heat", "narrower than an element")
+    assert any(words in result.reason for words in told)
     assert all(np.isfinite(f).all() for f in result.coupled.fields.values())
 
 

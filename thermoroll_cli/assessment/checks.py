@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from thermoroll_cli.assessment.scalars import power_balance_error
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -22,6 +23,9 @@ HEAT_BALANCE = 1e-6
 """Heat over the work of the creep forces: it is distributed so that they agree, but for rounding."""
 TEMPERATURE_MISMATCH = 1e-4
 """Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
+UNRESOLVED_HEAT = 0.5
+"""Share of the heat from slip zones narrower than an element: where it acts back on the contact, and is most of the heat, the
+state is one of the grid's. (Without feedback it costs accuracy alone, which the estimates tell.)"""
 FEWEST_ELEMENTS = 12
 """Elements of a heated contact below which its grid no longer shows it."""
 
@@ -43,6 +47,9 @@ def failures(
         if not coupled.converged:
             if not coupled.touches_rim:
                 reasons.append(_not_coupled(coupled))
+        if coupled.converged and (unresolved := _unresolved_heat(home, coupled)) > UNRESOLVED_HEAT:
+            reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
+                           "than an element: set a finer numerics.grid, or lower the speed or the creepage")
         if coupled.converged and _shrunk(isothermal, coupled):
             reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
                            "finer numerics.grid")
@@ -61,9 +68,11 @@ def _not_coupled(coupled: SteadyState) -> str:
             "numerics.grid, or lower the speed or the creepage")
 
 
-def overheated(isothermal: SteadyState, coupled: SteadyState | None) -> bool:
+def overheated(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> bool:
     """Whether the coupled iteration failed for its heat, and not for its domain."""
-    return coupled is not None and not coupled.touches_rim and (not coupled.converged or _shrunk(isothermal, coupled))
+    if coupled is None or coupled.touches_rim:
+        return False
+    return not coupled.converged or _shrunk(isothermal, coupled) or _unresolved_heat(home, coupled) > UNRESOLVED_HEAT
 
 
 def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
@@ -71,6 +80,11 @@ def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
     # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
     left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.contact.normal.covered.sum())
     return left < min(FEWEST_ELEMENTS, 0.5 * before)
+
+
+def _unresolved_heat(home: Discretisation, coupled: SteadyState) -> float:
+    """Share of the heat that no slip of whole elements accounts for."""
+    return power_balance_error(coupled.contact.tangential, home.grid.element_area)
 
 
 def _elements(contact: Contact) -> int:

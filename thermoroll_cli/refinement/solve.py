@@ -97,7 +97,7 @@ class Solver:
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._previous = levels
-        return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.coupled)
+        return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.home, last.coupled)
 
     def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
         """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small."""

@@ -35,6 +35,8 @@ TOLERABLE_BEND = 0.05
 """An outer element where the second-order term of the gap is this large, relative, counts by half."""
 TOLERABLE_MISFIT = 0.25
 """A paraboloid that misses the fitted elements by this distance of the border, in elements, is trusted by half."""
+FAINT = 1e-12
+"""Of the peak: a pressure below it is rounding, beside which nothing can be told of a change."""
 TOLERABLE_CHANGE = 0.2
 """Whole elements carry another load than the fit gives them, by up to this part of the highest pressure beside them (0.17 at
 the border of ellipses from N = 16 to 128). Where the fit wants more, the pressure falls within an element, as at the end of a
@@ -71,7 +73,9 @@ def border_elements(
     fitted = trust > 0.0
     i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]
     part, root = _sampled(coefficients)
-    change = np.abs(scale * root - np.where(contact, pressure, 0.0)[i, j]) / np.maximum(highest(pressure)[i, j], 1e-300)
+    # Beside a contact of almost no pressure any change is too large.
+    beside = np.maximum(highest(pressure)[i, j], FAINT * scale)
+    change = np.abs(scale * root - np.where(contact, pressure, 0.0)[i, j]) / beside
     trust = trust * np.minimum(1.0, TOLERABLE_CHANGE / np.maximum(change, 1e-300)) ** 4
     covered = contact.astype(np.float64)
     load = np.where(contact, pressure, 0.0)
