@@ -23,7 +23,7 @@ def heated(heat, grid, options=None):
     def expand(pressure):
         return response.displacement(DividedHeat.evenly(heat / problem.normal_force * pressure, 0.5))
 
-    gap, hertz = discretisation.undeformed_gap, discretisation.hertz
+    gap, hertz = discretisation.undeformed_gap, discretisation.isothermal_pressure
     return HeatedContactSolver(discretisation.normal_solver, expand, gap, problem.normal_force, options), hertz
 
 
