@@ -39,6 +39,8 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 TO_ALL = (signal.SIGINT, signal.SIGHUP)
 """Those that a terminal sends to a program and all processes it has started."""
 PATIENCE = 120.0
+PF_EXITING = 4
+"""A flag of Linux, in /proc/PID/stat."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +75,7 @@ def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
         folder, already = pathlib.Path(name), _children_seconds()
         with started(program, folder) as process:
             time.sleep(moment)
-            if process.poll() is not None:
+            if process.poll() is not None or _leaving(process.pid):
                 process.communicate()
                 return None
             sent, before = time.perf_counter(), _group_seconds(process.pid)
@@ -111,6 +113,12 @@ def catches(pid: int, number: signal.Signals) -> bool:
         return False
     caught = next(line.split()[1] for line in status.splitlines() if line.startswith("SigCgt"))
     return bool(int(caught, 16) >> (number - 1) & 1)
+
+
+def _leaving(pid: int) -> bool:
+    """Whether the kernel is already taking the process down, with an exit code that is settled: no signal reaches it then."""
+    flags = int(pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[6])
+    return bool(flags & PF_EXITING)
 
 
 def _children_seconds() -> float:
