@@ -13,9 +13,10 @@ from thermoroll_cli.model.problem import Geometry, Material, Numerics
 from thermoroll_cli.refinement.solve import solve
 
 
-@pytest.mark.parametrize("seed", [489, 362, 378, 334, 491])
+@pytest.mark.parametrize("seed", [489, 362, 378, 491])
 def test_estimates_cover_what_they_once_missed(seed: int) -> None:
-    """Slip zones narrower than one, forces close to μW: of the stress generator, N = 32."""
+    """Slip zones narrower than an element, forces close to μW: of the stress generator, N = 32. (Seed 334 is another, whose
+    reference alone takes half a minute: `python -m scripts.stress.estimate_coverage` has it.)"""
     pairs = list(pairs_of("stress generator", seed, 32))
     assert len(pairs) >= 8
     assert not [p for p in pairs if p.shortfall > 1.2]

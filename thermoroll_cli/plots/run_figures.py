@@ -19,8 +19,18 @@ from thermoroll_cli.plots.view import RunView, Stored, view_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PICTURES = ("pressure", "profile", "traction", "heat_flux", "temperature", "centreline", "track", "summary", "subsurface_lower",
-            "subsurface_upper")
+PICTURES = (
+    "pressure",
+    "profile",
+    "traction",
+    "heat_flux",
+    "temperature",
+    "centreline",
+    "track",
+    "summary",
+    "subsurface_lower",
+    "subsurface_upper",
+)
 """What the pictures of a run are called: STEM_pressure.png, …"""
 
 
