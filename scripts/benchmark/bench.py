@@ -1,6 +1,6 @@
 """Measure what thermoroll costs and how good it is, and write benchmarks/results.json, its figures and docs/benchmarks.md.
 
-    python scripts/bench.py [--only PART]... [--runs N] [--largest N] [--peers PYTHON]
+    python -m scripts.benchmark.bench [--only PART]... [--runs N] [--largest N] [--peers PYTHON]
 
 PYTHON is an interpreter that has tamaas and ContactMechanics; without it their rows are left out. Parts that are not measured
 keep the numbers of results.json. Times are medians over N runs (default 5), on one thread.

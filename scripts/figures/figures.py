@@ -1,6 +1,6 @@
 """Draw the figures of docs/ into figures/, and write the numbers that belong to them to figures/numbers.json and docs/*.md.
 
-    python scripts/figures.py [--only NAME]... [--grid N] [--output DIR]
+    python -m scripts.figures.figures [--only NAME]... [--grid N] [--output DIR]
 """
 
 from __future__ import annotations

@@ -25,7 +25,8 @@ linearly within elements: nothing holds it back in front of a steep edge (9e-4 i
 GAP = 1e-6
 FORCE = 2e-5
 EXTRAPOLATED_BY = 3.0
-"""A creepage is extrapolated by this many times its estimated error at most (2.1 in 200 contacts with profiles)."""
+"""A creepage found for a force is extrapolated, the fields are those of the grid: times its estimated error, how far the one
+may be from the other (1 was too little for 2 of 200 contacts with profiles)."""
 
 
 def violations(result: Result) -> list[str]:
