@@ -1,8 +1,8 @@
 """How much each sign of error counts in the estimate of each scalar.
 
 An estimate is the sum of signs, each an error of the scalar over its `error_scale`, times these weights. They were fitted on
-some 890 random cases (`scripts.stress`: random contacts, and the stress generator) at N = 32 and 64 against N = 160, temperatures
-on 230 of them, so that 96 % of the true errors there were covered; `make stress` measures them on others.
+some 890 random cases (`scripts.stress`: random contacts, and the stress generator) at N = 32 and 64 against N = 160,
+temperatures on 230 of them, so that 96 % of the true errors there were covered; `make stress` measures them on others.
 """
 
 from __future__ import annotations
