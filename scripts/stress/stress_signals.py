@@ -75,10 +75,11 @@ def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
         folder, already = pathlib.Path(name), _children_seconds()
         with started(program, folder) as process:
             time.sleep(moment)
+            before = _group_seconds(process.pid)
             if process.poll() is not None or _leaving(process.pid):
                 process.communicate()
                 return None
-            sent, before = time.perf_counter(), _group_seconds(process.pid)
+            sent = time.perf_counter()
             if number in TO_ALL:
                 os.killpg(process.pid, number)
             else:
