@@ -227,7 +227,7 @@ def _scaled(result: Result, problem: Problem) -> float:
                                    conductivity=b.conductivity * stress * diffusivity)
 
     g, m = problem.geometry, problem.motion
-    radii = {f.name: getattr(g, f.name) * length for f in dataclasses.fields(g)}
+    radii = {f.name: value * length for f in dataclasses.fields(g) if (value := getattr(g, f.name)) is not None}
     other = solve_problem(dataclasses.replace(
         problem, lower=body(problem.lower), upper=body(problem.upper), geometry=Geometry(**radii),
         normal_force=problem.normal_force * length**2 * stress,

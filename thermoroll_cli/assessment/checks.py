@@ -24,8 +24,11 @@ HEAT_BALANCE = 1e-6
 TEMPERATURE_MISMATCH = 1e-4
 """Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
 UNRESOLVED_HEAT = 0.5
-"""Share of the heat from slip zones narrower than an element: where it acts back on the contact, and is most of the heat, the
-state is one of the grid's. (Without feedback it costs accuracy alone, which the estimates tell.)"""
+"""Share of the heat from slip zones narrower than an element: where most of the heat is, and it shapes the contact, the state
+is one of the grid's."""
+SHAPING = 0.3
+"""Variation of the thermal expansion over the contact from which heat shapes it, over the approach. Below it, unresolved slip
+costs accuracy alone, which the estimates tell."""
 FEWEST_ELEMENTS = 12
 """Elements of a heated contact below which its grid no longer shows it."""
 
@@ -83,7 +86,10 @@ def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
 
 
 def _unresolved_heat(home: Discretisation, coupled: SteadyState) -> float:
-    """Share of the heat that no slip of whole elements accounts for."""
+    """Share of the heat that no slip of whole elements accounts for; 0 where heat hardly shapes the contact."""
+    expansion, normal = coupled.contact.expansion, coupled.contact.normal
+    if expansion is None or float(np.ptp(expansion[normal.contact])) < SHAPING * home.derived.scales.approach:
+        return 0.0
     return power_balance_error(coupled.contact.tangential, home.grid.element_area)
 
 

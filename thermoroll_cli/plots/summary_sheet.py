@@ -46,6 +46,8 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         MAPS_BOTTOM + -(-len(maps) // columns) * step_y + TOP,
         TOP + (len(rows) + 1) * ROW + len(remarks) * REMARK_ROW,
     )
+    # A long table leaves room below the diagrams, not between them and the maps.
+    foot = height - MAPS_BOTTOM - -(-len(maps) // columns) * step_y - TOP
     figure = new_figure(WIDTH, height)
     for place, (quantity, values, body) in enumerate(maps):
         row, column = divmod(place, columns)
@@ -60,11 +62,12 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
             draw.set_ylabel(frame.y_label, labelpad=1.5)
     curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
     for place, (quantity, lines) in enumerate(item for item in curves if item[1]):
-        axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
+        axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, foot + DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
         label = draw_diagram(axes, view, quantity, lines, normalised)
         axes.set_ylabel("")
         axes.set_title(f"{label} on y = 0", y=1.0, pad=3.0)
-    draw_legend(figure, [curve for _, lines in curves for curve in lines], (LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH), 0.02))
+    middle = LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH)
+    draw_legend(figure, [curve for _, lines in curves for curve in lines], (middle, foot + 0.02))
     _write_table(figure, rows, remarks, height)
     add_headline(figure, view)
     return figure
@@ -136,14 +139,15 @@ def _draw_map(
 
 def _rows(view: RunView) -> Rows:
     """The table: words, isothermal and final value, estimated error in the unit of the value."""
-    two = len(view.states) > 1
+    two, has_hertz = len(view.states) > 1, math.isfinite(view.summary.get("hertz_p0_MPa", math.nan))
     rows: Rows = [("", "isothermal", "coupled", "± est. error") if two else ("", "", "value", "± est. error")]
     for name in SCALARS:
         values = [state.scalars.get(name, math.nan) for state in view.states]
         if any(math.isfinite(value) for value in values):
             first = _number(values[0]) if two else ""
             error = _error(absolute_error(name, view.summary))
-            rows.append((_words(SCALARS[name], name), first, _number(values[-1]), error))
+            words = SCALARS[name] if has_hertz else WITHOUT_HERTZ.get(name, SCALARS[name])
+            rows.append((_words(words, name), first, _number(values[-1]), error))
     rows.append(("", "", "", ""))
     for name in HERTZ_SCALARS:
         # The speed stands below the table; here only where a lower one had to be solved.
@@ -172,9 +176,16 @@ _SHORT = {
     "partition_mean": "heat share of the lower body",
     "thermal_displacement_max_um": "maximum thermal displacement",
     "power_balance_error": "power balance error",
+    "T_gamma_N": "wear number Tγ",
+    "surface_temperature_max_lower_K": "max. surface temperature, lower body",
+    "surface_temperature_max_upper_K": "max. surface temperature, upper body",
     "temperature_rise_max_lower_K": "max. temperature rise, lower body",
     "temperature_rise_max_upper_K": "max. temperature rise, upper body",
 }
+
+
+WITHOUT_HERTZ = {"gamma_c": "contact area / that without heat", "gamma_p": "maximum pressure / that without heat"}
+"""What ratios relate to where surfaces with a profile have no Hertz contact."""
 
 
 def _words(long_name: str, name: str) -> str:
