@@ -24,6 +24,10 @@ from thermoroll_cli.solvers.algorithms.stencils import sobel
 from thermoroll_cli.solvers.solver_options import RollingOptions
 
 
+SOFTEST = 1e20
+"""Compliance in 1/Pa beyond which an element carries nothing, whatever its number: products still fit single precision."""
+
+
 class EdgeCompliance:
     """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
@@ -76,7 +80,7 @@ class EdgeCompliance:
     def in_precision(self, precision: Any) -> EdgeCompliance:
         """The same with coefficients of another type."""
         other = copy(self)
-        other.xx, other.yy, other.xy = (k.astype(precision) for k in (self.xx, self.yy, self.xy))
+        other.xx, other.yy, other.xy = (np.clip(k, -SOFTEST, SOFTEST).astype(precision) for k in (self.xx, self.yy, self.xy))
         return other
 
     def add(self, out: AnyArray, traction: AnyArray) -> AnyArray:
