@@ -23,7 +23,6 @@ from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.solvers.algorithms.stencils import sobel
 from thermoroll_cli.solvers.solver_options import RollingOptions
 
-
 SOFTEST = 1e20
 """Compliance in 1/Pa beyond which an element carries nothing, whatever its number: products still fit single precision."""
 
