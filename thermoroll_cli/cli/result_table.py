@@ -33,9 +33,6 @@ UNBOUNDED = "no limit: a free end"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
 
 _SIGNIFICANT_DIGITS = 5
-COLD = {"gamma_c": "contact area / cold area", "gamma_p": "maximum pressure / cold one"}
-"""Meanings where bodies have profiles, and there is no Hertz contact to compare with."""
-
 _NEGLIGIBLE_ERROR = 1e-6
 _NOISE = 1e-6
 _BRIEF = {
@@ -64,7 +61,9 @@ def scalar_table(
     remarks = [""] if both else []
     isothermal = {**summary, **summary["isothermal"]}
     if "patches" in summary:
-        meanings = {**meanings, **COLD}
+        from thermoroll_cli.model.result import WITHOUT_HERTZ
+
+        meanings = {**meanings, **WITHOUT_HERTZ}
     for name in names:
         value = summary.get(name, math.nan)
         if not _computed(value):

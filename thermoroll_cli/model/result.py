@@ -78,6 +78,12 @@ SCALARS: dict[str, str] = {
 }
 """Physical scalars of one state, in the units of their names, in the order they are reported."""
 
+WITHOUT_HERTZ: dict[str, str] = {
+    "gamma_c": "contact area / cold area",
+    "gamma_p": "maximum pressure / cold one",
+}
+"""What these ratios relate to where bodies have profiles, and there is no Hertz contact to compare with."""
+
 HERTZ_SCALARS: dict[str, str] = {
     "hertz_a_mm": "Hertz semi-axis along x",
     "hertz_b_mm": "Hertz semi-axis along y",

@@ -138,7 +138,7 @@ def grid_for(count: int, states: int, aspect: float) -> PanelGrid:
 def maximum_of(state: StateView, quantity: Quantity, values: NDArray[np.float64], body: str) -> float:
     """The maximum as it is reported among the scalars, in SI units; the largest of `values` where it is not."""
     name, unit = MAXIMA.get(quantity.name, ("", 1.0))
-    reported = state.scalars.get(name.format(UPPER.split()[0] if body == UPPER else LOWER.split()[0]))
+    reported = state.scalars.get(name.format((body or LOWER).split()[0]))
     return float(values.max()) if reported is None or not math.isfinite(reported) else reported * unit
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.error_scale import absolute_error
-from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
 from thermoroll_cli.plots.centreline import curves_of, draw_diagram, draw_legend
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
@@ -182,10 +182,6 @@ _SHORT = {
     "temperature_rise_max_lower_K": "max. temperature rise, lower body",
     "temperature_rise_max_upper_K": "max. temperature rise, upper body",
 }
-
-
-WITHOUT_HERTZ = {"gamma_c": "contact area / that without heat", "gamma_p": "maximum pressure / that without heat"}
-"""What ratios relate to where surfaces with a profile have no Hertz contact."""
 
 
 def _words(long_name: str, name: str) -> str:
