@@ -40,13 +40,12 @@ _PLACES = {
     "StoredResult": "thermoroll_cli.files.result.stored",
     "read_result": "thermoroll_cli.files.result.stored",
     "solve": "thermoroll_cli.python_api",
+    "sweep": "thermoroll_cli.python_api",
 }
 
 
 def __getattr__(name: str) -> Any:
     # Imported when asked for: the command line must start without pydantic and NumPy.
-    if name == "sweep":
-        return importlib.import_module("thermoroll_cli.sweep")  # which can be called
     if name in _PLACES:
         return getattr(importlib.import_module(_PLACES[name]), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -93,10 +93,10 @@ def sweep(
 
     Raises CaseError (all errors of all points), ValueError (no values, the same value or key twice), OSError.
     """
-    from thermoroll_cli.sweep.axis import MOST_POINTS, Axis
-    from thermoroll_cli.sweep.points import make_points
-    from thermoroll_cli.sweep.sweep import Sweep, run_sweep
-    from thermoroll_cli.sweep.table import Row
+    from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
+    from thermoroll_cli.sweeps.points import make_points
+    from thermoroll_cli.sweeps.sweep import Sweep, run_sweep
+    from thermoroll_cli.sweeps.table import Row
 
     axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in over.items())
     for axis in axes:

@@ -130,7 +130,7 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
 
 
 def _values(text: str, hint: str) -> tuple[int | float, ...]:
-    from thermoroll_cli.sweep.axis import Axis
+    from thermoroll_cli.sweeps.axis import Axis
 
     try:
         return Axis.parse(f"{hint.lstrip('-')}={text}").values

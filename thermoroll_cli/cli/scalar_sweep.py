@@ -13,7 +13,7 @@ from thermoroll_cli.cli.progress import Progress, duration
 
 if TYPE_CHECKING:
     from thermoroll_cli.creep_table.build import BuildProgress
-    from thermoroll_cli.sweep.scalars_only import ScalarSweep, Tally
+    from thermoroll_cli.sweeps.scalars_only import ScalarSweep, Tally
 
 SECONDS_BETWEEN_LINES = 10.0
 MOST_DRAWN = 1000
@@ -57,7 +57,7 @@ def solve_scalars_only(sweep: ScalarSweep, *, as_json: bool, picture: Path | Non
     from thermoroll_cli.cli.options import tell_invalid
     from thermoroll_cli.cli.sweep_command import SHOWN_ERRORS
     from thermoroll_cli.files.case.case import CaseError
-    from thermoroll_cli.sweep.scalars_only import FILE_NAME, TABLE_NAME, run_scalars_only
+    from thermoroll_cli.sweeps.scalars_only import FILE_NAME, TABLE_NAME, run_scalars_only
 
     progress = TallyProgress(quiet=quiet)
     try:
@@ -88,7 +88,7 @@ def solve_scalars_only(sweep: ScalarSweep, *, as_json: bool, picture: Path | Non
 
 def _print_json(sweep: ScalarSweep) -> None:
     from thermoroll_cli.files.result.scalar_file import ScalarFile
-    from thermoroll_cli.sweep.scalars_only import FILE_NAME, records
+    from thermoroll_cli.sweeps.scalars_only import FILE_NAME, records
 
     title = sweep.maker.point(1).problem.title
     for row in records(ScalarFile.open(sweep.folder / FILE_NAME), sweep.maker):
@@ -108,8 +108,8 @@ def _print_json(sweep: ScalarSweep) -> None:
 
 def _draw(sweep: ScalarSweep, path: Path) -> bool:
     from thermoroll_cli.files.result.scalar_file import ScalarFile
-    from thermoroll_cli.sweep.scalars_only import FILE_NAME, records
-    from thermoroll_cli.sweep.table import draw_cells
+    from thermoroll_cli.sweeps.scalars_only import FILE_NAME, records
+    from thermoroll_cli.sweeps.table import draw_cells
 
     rows = list(records(ScalarFile.open(sweep.folder / FILE_NAME), sweep.maker))
     return draw_cells(rows, sweep.maker.axes, path, sweep.maker.point(1).problem.title)

@@ -16,11 +16,11 @@ from thermoroll_cli.cli.sweep_progress import SweepProgress
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Override
-    from thermoroll_cli.sweep.axis import Axis
-    from thermoroll_cli.sweep.points import Point
-    from thermoroll_cli.sweep.scalars_only import ScalarSweep
-    from thermoroll_cli.sweep.sweep import Sweep
-    from thermoroll_cli.sweep.table import Row
+    from thermoroll_cli.sweeps.axis import Axis
+    from thermoroll_cli.sweeps.points import Point
+    from thermoroll_cli.sweeps.scalars_only import ScalarSweep
+    from thermoroll_cli.sweeps.sweep import Sweep
+    from thermoroll_cli.sweeps.table import Row
 
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
@@ -67,7 +67,7 @@ def sweep(
         raise typer.Exit(solve_scalars_only(rows_only, as_json=as_json, picture=picture_path, quiet=quiet))
     points = _points(case, axes, overrides)
     options.check_writable(output)
-    from thermoroll_cli.sweep.sweep import Sweep
+    from thermoroll_cli.sweeps.sweep import Sweep
 
     command_line = shlex.join(["thermoroll", *sys.argv[1:]])
     wanted = Sweep(points, axes, output, command_line, jobs=jobs, dask=dask, resume=resume, threads=threads)
@@ -85,7 +85,7 @@ def sweep(
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> list[Row]:
     """The rows of all points, reported as they are solved."""
-    from thermoroll_cli.sweep.sweep import run_sweep
+    from thermoroll_cli.sweeps.sweep import run_sweep
 
     progress = SweepProgress(len(sweep.points), quiet=quiet, verbose=verbose)
     printer = _JsonPrinter(sweep.axes) if as_json else None
@@ -106,7 +106,7 @@ def _asked(
     over: Sequence[str], settings: Sequence[str] | None, *, jobs: int, dask: str, threads: int, scalars_only: bool = False
 ) -> tuple[tuple[Axis, ...], list[Override]]:
     """What the options ask for. Ends the program (usage) where they make no sense."""
-    from thermoroll_cli.sweep.axis import MOST_POINTS, MOST_ROWS, parse_axes
+    from thermoroll_cli.sweeps.axis import MOST_POINTS, MOST_ROWS, parse_axes
 
     overrides = options.parse_overrides(settings)
     try:
@@ -121,7 +121,7 @@ def _asked(
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
     if dask:
-        from thermoroll_cli.sweep.cluster import NoDask, check_dask
+        from thermoroll_cli.sweeps.cluster import NoDask, check_dask
 
         try:
             check_dask()
@@ -134,8 +134,8 @@ def _scalar_sweep(path: Path, axes: Sequence[Axis], overrides: Sequence[Override
     """The sweep without files for points. Ends the program (invalid case) if the case cannot be read."""
     from thermoroll_cli.files.case.case import CaseError, case_name
     from thermoroll_cli.files.case.case_source import read_source
-    from thermoroll_cli.sweep.points import PointMaker
-    from thermoroll_cli.sweep.scalars_only import ScalarSweep
+    from thermoroll_cli.sweeps.points import PointMaker
+    from thermoroll_cli.sweeps.scalars_only import ScalarSweep
 
     try:
         source = read_source(path)
@@ -150,7 +150,7 @@ def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> 
     """All points. Ends the program (invalid case) if any of them is none that can be solved."""
     from thermoroll_cli.files.case.case import CaseError, case_name
     from thermoroll_cli.files.case.case_source import read_source
-    from thermoroll_cli.sweep.points import make_points
+    from thermoroll_cli.sweeps.points import make_points
 
     try:
         source = read_source(path)
@@ -169,7 +169,7 @@ def _plots_wanted(point: Point) -> bool:
 
 
 def _draw(rows: Sequence[Row], axes: Sequence[Axis], path: Path) -> Path | None:
-    from thermoroll_cli.sweep.table import draw
+    from thermoroll_cli.sweeps.table import draw
 
     return path if draw(rows, axes, path, rows[0].point.problem.title) else None
 
@@ -200,7 +200,7 @@ def _values(row: Row, axes: Sequence[Axis]) -> dict[str, int | float]:
 
 def _report(rows: Sequence[Row], axes: Sequence[Axis], folder: Path, picture: Path | None) -> Iterator[str]:
     from thermoroll_cli.cli.sweep_table import table_lines
-    from thermoroll_cli.sweep.sweep import TABLE_NAME
+    from thermoroll_cli.sweeps.sweep import TABLE_NAME
 
     yield from table_lines(rows, axes, streams.width())
     converged = sum(row.converged for row in rows)

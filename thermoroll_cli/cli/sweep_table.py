@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from thermoroll_cli.cli.result_table import align, folded, number, wrapped
 
 if TYPE_CHECKING:
-    from thermoroll_cli.sweep.axis import Axis
-    from thermoroll_cli.sweep.table import Row
+    from thermoroll_cli.sweeps.axis import Axis
+    from thermoroll_cli.sweeps.table import Row
 
 SHOWN_SCALARS = (
     "creepage_longitudinal",

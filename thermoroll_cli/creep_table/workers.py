@@ -45,7 +45,7 @@ def _in_processes(
     from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
     from concurrent.futures.process import BrokenProcessPool
 
-    from thermoroll_cli.sweep.processes import DEATHS_PER_POINT, fit_for_children, one_process
+    from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, fit_for_children, one_process
 
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
     waiting, deaths = list(pending)[::-1], dict.fromkeys(pending, 0)
@@ -81,7 +81,7 @@ def _in_processes(
 def _on_cluster(plan: TablePlan, pending: Mapping[int, Task], address: str) -> Generator[tuple[int, Array]]:
     from concurrent.futures import as_completed
 
-    from thermoroll_cli.sweep.cluster import executor_at
+    from thermoroll_cli.sweeps.cluster import executor_at
 
     with executor_at(address) as (executor, _):
         futures = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}

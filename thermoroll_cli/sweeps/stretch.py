@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from thermoroll_cli.files.result.hdf5 import write_result
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweep.points import Point, Stretch
+from thermoroll_cli.sweeps.points import Point, Stretch
 
 WRITING = threading.Lock()
 """Held while a file is written: a worker that has to stop at once stops before or after that."""

@@ -14,7 +14,7 @@ from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case.case_source import CaseSource, parse_source
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.sweep.axis import Axis, Number
+from thermoroll_cli.sweeps.axis import Axis, Number
 
 LONGEST_STRETCH = 5
 """Points that start from each other. More save nothing that can be measured; fewer leave work for more processes, and

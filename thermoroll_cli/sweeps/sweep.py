@@ -10,12 +10,12 @@ from dataclasses import dataclass, replace
 
 from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.sweep.axis import Axis
-from thermoroll_cli.sweep.lock import sole_sweep
-from thermoroll_cli.sweep.points import Point, Stretch, stretches
-from thermoroll_cli.sweep.resume import finished_points, named, unlisted_files
-from thermoroll_cli.sweep.stretch import Outcome, Target, solve_into
-from thermoroll_cli.sweep.table import Row, TableFile, failed_row, row_of
+from thermoroll_cli.sweeps.axis import Axis
+from thermoroll_cli.sweeps.lock import sole_sweep
+from thermoroll_cli.sweeps.points import Point, Stretch, stretches
+from thermoroll_cli.sweeps.resume import finished_points, named, unlisted_files
+from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_into
+from thermoroll_cli.sweeps.table import Row, TableFile, failed_row, row_of
 
 TABLE_NAME = "sweep.csv"
 
@@ -97,11 +97,11 @@ def _outcomes(sweep: Sweep, pending: Sequence[Stretch], target: Target, note: Ca
     if not pending:
         return
     if sweep.dask:
-        from thermoroll_cli.sweep.cluster import on_cluster
+        from thermoroll_cli.sweeps.cluster import on_cluster
 
         yield from on_cluster(pending, sweep.dask, sweep.command_line)
     elif sweep.jobs > 1:
-        from thermoroll_cli.sweep.processes import in_processes
+        from thermoroll_cli.sweeps.processes import in_processes
 
         yield from in_processes(pending, target, sweep.jobs, note)
     else:

@@ -19,8 +19,8 @@ from typing import Any
 
 from thermoroll_cli.environment import one_thread
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.sweep.points import Stretch
-from thermoroll_cli.sweep.stretch import WRITING, Outcome, Target, solve_all_into
+from thermoroll_cli.sweeps.points import Stretch
+from thermoroll_cli.sweeps.stretch import WRITING, Outcome, Target, solve_all_into
 
 POLL_SECONDS = 0.1
 DEATHS_PER_POINT = 3

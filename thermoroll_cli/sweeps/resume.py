@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from thermoroll_cli.files.result.stored import ResultFileError, read_result
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.sweep.points import Point, identity
+from thermoroll_cli.sweeps.points import Point, identity
 
 
 def finished_points(folder: pathlib.Path, points: Sequence[Point], note: Callable[[str], None]) -> dict[int, str]:

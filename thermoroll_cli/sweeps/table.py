@@ -14,8 +14,8 @@ from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
-from thermoroll_cli.sweep.axis import Axis
-from thermoroll_cli.sweep.points import Point
+from thermoroll_cli.sweeps.axis import Axis
+from thermoroll_cli.sweeps.points import Point
 
 CONVERGED, NOT_CONVERGED = "converged", "not_converged"
 STATUS = ("status", "reason")

@@ -14,10 +14,10 @@ from typing import Any
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
 from thermoroll_cli.files.case.case import CaseError, Finding
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, TEXTS, ResultFileError, ScalarFile, ScalarRow
-from thermoroll_cli.sweep.lock import sole_sweep
-from thermoroll_cli.sweep.points import PointMaker, identity, stretch_numbers
-from thermoroll_cli.sweep.scalar_tasks import Part, solve_rows
-from thermoroll_cli.sweep.table import CONVERGED, cell, columns, over_limit
+from thermoroll_cli.sweeps.lock import sole_sweep
+from thermoroll_cli.sweeps.points import PointMaker, identity, stretch_numbers
+from thermoroll_cli.sweeps.scalar_tasks import Part, solve_rows
+from thermoroll_cli.sweeps.table import CONVERGED, cell, columns, over_limit
 
 FILE_NAME, TABLE_NAME = "sweep.h5", "sweep.csv"
 SECONDS_BETWEEN_WRITES = 1.0
@@ -151,11 +151,11 @@ def _rows(
 ) -> Generator[tuple[ScalarRow, ...]]:
     """The seam between a sweep and whoever does the work."""
     if sweep.dask:
-        from thermoroll_cli.sweep.scalar_processes import rows_on_cluster
+        from thermoroll_cli.sweeps.scalar_processes import rows_on_cluster
 
         yield from rows_on_cluster(sweep.maker, parts, sweep.dask)
     elif sweep.jobs > 1:
-        from thermoroll_cli.sweep.scalar_processes import rows_in_processes
+        from thermoroll_cli.sweeps.scalar_processes import rows_in_processes
 
         yield from rows_in_processes(sweep.maker, parts, sweep.jobs, note)
     else:

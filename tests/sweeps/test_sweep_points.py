@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case.case import CaseError
-from thermoroll_cli.sweep.axis import Axis, parse_axes
-from thermoroll_cli.sweep.points import LONGEST_STRETCH, identity, make_points, stretches
+from thermoroll_cli.sweeps.axis import Axis, parse_axes
+from thermoroll_cli.sweeps.points import LONGEST_STRETCH, identity, make_points, stretches
 
 
 @pytest.fixture

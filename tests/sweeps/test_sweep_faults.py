@@ -23,11 +23,11 @@ from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, c
 from thermoroll_cli.files.atomic import WriteError
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweep.axis import parse_axes
-from thermoroll_cli.sweep.lock import LOCK_NAME, FolderInUse, sole_sweep
-from thermoroll_cli.sweep.points import Stretch, make_points
-from thermoroll_cli.sweep.processes import in_processes
-from thermoroll_cli.sweep.stretch import Outcome, Target, solve_into
+from thermoroll_cli.sweeps.axis import parse_axes
+from thermoroll_cli.sweeps.lock import LOCK_NAME, FolderInUse, sole_sweep
+from thermoroll_cli.sweeps.points import Stretch, make_points
+from thermoroll_cli.sweeps.processes import in_processes
+from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_into
 
 OVER = ("--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots")
 
@@ -122,7 +122,7 @@ class Deadly:
 
 
 def test_a_point_that_kills_its_processes_is_given_up(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.sweep.processes.DEATHS_PER_POINT", 2)
+    monkeypatch.setattr("thermoroll_cli.sweeps.processes.DEATHS_PER_POINT", 2)
     axes = parse_axes(["creepage.longitudinal=0.001:0.003:3"])
     points = list(make_points(MECHANICAL, "case.toml", "case", axes))
     points[1] = replace(points[1], problem=Deadly())  # type: ignore[arg-type]
@@ -261,7 +261,7 @@ def test_folders_that_cannot_be(place: str, case: Path, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import thermoroll_cli.sweep.stretch as stretch
+    import thermoroll_cli.sweeps.stretch as stretch
 
     good = stretch.write_result
 

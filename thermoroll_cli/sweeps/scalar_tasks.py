@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from thermoroll_cli.files.result.scalar_file import NUMBERS, TEXTS, ScalarRow
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, Result
-from thermoroll_cli.sweep.points import PointMaker, Stretch
-from thermoroll_cli.sweep.stretch import solved
+from thermoroll_cli.sweeps.points import PointMaker, Stretch
+from thermoroll_cli.sweeps.stretch import solved
 
 TASK_SECONDS = 2.0
 """What a task should take: long against the way to another process and back, short against what is lost when it dies."""

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from typing import Any
 
-from thermoroll_cli.sweep.points import Stretch
-from thermoroll_cli.sweep.processes import completed
-from thermoroll_cli.sweep.stretch import Outcome, solve_away
+from thermoroll_cli.sweeps.points import Stretch
+from thermoroll_cli.sweeps.processes import completed
+from thermoroll_cli.sweeps.stretch import Outcome, solve_away
 
 CONNECT_SECONDS = 10
 
