@@ -74,6 +74,10 @@ class RollingOptions:
     """Each Newton step is solved at least this well."""
     forcing_share: float = 0.9
     """Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
+    slow: float = 0.6
+    """A Newton step that leaves more than this of the residual may only move false slip along: it is looked for then."""
+    no_help: float = 0.95
+    """What a step without such slip has to leave less of for another one like it."""
     sufficient_decrease: float = 1e-4
     """Part of the step's length by which the residual must fall (Armijo's rule, its usual value)."""
     finest_forcing: float = 30.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -122,6 +122,20 @@ class Newton:
         direction = np.where(stick, 0.0, trial / safe)
         return Iterate(traction, unknown, slip, full, stick, scale, direction,
                         float(np.linalg.norm(full)) / self.reference)
+
+    def without_false_slip(self, state: Iterate) -> Iterate:
+        """`state` with slip that one or two elements have alone between sticking ones of their row taken for stick.
+
+        Material that sticks keeps what it was given upstream: such slip moves down its row by an element a step, and the
+        residual falls with 1/N of it. The norm is that of the other equations, which ask for no slip there."""
+        lone = _lone(self.contact & ~state.stick, self.sticking(state))
+        if not lone.any():
+            return state
+        residual = state.residual.copy()
+        tractions = residual[: 2 * self.size].reshape(2, *self.contact.shape)
+        tractions[:, lone] = -(self.rho * state.slip)[:, lone]
+        return replace(state, residual=residual, stick=state.stick | lone, scale=np.where(lone, 1.0, state.scale),
+                       direction=np.where(lone, 0.0, state.direction), norm=float(np.linalg.norm(residual)) / self.reference)
 
     # --- one step ------------------------------------------------------------------------------------------------
 
@@ -254,6 +268,16 @@ class Linearisation:
         for u, column in zip(unknown, self.response, strict=True):
             change += float(u) * column
         return np.concatenate([change.ravel(), unknown], dtype=v.dtype)
+
+
+def _lone(slip: Mask, stick: Mask) -> Mask:
+    """Where one or two of `slip`, (n, m), stand between elements of `stick` along x."""
+    lone = np.zeros_like(slip)
+    lone[1:-1] = slip[1:-1] & stick[:-2] & stick[2:]
+    pairs = slip[1:-2] & slip[2:-1] & stick[:-3] & stick[3:]
+    lone[1:-2] |= pairs
+    lone[2:-1] |= pairs
+    return lone
 
 
 def _as(precision: Any, *arrays: AnyArray) -> tuple[AnyArray, ...]:

@@ -102,7 +102,7 @@ class RollingSolver:
         """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
         history.append(state.norm)
         forcing = self.options.loosest_forcing
-        best = state
+        best, looked = state, False
         for step in range(self.options.most_newton_steps):
             if state.norm <= tolerance:
                 break
@@ -110,6 +110,10 @@ class RollingSolver:
                 ratio = history[-1] / history[-2]
                 earned = max(self.options.forcing_share * ratio**2, 0.5 * tolerance / state.norm)
                 forcing = min(self.options.loosest_forcing, earned)
+                # Slip that is alone and true has to come back where taking it away does not help.
+                looked = ratio > self.options.slow and not (looked and ratio > self.options.no_help)
+                if looked:
+                    state = newton.without_false_slip(state)
             state = newton.step(state, forcing)
             history.append(state.norm)
             if state.norm < best.norm:
