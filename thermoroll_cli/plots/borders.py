@@ -20,6 +20,12 @@ SMOOTHINGS = 3
 CUT, TAIL, REACH = 4, 6, 4.0
 """Ends of open stick borders: points taken off, points that decide where the line goes on, elements it goes on."""
 
+SHORTEST = 3.0
+"""An open stick border of fewer elements is a scrap of a slip zone too narrow to be placed."""
+
+NOTHING = 1e-9
+"""Share of the largest pressure below which an element carries nothing: rounding is no contact."""
+
 RINGS = 2
 """Elements over which fields are continued: no border is further from the elements that it leaves whole."""
 
@@ -44,12 +50,12 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
     pressure = state.field("pressure")
     if pressure is None or not np.any(pressure > 0.0):
         return Borders([], [])
-    contact = pressure > 0.0
+    contact = pressure > NOTHING * float(pressure.max())
     # Elements that the border cuts hold averages over their covered part, and slip where they ought to stick.
     trusted = contact & _surrounded(contact)
     if not np.any(trusted):
         trusted = contact
-    element = float(np.hypot(x[1] - x[0], y[1] - y[0]))
+    element = np.array([x[1] - x[0], y[1] - y[0]])
     # Hertz's p² is a paraboloid; slip has no such form, and curvature would only make more of its noise.
     heights = _continued(pressure**2, trusted, contact, stiffness=1e-3)
     lines = [_smoothed(line) for line in _zero_lines(x, y, heights)]
@@ -59,7 +65,9 @@ def borders_of(x: Array, y: Array, state: StateView) -> Borders:
         return Borders(lines, [])
     slipping = (labels == 2) & trusted
     heights = np.ma.masked_array(_continued(slip**2, slipping, slipping, stiffness=1.0), mask=~np.pad(trusted, RINGS))
-    return Borders(lines, [_to_the_border(_smoothed(line), element) for line in _zero_lines(x, y, heights)])
+    stick = [_smoothed(line) for line in _zero_lines(x, y, heights)]
+    stick = [line for line in stick if _is_closed(line) or _length(line, element) > SHORTEST]
+    return Borders(lines, [_to_the_border(line, element) for line in stick])
 
 
 def _surrounded(mask: Mask) -> Mask:
@@ -105,7 +113,7 @@ def _continued(strength: Array, trusted: Mask, inside: Mask, stiffness: float) -
 
 def _smoothed(line: Array) -> Array:
     """`line` without the wobble of single elements."""
-    closed = bool(np.array_equal(line[0], line[-1]))
+    closed = _is_closed(line)
     for _ in range(SMOOTHINGS):
         middle = line.copy()
         middle[1:-1] = 0.25 * line[:-2] + 0.5 * line[1:-1] + 0.25 * line[2:]
@@ -115,18 +123,30 @@ def _smoothed(line: Array) -> Array:
     return line
 
 
-def _to_the_border(line: Array, element: float) -> Array:
+def _is_closed(line: Array) -> bool:
+    return bool(np.array_equal(line[0], line[-1]))
+
+
+def _length(line: Array, element: Array) -> float:
+    """Length of `line`, in elements."""
+    steps = np.diff(line, axis=0) / element
+    return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
+
+
+def _to_the_border(line: Array, element: Array) -> Array:
     """An open stick border continued at its ends, far enough to reach the contact's border, where it is cut off: slip
     is not known well in the last elements before that."""
-    if np.array_equal(line[0], line[-1]) or len(line) < 3:
+    if _is_closed(line):
         return line
+    # No line goes on for longer than it is.
+    reach = min(REACH, _length(line, element)) * float(np.hypot(*element))
     cut = min(CUT, len(line) // 8)
     line = line[cut : len(line) - cut]
     tail = min(TAIL, len(line) - 1)
     ends = []
     for end, inner in ((line[0], line[tail]), (line[-1], line[-tail - 1])):
         direction = end - inner
-        ends.append(end + direction * (REACH * element / max(float(np.hypot(*direction)), 1e-300)))
+        ends.append(end + direction * (reach / max(float(np.hypot(*direction)), 1e-300)))
     return np.vstack([ends[0], line, ends[1]])
 
 
