@@ -101,6 +101,8 @@ def _print_json(sweep: ScalarSweep) -> None:
                 nested[group][own] = value
             elif name not in (*over, "file", "number"):
                 flat[name] = value
+        if names := flat.pop("unbounded"):
+            flat["unbounded"] = names.split()
         nested["work"]["grid"] = [int(side) for side in nested["work"]["grid"].split("x") if side]
         head = {"name": sweep.maker.name(row["number"]), "title": title, "over": over}
         streams.write_json({**head, **flat, **nested, "files": []})

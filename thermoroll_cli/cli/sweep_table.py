@@ -63,6 +63,9 @@ def table_lines(rows: Sequence[Row], axes: Sequence[Axis], width: int) -> Iterat
     if constant:
         told = ", ".join(f"{name} = {number(_finite(name, rows)[0])}" for name in constant)
         yield from folded(f"at all points: {told}", width)
+    endless = sorted({name for row in rows for name in row.summary.get("unbounded", ())})
+    if endless:
+        yield from folded(f"no limit where the contact reaches the end of a profile: {', '.join(endless)}", width)
     if left_out:
         yield from folded(f"more in the file: {', '.join(left_out)}", width)
 

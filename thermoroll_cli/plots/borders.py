@@ -20,7 +20,7 @@ SMOOTHINGS = 3
 CUT, TAIL, REACH = 4, 6, 4.0
 """Ends of open stick borders: points taken off, points that decide where the line goes on, elements it goes on."""
 
-SHORTEST = 3.0
+SHORTEST = 5.0
 """An open stick border of fewer elements is a scrap of a slip zone too narrow to be placed."""
 
 NOTHING = 1e-9

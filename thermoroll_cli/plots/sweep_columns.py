@@ -12,12 +12,16 @@ from numpy.typing import NDArray
 UNITS = {
     "_mm2_s": "mm²/s",
     "_um_mK": "µm/(m K)",
+    "_W_m2K": "W/(m² K)",
     "_W_mK": "W/(m K)",
     "_rad_mm": "rad/mm",
+    "_mrad": "mrad",
     "_m_s": "m/s",
     "_GPa": "GPa",
     "_1_K": "1/K",
+    "_K_W": "K/W",
     "_mm": "mm",
+    "_um": "µm",
     "_N": "N",
     "_K": "K",
 }
@@ -57,11 +61,25 @@ def numbers(values: Sequence[Any]) -> Column:
     return result
 
 
+def unbounded_points(table: Mapping[str, Sequence[Any]], names: Sequence[str]) -> NDArray[np.bool_]:
+    """Points where any of the named columns has no limit: it grows with every refinement."""
+    rows = len(next(iter(table.values()), ()))
+    return np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * rows)], dtype=bool)
+
+
 def cell_text(value: Any) -> str:
+    """A swept value in few digits, large numbers without powers of ten."""
     try:
-        return f"{float(value):.4g}"
+        number = float(value)
     except (TypeError, ValueError):
         return str(value)
+    return f"{number:.0f}" if 1e3 <= abs(number) < 1e7 and number.is_integer() else f"{number:.4g}"
+
+
+def with_value(key: str, value: Any) -> str:
+    """A case key with its value: `rolling.speed_m_s` and 5 become "rolling speed = 5 m/s"."""
+    words, _, unit = words_of(key).partition(" (")
+    return f"{words} = {cell_text(value)} {unit.removesuffix(')')}".rstrip()
 
 
 def words_of(key: str) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import pathlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,22 +12,25 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
-from thermoroll_cli.plots.sweep_columns import Column, cell_text, failed_points, merged, numbers, summary_of_row, words_of
+from thermoroll_cli.plots.sweep_columns import (
+    Column,
+    failed_points,
+    merged,
+    numbers,
+    summary_of_row,
+    unbounded_points,
+    words_of,
+)
+from thermoroll_cli.plots.sweep_lines import ENDLESS, FAILED, Line, draw_legend, legend_entries, lines_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 WIDTH, HEIGHT = 2.5, 1.75
-LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.7, 0.5, 0.2, 1.08, 0.28
+LEFT, BOTTOM, TOP, GAP_X, GAP_Y, RIGHT = 0.7, 0.5, 0.2, 1.08, 0.28, 0.5
 LEGEND_ROW = 0.19
 COLUMNS = 3
 
-PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
-"""Colours that the colour-blind can tell apart (Okabe and Ito); more lines than these take theirs in order from `MANY`."""
-MANY = "viridis"
-LISTED = 24
-"""Lines that the legend names; of more, every second, third … one."""
-FAILED = "#c00000"
 FLAT = 3.0
 """An axis spans at least this many times the estimated error: what is smaller is no change."""
 
@@ -37,6 +39,7 @@ DIAGRAMS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("contact area ratio $\\gamma_c$", ("gamma_c",)),
     ("stick area ratio $\\gamma_{st}$", ("gamma_st",)),
     ("pressure ratio $\\gamma_p$", ("gamma_p",)),
+    ("max. pressure (MPa)", ("pressure_max_MPa",)),
     ("max. temperature rise $\\Delta T$ (K)", ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K")),
     ("creep force $F_x$ (N)", ("force_x_N",)),
     ("creep force $F_y$ (N)", ("force_y_N",)),
@@ -60,15 +63,6 @@ STEADY = 1e-6
 FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
 
 
-@dataclass(frozen=True)
-class Line:
-    """The points of one combination of the further swept quantities, in the order of the first one."""
-
-    rows: NDArray[np.int_]
-    label: str
-    colour: str
-
-
 def write_sweep_figure(
     table: Mapping[str, Sequence[Any]], over: Sequence[str], path: pathlib.Path, *, title: str = ""
 ) -> pathlib.Path:
@@ -84,20 +78,20 @@ def write_sweep_figure(
     failed = failed_points(table)
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
-    every = numbers(table[over[0]])
-    missed = np.unique(every[failed & np.isfinite(every)])
-    table = {name: [value for value, bad in zip(column, failed, strict=True) if not bad] for name, column in table.items()}
     x = numbers(table[over[0]])
-    if not np.any(np.isfinite(x)):
+    if not np.any(np.isfinite(x) & ~failed):
         raise ValueError(f"the column {over[0]} holds no numbers")
-    lines = _lines(table, over, x)
+    lines = lines_of(table, over, x, failed)
+    x = x[~failed]
+    table = {name: [value for value, bad in zip(column, failed, strict=True) if not bad] for name, column in table.items()}
     diagrams = [(label, names) for label, names in DIAGRAMS if _worth_drawing(table, names, over)]
     columns = min(COLUMNS, max(1, len(diagrams)))
     rows = max(1, -(-len(diagrams) // columns))
     states = _states(table, [name for _, names in diagrams for name in names])
-    legend = _legend_entries(lines, states, missed)
+    endless = any(unbounded_points(table, names).any() for _, names in diagrams)
+    legend = legend_entries(lines, states, endless=endless)
     legend_rows = -(-len(legend) // columns)
-    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + 0.35
+    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + RIGHT
     bottom = BOTTOM + legend_rows * LEGEND_ROW
     height = bottom + rows * HEIGHT + (rows - 1) * GAP_Y + TOP + (0.15 if title else 0.0)
     with style():
@@ -109,14 +103,14 @@ def write_sweep_figure(
             for prefix in states:
                 values = merged(table, [prefix + name for name in names])
                 if values is not None:
-                    _draw(axes, x, values, lines, dashed=bool(prefix))
+                    _draw(axes, x, values, lines, unbounded_points(table, names), dashed=bool(prefix))
             _not_closer_than(axes, _uncertainty(table, names))
-            _mark_failed(axes, missed)
+            _mark_failed(axes, lines)
             if names[0] in FORCES:
                 label += _add_share_of_limit(axes, table)
             _finish(axes, x, label, over[0] if place + columns >= len(diagrams) else "")
         if legend:
-            _legend(figure, legend, columns)
+            draw_legend(figure, legend, columns)
         if title:
             figure.text(0.1 / width, 1.0 - 0.08 / height, one_line(title, int(width * 12)), va="top", parse_math=False)
         return save(figure, path)
@@ -135,35 +129,15 @@ def is_logarithmic(values: Column) -> bool:
     return unevenness(np.log(points)) < unevenness(points)
 
 
-def _lines(table: Mapping[str, Sequence[Any]], over: Sequence[str], x: Column) -> list[Line]:
-    keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
-    distinct = list(dict.fromkeys(keys))
-    colours = _colours(len(distinct))
-    lines = []
-    for key, colour in zip(distinct, colours, strict=True):
-        rows = np.array([row for row, other in enumerate(keys) if other == key and math.isfinite(x[row])], dtype=int)
-        names = (f"{words_of(name)} = {cell_text(value)}" for name, value in zip(over[1:], key, strict=True))
-        lines.append(Line(rows[np.argsort(x[rows], kind="stable")], ", ".join(names), colour))
-    return lines
-
-
-def _colours(count: int) -> Sequence[str]:
-    """A colour for each line, none of them twice."""
-    if count <= len(PALETTE):
-        return PALETTE[:count]
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
-
-    # Not to the end of the map: its yellow hardly shows on white.
-    return [to_hex(colormaps[MANY](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
-
-
 def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], over: Sequence[str]) -> bool:
     values = merged(table, names)
     if values is None:
         return False
     finite = values[np.isfinite(values)]
     if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and np.ptp(finite) <= STEADY * np.abs(finite).max():
+        return False
+    if names == ("pressure_max_MPa",) and np.isfinite(numbers(table.get("hertz_p0_MPa", ()))).any():
+        # γ_p over Hertz's pressure tells it.
         return False
     if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
         # The swept creepage against itself.
@@ -185,12 +159,17 @@ def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> flo
     return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
 
 
-def _draw(axes: Axes, x: Column, values: Column, lines: list[Line], *, dashed: bool) -> None:
+def _draw(
+    axes: Axes, x: Column, values: Column, lines: list[Line], endless: NDArray[np.bool_], *, dashed: bool
+) -> None:
+    """The `values` of all lines over `x`; open circles where they are `endless`."""
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
         look: dict[str, Any] = {"linestyle": (0, (4.0, 1.6)), "linewidth": 0.9} if dashed else {"linewidth": 1.3}
         marker: dict[str, Any] = {} if dashed or rows.size > 30 else {"marker": "o", "markersize": 2.2}
         axes.plot(x[rows], values[rows], color=line.colour, **look, **marker)
+        if not dashed and endless[rows].any():
+            axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
 
 
 def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
@@ -250,14 +229,18 @@ def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
         return share * limit
 
     right = axes.secondary_yaxis("right", functions=(over_limit, in_newtons))
-    right.yaxis.set_major_locator(MaxNLocator(4))
+    right.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
     return "; right: over $\\mu W$"
 
 
-def _mark_failed(axes: Axes, failed: Column) -> None:
-    if failed.size:
-        # At the foot of the diagram, whatever its scale: a point that failed has no value there.
-        axes.plot(failed, np.full(failed.size, 0.04), "x", color=FAILED, markersize=4.0, transform=axes.get_xaxis_transform())
+def _mark_failed(axes: Axes, lines: list[Line]) -> None:
+    """At the foot of the diagram, whatever its scale: a point that failed has no value there. In the colour of its line, and
+    where several lines fail at one place, above each other."""
+    failed = [line for line in lines if line.missed.size]
+    for place, line in enumerate(failed):
+        height = 0.04 + 0.3 * place / max(len(failed), 6)
+        axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
+                  color=line.colour if len(lines) > 1 else FAILED, transform=axes.get_xaxis_transform())
 
 
 def _states(table: Mapping[str, Sequence[Any]], names: list[str]) -> list[str]:
@@ -269,25 +252,3 @@ def _states(table: Mapping[str, Sequence[Any]], names: list[str]) -> list[str]:
         if any(not np.allclose(one, other, rtol=1e-9, atol=0.0, equal_nan=True) for one, other in pairs):
             states.append(prefix)
     return states
-
-
-def _legend_entries(lines: list[Line], states: list[str], failed: Column) -> list[tuple[str, dict[str, Any]]]:
-    entries: list[tuple[str, dict[str, Any]]] = []
-    if len(states) > 1:
-        entries += [("coupled", {"color": "0.2", "linewidth": 1.3})]
-        entries += [("isothermal", {"color": "0.2", "linewidth": 0.9, "linestyle": (0, (4.0, 1.6))})]
-    if failed.size:
-        entries += [("not converged", {"color": FAILED, "linestyle": "none", "marker": "x", "markersize": 4.0})]
-    shown = lines[:: -(-len(lines) // LISTED)] if len(lines) > 1 else []
-    return entries + [(line.label, {"color": line.colour, "linewidth": 1.3}) for line in shown]
-
-
-def _legend(figure: Any, entries: list[tuple[str, dict[str, Any]]], columns: int) -> None:
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], label=label, **look) for label, look in entries]
-    legend = figure.legend(handles=handles, loc="lower center", ncols=columns, handlelength=2.6, borderpad=0.2)
-    for text in legend.get_texts():
-        text.set_parse_math(False)
-
-

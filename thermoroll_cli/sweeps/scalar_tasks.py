@@ -60,7 +60,7 @@ def row_of(number: int, result: Result) -> ScalarRow:
                *(isothermal.get(k, math.nan) for k in SCALARS), *(result.error.get(k, math.nan) for k in SCALARS),
                float(work.get("applications", math.nan))]
     grid = "x".join(str(side) for side in work.get("grid", ()))
-    return ScalarRow(number, tuple(float(n) for n in numbers), (result.status, result.reason, grid))
+    return ScalarRow(number, tuple(float(n) for n in numbers), (result.status, result.reason, " ".join(result.unbounded), grid))
 
 
 def failed_row(number: int, reason: str) -> ScalarRow:

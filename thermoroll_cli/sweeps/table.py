@@ -22,6 +22,8 @@ STATUS = ("status", "reason")
 STATES = {"isothermal": SCALARS, "error": SCALARS}
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column → scalar in N."""
+UNBOUNDED = "unbounded"
+"""Column with the names of the scalars that have no limit at this point (the contact reaches the end of a profile)."""
 WORK = ("grid", "applications")
 """What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
 
@@ -53,6 +55,7 @@ def row_of(point: Point, path: pathlib.Path) -> Row:
     below = [name for name in SUBSURFACE_SCALARS if name in stored]
     scalars |= {name: stored[name] for name in below}
     states["error"] |= {name: stored["error"].get(name, math.nan) for name in below}
+    scalars |= {UNBOUNDED: stored[UNBOUNDED]} if UNBOUNDED in stored else {}
     return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
 
 
@@ -71,12 +74,12 @@ def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
 
 
 def columns(axes: Sequence[Axis], below: Sequence[str] = ()) -> list[str]:
-    """Names of the columns: swept keys, status and reason, scalars, forces over μW, scalars `below` the surface, `isothermal.`
-    and `error.` scalars, work, file."""
+    """Names of the columns: swept keys, status and reason, what has no limit, scalars, forces over μW, scalars `below` the
+    surface, `isothermal.` and `error.` scalars, work, file."""
     prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names] + [f"error.{name}" for name in below]
     swept = [axis.key for axis in axes]
-    return [*swept, *STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *(f"work.{name}" for name in WORK),
-            "file"]
+    return [*swept, *STATUS, UNBOUNDED, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed,
+            *(f"work.{name}" for name in WORK), "file"]
 
 
 def names_below(rows: Iterable[Row]) -> list[str]:
@@ -90,6 +93,7 @@ def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
     summary = row.summary
     found: dict[str, Any] = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
     found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT)}
+    found[UNBOUNDED] = " ".join(summary.get(UNBOUNDED, ()))
     found |= {name: summary[name] for name in SUBSURFACE_SCALARS if name in summary}
     found |= {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
     work = summary["work"] or {}

@@ -35,7 +35,7 @@ KIND = "sweep"
 NUMBERS = (*SCALARS, *HERTZ_SCALARS, *(f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS),
            "work.applications")
 """Columns of numbers, nan where not computed."""
-TEXTS = {"status": 13, "reason": 240, "work.grid": 12}
+TEXTS = {"status": 13, "reason": 240, "unbounded": 64, "work.grid": 12}
 """Columns of texts, with their lengths in bytes; all empty where a point is not solved yet."""
 CHECKSUM = "row_checksum"
 BLOCK = 512
