@@ -6,6 +6,7 @@ import pathlib
 from typing import Any
 
 from matplotlib.axes import Axes
+from matplotlib.ticker import NullFormatter
 
 from thermoroll_cli.plots.sheet import add_axes, new_figure, save, style
 
@@ -23,6 +24,9 @@ def _log(axes: Axes, x: str, y: str, title: str) -> None:
     axes.set_ylabel(y)
     axes.set_title(title, loc="left")
     axes.grid(True, which="major", linewidth=0.3, color="0.85")
+    # Over less than a decade matplotlib writes numbers at small ticks, too, and over each other.
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
 
 
 def _grids(axes: Axes, grids: list[int]) -> None:
@@ -86,6 +90,7 @@ def baselines(rows: list[dict[str, Any]], path: pathlib.Path) -> None:
     _grids(second, sorted({r["N"] for r in rows}))
     second.set_yticks([20, 50, 100, 200, 400], ["20", "50", "100", "200", "400"])
     second.minorticks_off()
+    first.set_xticks([0.02, 0.05, 0.1, 0.2, 0.5], ["0.02", "0.05", "0.1", "0.2", "0.5"])
     first.legend(loc="upper right", fontsize=6.0)
     save(figure, path)
 

@@ -172,7 +172,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
         axes[2].semilogx(sides, [runs[n].applications for n in sides], color=colour, marker="o", markersize=2.5)
     guide = np.array([20.0, 90.0])
     axes[0].loglog(guide, 6e-3 * (guide / 20.0) ** -2, color="0.6", linewidth=0.8)
-    axes[0].text(48, 1.5e-3, "$N^{-2}$", color="0.4")
+    axes[0].text(70, 6.5e-4, "$N^{-2}$", color="0.4")
     for ax, mark, label in zip(axes, "abc", ("error of the creep force / μW", "error of the heat / $Q_F$",
                                             "applications on the finest grid"), strict=True):
         against_sides(ax, label)

@@ -45,6 +45,7 @@ def subsurface(folder: pathlib.Path, grid: int) -> Numbers:
                           "depth": rounded(body.most_stressed.z / unit)}
     bar = add_axes(figure, LEFT + 3 * WIDTH + 2 * GAP + 0.08, BOTTOM, BAR, HEIGHT)
     figure.colorbar(image, cax=bar)
+    bar.set_title(r"$\sigma_{\mathrm{vM}}/p_0$", pad=5.0)
     few_ticks(bar, y=6)
     lines.set(xlim=(0.0, None), ylim=(2.0, 0.0), xlabel=r"$\sigma_{\mathrm{vM}}/p_0$")
     few_ticks(lines, 4, 4)

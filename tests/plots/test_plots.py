@@ -9,6 +9,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import typing
 from collections.abc import Iterator
 from typing import Any
 
@@ -16,17 +17,19 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.testing.compare import compare_images
+from pydantic import BaseModel
 
 from tests.support import synthetic
 from tests.support.command_line import PATIENCE
 from tests.support.cost import cost_ratio
+from thermoroll_cli.files.case.case_model import Settings
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
 from thermoroll_cli.plots.run_figures import write_figures
-from thermoroll_cli.plots.sweep_columns import words_of
+from thermoroll_cli.plots.sweep_columns import with_value, words_of
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, write_sweep_figure
 from thermoroll_cli.plots.units import unit_for
 from thermoroll_cli.plots.view import view_of
@@ -370,8 +373,37 @@ def test_failed_points_are_marked_where_they_were_asked_for(monkeypatch: pytest.
     columns["status"][3] = columns["status"][7] = "not_converged"
     axes = drawn(monkeypatch, tmp_path, columns, OVER).axes[0]
     marks = [line for line in axes.get_lines() if line.get_marker() == "x"]
-    assert [list(line.get_xdata()) for line in marks] == [[100.0]]
-    assert max(x for line in axes.get_lines() if line not in marks for x in line.get_xdata()) == 50.0
+    curves = [line for line in axes.get_lines() if line not in marks]
+    assert [list(line.get_xdata()) for line in marks] == [[100.0], [100.0]]
+    assert [mark.get_color() for mark in marks] == list(dict.fromkeys(curve.get_color() for curve in curves))
+    assert marks[0].get_ydata()[0] < marks[1].get_ydata()[0], "one cross covers the other"
+    assert max(x for line in curves for x in line.get_xdata()) == 50.0
+
+
+def test_peaks_without_a_limit_are_marked(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    columns = table(pressure_max_MPa=[100.0 * row for row in range(1, 9)])
+    columns["unbounded"] = ["", "pressure_max_MPa shear_max_MPa", *[""] * 6]
+    figure = drawn(monkeypatch, tmp_path, columns, OVER)
+    rings = {axes.get_ylabel(): [list(line.get_ydata()) for line in axes.get_lines() if line.get_markerfacecolor() == "white"]
+             for axes in figure.axes}
+    assert rings.pop("max. pressure (MPa)") == [[200.0]] and not any(rings.values())
+    assert "no limit: a free end" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
+    def keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
+        for name, field in model.model_fields.items():
+            for part in (field.annotation, *typing.get_args(field.annotation)):
+                if isinstance(part, type) and issubclass(part, BaseModel):
+                    yield from keys(part)
+            extra = field.json_schema_extra
+            yield name, str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
+
+    units = {name: unit for name, unit in keys(Settings) if unit != "1"}
+    assert len(units) > 20
+    assert [name for name in units if not words_of(f"table.{name}").endswith(")")] == []
+    assert with_value("load.normal_N", 150e3) == "normal load = 150000 N"
+    assert with_value("load.friction_coefficient", 0.25) == "friction coefficient = 0.25"
 
 
 def test_an_axis_does_not_zoom_into_the_error_of_its_numbers(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:

@@ -101,3 +101,20 @@ def test_files_of_another_sweep_are_told_and_left(case: Path, tmp_path: Path) ->
     assert len(list((tmp_path / "out").glob("*.h5"))) == 3
     quiet = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "-q", cwd=tmp_path)
     assert quiet.stderr == ""
+
+
+def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
+    """An arc that ends beside its top: under the smaller load the contact does not get there."""
+    profile = "[geometry.upper_profile]\npoints_mm = [[-0.1, -0.000167], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n[load]"
+    text = MECHANICAL.replace("grid = 16", "grid = 8").replace("upper_radius_y_mm = 30.0\n", "").replace("[load]", profile)
+    (tmp_path / "spheres.toml").write_text(text)
+    over = ("--over", "load.normal_N=0.5,65")
+    done = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--json")
+    rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    told = [json.loads(line).get("unbounded", []) for line in done.stdout.splitlines()]
+    assert [row["unbounded"].split() for row in rows] == told, done.stderr
+    assert any("pressure_max_MPa" in names for names in told) and [] in told
+    alone = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "alone", "--json", "--scalars-only")
+    assert [json.loads(line).get("unbounded", []) for line in alone.stdout.splitlines()] == told
+    printed = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--resume").stdout
+    assert "no limit where the contact reaches the end of a profile: gamma_p" in " ".join(printed.split())

@@ -1,4 +1,4 @@
-"""Fields along y = 0, isothermal and coupled in one diagram each (the article's Fig. 10)."""
+"""Fields along the middle of the contact, isothermal and coupled in one diagram each (the article's Fig. 10)."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
-from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales
+from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, real_minus
+from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView, StateView
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class Curve:
 
 
 def centreline_figure(view: RunView, normalised: bool) -> Figure | None:
-    """Heat flux, temperature, pressure and shear traction on y = 0, whichever exist; None without pressure."""
+    """Heat flux, temperature, pressure and shear traction on the centre line, whichever exist; None without pressure."""
     quantities = (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)
     diagrams = [(quantity, curves_of(view, quantity)) for quantity in quantities]
     diagrams = [(quantity, curves) for quantity, curves in diagrams if curves]
@@ -56,29 +56,33 @@ def centreline_figure(view: RunView, normalised: bool) -> Figure | None:
         # Its x axis is labelled unless another diagram stands below.
         draw_diagram(axes, view, quantity, curves, normalised, labelled=place + columns >= len(diagrams))
     draw_legend(figure, [curve for _, curves in diagrams for curve in curves], (width / 2, 0.0))
-    add_headline(figure, view, ", on y = 0")
+    add_headline(figure, view, f", on {centreline_words(view)}")
     return figure
 
 
 def draw_legend(figure: Figure, curves: list[Curve], place: tuple[float, float]) -> None:
     """One legend for all diagrams, each kind of line once, with the middle of its lower side at `place` in inches."""
-    from matplotlib.lines import Line2D
-
     kinds = {curve.label: curve for curve in curves if curve.label}
     if kinds:
-        handles = [
-            Line2D([], [], color=kind.colour, linestyle=kind.dashes, linewidth=kind.weight, label=label)
-            for label, kind in kinds.items()
-        ]
-        width, height = figure.get_size_inches()
-        anchor = (place[0] / width, place[1] / height)
-        figure.legend(
-            handles=handles, loc="lower center", bbox_to_anchor=anchor, ncols=len(handles), handlelength=2.6, borderpad=0.2
-        )
+        looks = [(label, {"color": kind.colour, "linestyle": kind.dashes, "linewidth": kind.weight})
+                 for label, kind in kinds.items()]
+        draw_lines_legend(figure, looks, place)
+
+
+def draw_lines_legend(figure: Figure, kinds: list[tuple[str, dict[str, Any]]], place: tuple[float, float]) -> None:
+    """Words and look of each kind of line in one row, with the middle of its lower side at `place` in inches."""
+    from matplotlib.lines import Line2D
+
+    handles = [Line2D([], [], label=label, **look) for label, look in kinds]
+    width, height = figure.get_size_inches()
+    anchor = (place[0] / width, place[1] / height)
+    figure.legend(
+        handles=handles, loc="lower center", bbox_to_anchor=anchor, ncols=len(handles), handlelength=2.6, borderpad=0.2
+    )
 
 
 def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
-    """The lines of `quantity` along y = 0; empty where it was not computed or vanishes."""
+    """The lines of `quantity` along the centre line; empty where it was not computed or vanishes."""
     looks = (ISOTHERMAL, COUPLED) if len(view.states) > 1 else (ISOTHERMAL,)
     curves = []
     for state, (colour, dashes) in zip(view.states, looks, strict=True):
@@ -97,11 +101,27 @@ def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
     return curves
 
 
-def on_centreline(view: RunView, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """`values` on y = 0, which with an even number of elements lies between two rows."""
-    above = int(np.clip(np.searchsorted(view.y, 0.0), 1, view.y.size - 1))
+def centreline_y(view: RunView) -> float:
+    """The y (m) of the centre line: 0, or that of the largest pressure where the bodies do not touch on y = 0."""
+    pressure = view.states[-1].field("pressure")
+    if pressure is None or on_centreline(view, pressure, 0.0).any():
+        return 0.0
+    return float(view.y[np.unravel_index(int(pressure.argmax()), pressure.shape)[1]])
+
+
+def centreline_words(view: RunView) -> str:
+    """Where the centre line is."""
+    y = centreline_y(view)
+    scale = unit_for("m", abs(y))
+    return real_minus(f"y = {y * scale.factor:.3g} {scale.unit}") if y else "y = 0"
+
+
+def on_centreline(view: RunView, values: NDArray[np.float64], y: float | None = None) -> NDArray[np.float64]:
+    """`values` on the centre line, or at `y` (m): with an even number of elements y = 0 lies between two rows."""
+    place = centreline_y(view) if y is None else y
+    above = int(np.clip(np.searchsorted(view.y, place), 1, view.y.size - 1))
     low, high = view.y[above - 1], view.y[above]
-    share = float(np.clip(-low / (high - low), 0.0, 1.0))
+    share = float(np.clip((place - low) / (high - low), 0.0, 1.0))
     return (1.0 - share) * values[:, above - 1] + share * values[:, above]
 
 
@@ -132,9 +152,10 @@ def draw_diagram(
 
 def _values(view: RunView, state: StateView, quantity: Quantity) -> list[tuple[str, NDArray[np.float64]]]:
     if quantity is TEMPERATURE:
-        # The lower body's line is the one that all other diagrams have, so only the upper body's is named.
+        # With two states the lower body's line is the one that all other diagrams have, so only the upper body's is named.
         bodies = temperatures(view.states)
-        found = [(body if len(bodies) > 1 and body == UPPER else "", state.field(name)) for name, body in bodies]
+        named = len(bodies) > 1
+        found = [(body if named and (body == UPPER or not state.label) else "", state.field(name)) for name, body in bodies]
     elif quantity is TRACTION:
         found = [("", state.magnitude("shear"))]
     else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import textwrap
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
-from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
+from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, few_ticks, new_figure, real_minus
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView, StateView
 
@@ -34,6 +33,8 @@ MAXIMA = {
 COOLING = "coolwarm"
 NEGLIGIBLE = 1e-3
 """Share of the largest value below which a temperature is drawn and told as zero."""
+ALIKE = 5e-3
+"""Share of the largest temperature by which those of both bodies differ at most where one picture stands for both."""
 REMARK_ROW, SMALL_PER_INCH = 0.13, 16
 """Height of a line of remarks at the foot, and how many of its small letters an inch holds."""
 LOWER, UPPER = "lower body", "upper body"
@@ -99,7 +100,7 @@ def temperatures(states: tuple[StateView, ...]) -> list[tuple[str, str]]:
     if all(there):
         top = max(float(np.abs(values).max()) for each in fields for values in each if values is not None)
         same = all(
-            np.allclose(one, other, rtol=0.0, atol=1e-3 * top)
+            np.allclose(one, other, rtol=0.0, atol=ALIKE * top)
             for one, other in zip(*fields, strict=True)
             if one is not None and other is not None
         )
@@ -221,14 +222,14 @@ def _directions(width: float, *, arrows: bool) -> list[str]:
     texts = ["material of both bodies flows to the right, the leading edge is on the left"]
     if arrows:
         texts.append("arrows: traction on the upper body; its opposite acts on the lower one")
-    return [line for text in texts for line in textwrap.wrap(text, max(20, int(width * SMALL_PER_INCH)))]
+    return [line for text in texts for line in even_lines(text, max(20, int(width * SMALL_PER_INCH)))]
 
 
 def _extremes(panel: Panel, factor: float) -> str:
     """The largest value, and the smallest where a body cools."""
     low, high = limits_of([panel.values], factor)
     high = panel.maximum * factor if high > 0.0 else high
-    told = ", ".join(f"{word} {value:.4g}" for word, value in (("min", low), ("max", high)) if value != 0.0)
+    told = ", ".join(f"{word} {real_minus(f'{value:.4g}')}" for word, value in (("min", low), ("max", high)) if value != 0.0)
     return f"{told} (free end: no limit)" if panel.unbounded else told
 
 

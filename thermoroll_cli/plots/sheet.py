@@ -7,6 +7,7 @@ import io
 import os
 import pathlib
 import secrets
+import textwrap
 import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
@@ -36,7 +37,7 @@ STYLE: dict[str, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.2,
     "axes.formatter.useoffset": False,
-    "axes.formatter.limits": (-4, 5),
+    "axes.formatter.limits": (-4, 6),
     "svg.hashsalt": "thermoroll",
 }
 
@@ -100,6 +101,19 @@ def one_line(text: str, length: int) -> str:
     """`text` on one line of at most `length` characters."""
     flat = " ".join("".join(character if character.isprintable() else " " for character in text).split())
     return flat if len(flat) <= length else flat[: length - 1].rstrip() + "…"
+
+
+def even_lines(text: str, length: int) -> list[str]:
+    """`text` on as few lines of at most `length` characters as there need be, and these about equally long."""
+    count = len(textwrap.wrap(text, length))
+    even = next(width for width in range(-(-len(text) // max(count, 1)), length + 1)
+                if len(textwrap.wrap(text, width)) <= count or width == length)
+    return textwrap.wrap(text, even)
+
+
+def real_minus(text: str) -> str:
+    """Numbers as the ticks have them, with a minus sign in place of a hyphen."""
+    return text.replace("-", "−")
 
 
 def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:

@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.model.subsurface import BodyStresses, Peak
-from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, one_line
-from thermoroll_cli.plots.units import axes_scales
+from thermoroll_cli.plots.centreline import draw_lines_legend
+from thermoroll_cli.plots.headline import add_headline
+from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, real_minus
+from thermoroll_cli.plots.units import axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView
 
 if TYPE_CHECKING:
@@ -22,11 +24,16 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 WIDTH, HEIGHT = 3.0, 2.0
-LEFT, BOTTOM, TOP, GAP, BAR_GAP, BAR, AFTER_BAR, ROW_GAP = 0.62, 0.45, 0.42, 0.6, 0.1, 0.1, 0.42, 0.72
+LEFT, BOTTOM, TOP, GAP, BAR_GAP, BAR, AFTER_BAR, ROW_GAP = 0.62, 0.85, 0.42, 0.6, 0.1, 0.1, 0.42, 0.72
 STRESS_COLOURS, HEAT_COLOURS = "viridis", "inferno"
 LEVELS = 24
 LINES = 12
-TOTAL, ELASTIC, HEATED = "#d55e00", "#000000", "#0072b2"
+STRESSED, HEATED, ELASTIC = "#d55e00", "#0072b2", (0, (4.0, 1.6))
+"""Colours of the lines below both points, and dashes of the elastic part."""
+COOL = 0.01
+"""Share of the largest temperature rise: what is cooler all over is not worth its room."""
+ROOM = 1.25
+"""How far beyond the heated layer its diagrams reach."""
 STRONGEST = "#e8262a"
 
 
@@ -57,7 +64,8 @@ def subsurface_figure(view: RunView, body: str, normalised: bool) -> Figure | No
     height = BOTTOM + rows * HEIGHT + (rows - 1) * ROW_GAP + TOP
     figure = new_figure(width, height)
     y, plane = _plane(view, stresses)
-    place = f"y = {y * 1e3:.3g} mm" if abs(y) > 1e-9 * abs(view.y[-1]) else "y = 0"
+    across = unit_for("m", abs(y))
+    place = real_minus(f"y = {y * across.factor:.3g} {across.unit}") if abs(y) > 1e-9 * abs(view.y[-1]) else "y = 0"
     bottom = BOTTOM + (rows - 1) * (HEIGHT + ROW_GAP)
     _draw_plane(figure, bottom, view, stresses, plane["von_mises"] * scale.stress, STRESS_COLOURS, scale,
                 f"{scale.stress_label}, {place}", stresses.most_stressed)
@@ -68,8 +76,10 @@ def subsurface_figure(view: RunView, body: str, normalised: bool) -> Figure | No
         _draw_plane(figure, BOTTOM, view, stresses, plane["temperature_rise"], HEAT_COLOURS, scale,
                     f"temperature rise (K), {place}", None)
         _draw_temperature_lines(add_axes(figure, right, BOTTOM, WIDTH, HEIGHT), stresses, scale)
-    title = ", ".join(filter(None, (view.title, f"{body} body")))
-    add_text(figure, 0.1, height - 0.08, one_line(title, int(width * 12)), va="top")
+    add_headline(figure, view, f", {body} body" if view.title else f"{body} body")
+    _add_legend(figure, 0.5 * width, elastic="von_mises_elastic" in stresses.below_stressed, hot=hot)
+    remark = "material flows to the right, z points into the body; ×: the largest stress"
+    add_text(figure, 0.5 * width, 0.06, remark, ha="center", va="bottom", color="0.25", fontsize=7.0)
     return figure
 
 
@@ -108,7 +118,7 @@ def _draw_plane(
         axes.plot([strongest.x * scale.x], [strongest.z * scale.z], "x", color=STRONGEST, markersize=5.0,
                   markeredgewidth=1.2, clip_on=False)
     axes.set_xlim(x[0], x[-1])
-    _into_the_depth(axes, z, scale)
+    _into_the_depth(axes, _heated_depth(stresses) * scale.z if strongest is None else z[-1], scale)
     axes.set_xlabel(scale.x_label)
     axes.set_title(title)
     few_ticks(axes, 5, 5)
@@ -118,44 +128,53 @@ def _draw_plane(
 
 
 def _draw_stress_lines(axes: Axes, stresses: BodyStresses, scale: _Scale) -> None:
-    """Von Mises stress along the lines into the depth."""
+    """Von Mises stress along the lines into the depth, and its elastic part where heat adds to it."""
     z = stresses.depths * scale.z
-    lines: list[tuple[Array, str, str, str]] = []
-    below, heated = stresses.below_stressed, stresses.below_heated
-    elastic = "von_mises_elastic" in below
-    lines.append((below["von_mises"], TOTAL if elastic else ELASTIC, "-", "below the largest stress"))
-    if elastic:
-        lines.append((below["von_mises_elastic"], TOTAL, "--", "elastic part alone"))
-    if heated:
-        lines.append((heated["von_mises"], HEATED, "-", "below the hottest point"))
-        lines.append((heated["von_mises_elastic"], HEATED, "--", "elastic part alone"))
-    for values, colour, dashes, label in lines:
-        axes.plot(values * scale.stress, z, color=colour, linestyle=dashes, label=label)
+    lines = [(fields[name], colour, dashes)
+             for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED))
+             for name, dashes in (("von_mises", "solid"), ("von_mises_elastic", ELASTIC)) if fields and name in fields]
+    for values, colour, dashes in lines:
+        axes.plot(values * scale.stress, z, color=colour, linestyle=dashes)
     axes.set_xlim(0.0, 1.08 * scale.stress * max(float(values.max()) for values, *_ in lines))
-    _finish_lines(axes, z, scale, scale.stress_label)
+    _finish_lines(axes, z[-1], scale, scale.stress_label)
 
 
 def _draw_temperature_lines(axes: Axes, stresses: BodyStresses, scale: _Scale) -> None:
     """Temperature rise along the same lines."""
     z = stresses.depths * scale.z
-    for fields, colour, label in ((stresses.below_stressed, TOTAL, "below the largest stress"),
-                                  (stresses.below_heated, HEATED, "below the hottest point")):
-        axes.plot(fields["temperature_rise"], z, color=colour, label=label)
-    top = max(float(fields["temperature_rise"].max()) for fields in (stresses.below_stressed, stresses.below_heated))
-    axes.set_xlim(0.0, 1.08 * top if top > 0.0 else 1.0)
-    _finish_lines(axes, z, scale, "temperature rise (K)")
+    for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED)):
+        axes.plot(fields["temperature_rise"], z, color=colour)
+    rises = [fields["temperature_rise"] for fields in (stresses.below_stressed, stresses.below_heated)]
+    low, high = min(0.0, *(float(rise.min()) for rise in rises)), max(float(rise.max()) for rise in rises)
+    axes.set_xlim(1.08 * low, 1.08 * high if high > 0.0 else 1.0 if low == 0.0 else 0.0)
+    _finish_lines(axes, _heated_depth(stresses) * scale.z, scale, "temperature rise (K)")
 
 
-def _finish_lines(axes: Axes, z: Array, scale: _Scale, label: str) -> None:
-    _into_the_depth(axes, z, scale)
+def _heated_depth(stresses: BodyStresses) -> float:
+    """Depth (m) that shows where heat gets to: behind a fast source that is a skin of the depth of the stresses."""
+    rise = np.abs(stresses.plane["temperature_rise"]).max(axis=1)
+    warm = int(np.flatnonzero(rise > COOL * rise.max()).max(initial=1))
+    deepest = float(stresses.depths[-1])
+    return min(deepest, ROOM * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
+
+
+def _finish_lines(axes: Axes, deepest: float, scale: _Scale, label: str) -> None:
+    _into_the_depth(axes, deepest, scale)
     few_ticks(axes, 5, 5)
     axes.grid(color="0.9", linewidth=0.5)
     axes.set_axisbelow(True)
     axes.set_xlabel(label)
-    axes.legend(loc="best")
 
 
-def _into_the_depth(axes: Axes, z: Array, scale: _Scale) -> None:
+def _add_legend(figure: Figure, middle: float, *, elastic: bool, hot: bool) -> None:
+    """What the lines are, below all diagrams: inside it would lie over one of them."""
+    kinds: list[tuple[str, dict[str, Any]]] = [("below the largest stress", {"color": STRESSED})]
+    kinds += [("below the hottest point", {"color": HEATED})] if hot else []
+    kinds += [("elastic part", {"color": "0.3", "linestyle": ELASTIC})] if elastic else []
+    draw_lines_legend(figure, kinds, (middle, 0.19))
+
+
+def _into_the_depth(axes: Axes, deepest: float, scale: _Scale) -> None:
     """z downwards, into the body."""
-    axes.set_ylim(z[-1], z[0])
+    axes.set_ylim(deepest, 0.0)
     axes.set_ylabel(scale.z_label)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
-from thermoroll_cli.plots.centreline import curves_of, draw_diagram, draw_legend
+from thermoroll_cli.plots.centreline import centreline_words, curves_of, draw_diagram, draw_legend
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
@@ -38,6 +38,8 @@ Rows = list[tuple[str, str, str, str]]
 def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
     """The summary sheet. Maps show the final (coupled) state; the table has both states and the error estimates."""
     maps = _maps(view)
+    # Both bodies in the colours of one scale, whichever of them cools.
+    warm = limits_of([values for quantity, values, _ in maps if quantity is TEMPERATURE] or [np.zeros(1)], 1.0)
     rows, remarks = _rows(view), _remarks(view)
     aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
     columns, box = _arrangement(len(maps), aspect)
@@ -52,7 +54,8 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
     for place, (quantity, values, body) in enumerate(maps):
         row, column = divmod(place, columns)
         corner = (LEFT + column * step_x, height - TOP - 0.15 - box[1] - row * step_y)
-        draw = _draw_map(figure, view, frame, quantity, values, body, (*corner, *box), normalised)
+        limits = warm if quantity is TEMPERATURE else limits_of([values], 1.0)
+        draw = _draw_map(figure, view, frame, quantity, values, limits, body, (*corner, *box), normalised)
         lowest = place + columns >= len(maps)
         if lowest:
             draw.set_xlabel(frame.x_label, labelpad=1.5)
@@ -65,7 +68,7 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, foot + DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
         label = draw_diagram(axes, view, quantity, lines, normalised)
         axes.set_ylabel("")
-        axes.set_title(f"{label} on y = 0", y=1.0, pad=3.0)
+        axes.set_title(f"{label} on {centreline_words(view)}", y=1.0, pad=3.0)
     middle = LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH)
     draw_legend(figure, [curve for _, lines in curves for curve in lines], (middle, foot + 0.02))
     _write_table(figure, rows, remarks, height)
@@ -104,18 +107,20 @@ def _draw_map(
     frame: Frame,
     quantity: Quantity,
     values: NDArray[np.float64],
+    span: tuple[float, float],
     body: str,
     box: tuple[float, float, float, float],
     normalised: bool,
 ) -> Axes:
-    """One map, centred in `box` (left, bottom, width, height in inches), with its colour bar to the right of it."""
+    """One map, centred in `box` (left, bottom, width, height in inches), with its colour bar to the right of it; the colours
+    tell the values of `span` (SI) apart."""
     number = len(view.states) - 1
     aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
     width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
     x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
     axes = add_axes(figure, x, y, width, height)
-    scale, label = quantity.scale(view, float(np.abs(values).max()), normalised)
-    colours, limits = colours_of(quantity, limits_of([values], scale.factor))
+    scale, label = quantity.scale(view, max(span[1], -span[0]), normalised)
+    colours, limits = colours_of(quantity, (span[0] * scale.factor, span[1] * scale.factor))
     image = draw_map(
         axes,
         frame,
@@ -198,7 +203,10 @@ def _number(value: float) -> str:
 
 
 def _error(value: float) -> str:
-    return f"{value:.1g}" if math.isfinite(value) and value > 0.0 else "–"
+    if not (math.isfinite(value) and value > 0.0):
+        return "–"
+    rounded = float(f"{value:.1g}")
+    return f"{rounded:.0f}" if 10.0 <= rounded < 1e6 else f"{rounded:g}"
 
 
 def _remarks(view: RunView) -> list[str]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.plots.field_figures import ALIKE
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.units import TEMPERATURE, axes_scales
@@ -38,7 +41,7 @@ def track_figure(view: RunView, normalised: bool) -> Figure | None:
     axes = add_axes(figure, LEFT, BOTTOM, WIDTH, HEIGHT)
     _, (factor, y_label) = axes_scales(view, normalised)
     y = view.y * factor
-    highest = 0.0
+    highest, before = 0.0, None
     for body, colour in COLOURS.items():
         rise = state.field(f"temperature_rise_{body}")
         if rise is None:
@@ -49,10 +52,15 @@ def track_figure(view: RunView, normalised: bool) -> Figure | None:
         if entry is not None:
             curves["as it enters"] = entry[0] + around
             curves["mean of the surface"] = np.full(y.size, state.scalars[f"bulk_temperature_{body}_K"])
+        highest = max(highest, *(float(np.abs(values).max()) for values in curves.values()))
+        if before is not None and _alike(before, curves, highest):
+            for line in axes.lines:
+                line.set_label(str(line.get_label()).replace("lower:", "both bodies:"))
+            break
         for kind, values in curves.items():
             dashes, weight = LOOKS[kind]
             axes.plot(y, values, color=colour, linestyle=dashes, linewidth=weight, label=f"{body}: {kind}")
-            highest = max(highest, float(np.abs(values).max()))
+        before = curves
     inside = np.flatnonzero((state.fields["state"] > 0).any(axis=0))
     half = 0.5 * (y[1] - y[0])
     axes.axvspan(y[inside[0]] - half, y[inside[-1]] + half, color="0.94", linewidth=0, zorder=0, label="contact")
@@ -68,3 +76,9 @@ def track_figure(view: RunView, normalised: bool) -> Figure | None:
     figure.legend(loc="lower center", bbox_to_anchor=(0.5, 0.0), ncols=2, fontsize="small", handlelength=2.6, borderpad=0.2)
     add_headline(figure, view, ", across the track")
     return figure
+
+
+def _alike(one: Mapping[str, Array], other: Mapping[str, Array], highest: float) -> bool:
+    """Whether the curves of both bodies would lie on each other."""
+    return one.keys() == other.keys() and all(
+        np.allclose(one[kind], other[kind], rtol=0.0, atol=ALIKE * highest) for kind in one)
