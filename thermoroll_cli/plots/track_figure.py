@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.plots.borders import Array
 from thermoroll_cli.plots.field_figures import ALIKE
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
