@@ -122,19 +122,20 @@ def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> t
 
 def _recirculation(rng: np.random.Generator, content: dict[str, Any], derived: DerivedQuantities) -> None:
     """Bodies that bring heat back, in one case of five of all: Biot numbers 1e-4 … 1e2, widths of 1 … 1000 contacts, 1 … 20
-    passes per turn, or a resistance of the size of such convection."""
+    passes per turn, or a resistance of the size of such convection (always for rings)."""
     if abs(content["creepage"].get("longitudinal", 0.0)) > 1.9 or rng.random() > RECIRCULATING_SHARE:
         return
     materials = content["material"]
     for body in ("lower", "upper"):
         radius = abs(content["geometry"][f"{body}_radius_x_mm"])
+        ring = content["geometry"][f"{body}_radius_x_mm"] < 0.0
         if math.isinf(radius) or rng.random() < 0.3:
             continue
         conductivity = (materials[body] if body in materials else materials)["conductivity_W_mK"]
         convection = _log(rng, -4, 2) * conductivity / (radius * 1e-3)
         width = 2e3 * derived.hertz.semi_axis_y * _log(rng, 0.01, 3)
         table = {"recirculate": True, "width_mm": width, "passes_per_revolution": int(rng.integers(1, 21))}
-        if rng.random() < 0.7:
+        if rng.random() < 0.7 and not ring:
             table["convection_W_m2K"] = convection
         else:
             table["thermal_resistance_K_W"] = 1e6 / (convection * 2.0 * math.pi * radius * (radius + width))

@@ -32,7 +32,7 @@ COOLED = "[thermal.upper]\nrecirculate = true\nconvection_W_m2K = 30.0\n"
 
 
 def test_what_the_keys_mean():
-    text = TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n[thermal.lower]\nthermal_resistance_K_W = 1.5\n"
+    text = TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n[thermal.lower]\nrecirculate = false\nthermal_resistance_K_W = 1.5\n"
     heating = Case.parse(text).problem.heating
     assert heating.lower_track is None  # given, but switched off
     assert (heating.upper_track.width, heating.upper_track.passes) == (0.012, 3)
@@ -81,6 +81,7 @@ def test_bad_values_name_the_key(table, key, message):
         ("upper_radius_x_mm = 35.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never brings its track back"),
         ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
         ("longitudinal = 0.02", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
+        ("upper_radius_x_mm = 35.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
     ],
 )
 def test_what_must_hold_beside_it(old, new, key, message):
@@ -93,3 +94,15 @@ def test_what_must_hold_beside_it(old, new, key, message):
 def test_a_table_must_be_a_table():
     (found,) = findings(TWIN_DISC + "upper = 3.0\n")
     assert found.key == "thermal.upper" and "table" in found.message
+
+
+@pytest.mark.parametrize("key", ["convection_W_m2K = 30.0", "thermal_resistance_K_W = 1.0", "width_mm = 12.0",
+                                 "passes_per_revolution = 9"])
+def test_cooling_of_a_body_that_was_not_told_to_turn_is_an_error(key):
+    """Without recirculate these keys would do nothing; said to be off, they wait."""
+    (found,) = findings(TWIN_DISC + f"[thermal.lower]\n{key}\n")
+    assert found.key == "thermal.lower." + key.split(" ")[0] and "no effect" in found.message
+    assert "recirculate = true" in found.allowed and found.span is not None
+    off = Case.parse(TWIN_DISC + f"[thermal.lower]\nrecirculate = false\n{key}\n")
+    assert off.problem.heating.lower_track is None
+    assert Case.parse(off.to_toml()).problem == Case.from_json(off.to_json()).problem == off.problem

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from thermoroll_cli.assessment.scalars import power_balance_error
@@ -35,9 +37,10 @@ FEWEST_ELEMENTS = 12
 
 def failures(
     derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, home: Discretisation,
-    coupled: SteadyState | None,
+    coupled: SteadyState | None, of_heat: Sequence[str],
 ) -> list[str]:
-    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `home`."""
+    """Reasons why the result cannot be trusted, among them those `of_heat` (`heat_failures`); empty when it can. The `coupled`
+    state lives on `home`."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
         falls = derived.problem.friction_varies
@@ -46,17 +49,25 @@ def failures(
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
     if any(state is not None and state.touches_rim for state in (isothermal, coupled)):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
+    reasons += of_heat
     if coupled is not None:
-        if not coupled.converged:
-            if not coupled.touches_rim:
-                reasons.append(_not_coupled(coupled))
-        if coupled.converged and (unresolved := _unresolved_heat(home, coupled)) > UNRESOLVED_HEAT:
-            reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
-                           "than an element: set a finer numerics.grid, or lower the speed or the creepage")
-        if coupled.converged and _shrunk(isothermal, coupled):
-            reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
-                           "finer numerics.grid")
         reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
+    return reasons
+
+
+def heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
+    """In which ways the coupled iteration on `home` failed for its heat, and not for its domain; empty where it did not."""
+    if coupled is None or coupled.touches_rim:
+        return []
+    if not coupled.converged:
+        return [_not_coupled(coupled)]
+    reasons = []
+    if (unresolved := _unresolved_heat(home, coupled)) > UNRESOLVED_HEAT:
+        reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
+                       "than an element: set a finer numerics.grid, or lower the speed or the creepage")
+    if _shrunk(isothermal, coupled):
+        reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
+                       "finer numerics.grid")
     return reasons
 
 
@@ -69,13 +80,6 @@ def _not_coupled(coupled: SteadyState) -> str:
     return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
             "approach: no steady state was found, which does not show that there is none; try a finer or coarser "
             "numerics.grid, or lower the speed or the creepage")
-
-
-def overheated(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> bool:
-    """Whether the coupled iteration failed for its heat, and not for its domain."""
-    if coupled is None or coupled.touches_rim:
-        return False
-    return not coupled.converged or _shrunk(isothermal, coupled) or _unresolved_heat(home, coupled) > UNRESOLVED_HEAT
 
 
 def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:

@@ -177,7 +177,7 @@ class DerivedQuantities:
     def rollers(self, creepage_x: float) -> tuple[Roller | None, Roller | None]:
         """Lower and upper body as they turn and cool, None for one that brings no heat back.
 
-        Raises ValueError for a body that would have to stand still or turn backwards."""
+        Raises ValueError for a body that would have to stand still or turn backwards, and for a ring with convection."""
         heating, geometry = self.problem.heating, self.problem.geometry
         lower, upper = self.heated_bodies(creepage_x, 0.0)
         return (self._roller("lower", heating.lower_track, geometry.lower_radius_x, lower, self.problem.lower),
@@ -191,11 +191,14 @@ class DerivedQuantities:
             return None
         if heated.speed_x <= 0.0:
             raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
+        if radius < 0.0 and track.convection is not None:
+            raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give a "
+                             "thermal resistance")
         # Imported where a body does come back: other cases need none of it.
         from thermoroll_cli.solvers.recirculation.track import Roller
 
         return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
-                      heated.free_expansion, body.poisson_ratio, track.convection, track.resistance)
+                      heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
 
     @property
     def crown_matters(self) -> bool:

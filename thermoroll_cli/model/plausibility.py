@@ -115,8 +115,21 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
 
 
 def _without_effect(problem: Problem) -> Iterator[str]:
-    if problem.friction_slope and not problem.heating.heat:
-        yield "friction that falls with temperature has no effect: heat is off"
+    heating, slope = problem.heating, problem.friction_slope
+    if not heating.heat:
+        if slope:
+            yield "friction that changes with temperature has no effect: heat is off"
+        if heating.bulk_lower or heating.bulk_upper:
+            yield "bulk temperatures have no effect: heat is off"
+        if heating.lower_track is not None or heating.upper_track is not None:
+            yield "bodies that bring heat back have no effect: heat is off"
+    # Defaults of the dataclass: what differs from them was meant to matter.
+    if problem.friction_start != Problem.friction_start and not slope:
+        yield "the temperature from which friction changes has no effect: friction_temperature_slope_1_K is 0"
+    if problem.friction_minimum != Problem.friction_minimum and not slope > 0.0:
+        yield "friction_minimum_factor has no effect: friction does not fall with temperature"
+    if problem.friction_maximum != Problem.friction_maximum and not slope < 0.0:
+        yield "friction_maximum_factor has no effect: friction does not rise with temperature"
 
 
 def _no_solid() -> str:

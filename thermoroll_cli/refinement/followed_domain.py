@@ -33,7 +33,8 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
 
     The domain stays centred, as the problem is, and never gets larger than that of the isothermal state (`starts`).
     """
-    balanced = starts.coarser is not None and starts.coarser.coupled is not None and starts.coarser.coupled.balanced
+    before = None if starts.coarser is None else starts.coarser.coupled
+    balanced = before is not None and before.balanced and before.converged
     state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced)
     left_behind, grown = 0, False
     for _ in range(MOST_MOVES):
@@ -43,7 +44,8 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
             break
         grown = grown or state.touches_rim
         moved = Discretisation(home.derived, home.grid.shape, extent, home.threads, home.options)
-        state = fixed_point(moved, starts.moved(moved, home, state.contact), tolerances, balanced=state.balanced)
+        state = fixed_point(moved, starts.moved(moved, home, state.contact), tolerances,
+                            balanced=state.balanced and state.converged)
         if home is not starts.discretisation:
             left_behind += home.transforms
         home = moved

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,15 +23,17 @@ from thermoroll_cli.steady_state.frictional_heat import account, sideways_warnin
 
 
 def result_of(
-    problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], *, extrapolated: bool = True
+    problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], of_heat: Sequence[str], *,
+    extrapolated: bool = True,
 ) -> Result:
-    """What is reported of the last of `levels`; its integrals `extrapolated` from the last three, if so."""
+    """What is reported of the last of `levels`; its integrals `extrapolated` from the last three, if so. `of_heat` are the
+    reasons for which its heat makes it no result (`heat_failures`)."""
     last = levels[-1]
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     errors = estimates(coupled, derived, last.elements_across, extrapolated=extrapolated)
-    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled)
+    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled, of_heat)
     warnings = list(plan.warnings)
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from thermoroll_cli.assessment.checks import overheated
+from thermoroll_cli.assessment.checks import heat_failures
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
@@ -93,11 +93,12 @@ class Solver:
             grown = plan.extent * options.growth
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
-        result = result_of(problem, plan, levels, stopwatch.seconds, extrapolated=options.extrapolated)
+        too_hot = heat_failures(last.isothermal, last.home, last.coupled)
+        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=options.extrapolated)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._previous = levels
-        return result, last.isothermal.contact.tangential.converged and overheated(last.isothermal, last.home, last.coupled)
+        return result, last.isothermal.contact.tangential.converged and bool(too_hot)
 
     def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
         """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small."""

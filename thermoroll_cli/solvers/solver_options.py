@@ -128,8 +128,9 @@ class FixedPointOptions:
     """Part of the first change that is taken: a bulge and its pressure push each other further than they end up."""
     max_turns: int = 60
     """The last state below the thermo-elastic limit took 44; beyond it no number of turns would do."""
-    first_residual: float = 1.0
-    """Residual that the first turn counts with: nothing is known of it."""
+    first_residual: float = 0.1
+    """Residual that the first turn counts with. A start from a coarser grid is closer, and mixing learns nothing from turns
+    that are solved less closely than they change: with 1 the exact case at 11.28 W takes 276 transforms, with 0.1 it takes 173."""
     tangential_share: float = 0.05
     """Residual of the tractions over that of the fixed point: heat follows the tractions one to one, and the mixing must not
     take what is left of their residual for a change."""

@@ -137,7 +137,10 @@ def _recirculation(sections: Sections) -> Iterator[Conflict]:
         return
     for body in ("lower", "upper"):
         table, key = getattr(thermal, body), f"{body}_radius_x_mm"
-        if table is None or not table.recirculate:
+        if table is None:
+            continue
+        if not table.recirculate:
+            yield from _without_effect(("thermal", body), table)
             continue
         yield from _cooling(("thermal", body), table)
         if thermal.peclet != "rolling":
@@ -146,8 +149,22 @@ def _recirculation(sections: Sections) -> Iterator[Conflict]:
         if geometry is not None and math.isinf(getattr(geometry, key)):
             yield Conflict(("thermal", body, "recirculate"), "a body straight along rolling never brings its track back",
                            allowed=f"false, or a finite geometry.{key}", other=("geometry", key))
+        elif geometry is not None and getattr(geometry, key) < 0.0 and table.convection_W_m2K is not None:
+            yield Conflict(("thermal", body, "convection_W_m2K"),
+                           "a concave body is a ring, of which only the bore is known: not where it is cooled",
+                           allowed="thermal_resistance_K_W instead", other=("geometry", key))
         elif geometry is not None:
             yield from _track(sections, body, table)
+
+
+def _without_effect(path: KeyPath, table: RecirculationTable) -> Iterator[Conflict]:
+    """Keys of a body that turns and cools, which does neither: forgotten, unless it is switched off in so many words."""
+    if "recirculate" in table.model_fields_set:
+        return
+    for key in sorted(table.model_fields_set):
+        yield Conflict((*path, key), "has no effect on a body that brings no heat back",
+                       allowed="recirculate = true beside it, or recirculate = false to keep it switched off",
+                       hint="without recirculate every pass meets a cold body")
 
 
 def _cooling(path: KeyPath, table: RecirculationTable) -> Iterator[Conflict]:

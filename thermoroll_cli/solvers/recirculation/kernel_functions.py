@@ -1,4 +1,4 @@
-"""Functions of one wavenumber: sums over all earlier passes, and what a solid cylinder makes of a wave along its axis.
+"""Functions of one wavenumber: sums over all earlier passes, and what a cylinder or a bore makes of a wave along its axis.
 
 A track receives an equal amount of heat at each pass, P apart. A wave across the track (wavenumber λ, ε = κλ²P) has decayed by
 exp(−nε) n passes later, and its surface temperature falls like n^{−1/2}. The sums over all n ≥ 1 less the integrals that
@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import erfc, i0e, i1e, zeta
+from scipy.special import erfc, i0e, i1e, k0e, k1e, zeta
 
 from thermoroll_cli.kernels.arrays import Array
 
@@ -54,13 +54,14 @@ def bulge_sum(epsilon: ArrayLike) -> Array:
     return np.asarray(np.where(eps <= SERIES_UP_TO, small, summed))
 
 
-def surface_slope(argument: ArrayLike) -> Array:
-    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in λ; shape of λR ≥ 0."""
+def surface_slope(argument: ArrayLike, *, bore: bool = False) -> Array:
+    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in λ; shape of λR ≥ 0. For the rim of a `bore`, around which
+    T = K₀(λr), it is K₁(λR)/K₀(λR), λR > 0."""
     x = np.asarray(argument, dtype=float)
-    return np.asarray(i1e(x) / i0e(x))
+    return np.asarray(k1e(x) / k0e(x) if bore else i1e(x) / i0e(x))
 
 
-def cylinder_factor(argument: ArrayLike, poisson_ratio: float) -> Array:
+def cylinder_factor(argument: ArrayLike, poisson_ratio: float, *, bore: bool = False) -> Array:
     """c(λR): radial displacement of a solid, traction-free cylinder with T = I₀(λr) cos λy, over that of a half-space with the
     same temperature at its surface, (1 + ν)αT/λ; shape of λR > 0.
 
@@ -69,12 +70,14 @@ def cylinder_factor(argument: ArrayLike, poisson_ratio: float) -> Array:
         c = ρ x²(1 − ρ²) / [x²(1 − ρ²) − 2(1 − ν)ρ²],     x = λR,  ρ = I₁(x)/I₀(x)
 
     It is 1 + (3/2 − 2ν)/x for large x; for small x it is x/(1 + ν), the free expansion αRT of the whole cylinder.
+    Around a `bore` I₀ and I₁ give way to K₀ and −K₁, and the surface moves the other way: the same with ρ = −K₁/K₀ and a minus
+    sign, 1 − (3/2 − 2ν)/x for large x.
     """
     x = np.asarray(argument, dtype=float)
-    rho = surface_slope(x)
-    # 1 − ρ² cancels for large x, where it is 1/x + 1/(8x³).
-    far = np.maximum(x, 1.0)
-    rest = x**2 * np.where(x > 1e3, 1.0 / far + 0.125 / far**3, 1.0 - rho**2)
+    rho = surface_slope(x, bore=bore)
+    # 1 − ρ² cancels for large x, where it is ±(1/x + 1/(8x³)).
+    far, sign = np.maximum(x, 1.0), -1.0 if bore else 1.0
+    rest = x**2 * np.where(x > 1e3, sign * (1.0 / far + 0.125 / far**3), 1.0 - rho**2)
     return np.asarray(rho * rest / (rest - 2.0 * (1.0 - poisson_ratio) * rho**2))
 
 

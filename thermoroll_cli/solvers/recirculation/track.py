@@ -12,6 +12,9 @@ and mode by mode (`kernel_functions`), with ρ = I₁(λR)/I₀(λR), ε = κλ�
     T_m = q̄_m [1/(kλρ + h) + √(P/π)/β · D(ε)]
     u_m = (1 + ν)α q̄_m [c(λR)/(λ(kλρ + h)) + 2P/ρc · S(ε)].
 
+A body that is concave along rolling is the rim of a bore, R inside, with much around it: ρ = K₁(λR)/K₀(λR), and the c that
+belongs to it. Where such a ring is cooled, and how thick it is, R does not tell: its mean takes a resistance.
+
 Both are what the track brings back into the contact; there they depend on y alone, but for a part of about a/(2πR) of T. What
 the present pass adds is the half-space's response. Where ε is large both terms cancel: heat has spread before it returns.
 """
@@ -40,7 +43,8 @@ ROOT_STEPS = 60
 @dataclass(frozen=True)
 class Roller:
     """A body that turns (SI): `radius` R > 0 along rolling, `width` B, `passes` Z per turn, speed of its surface; either
-    `convection` h (W/m²K) or `resistance` R_th (K/W); its thermal constants with `free_expansion` (1 + ν)α."""
+    `convection` h (W/m²K) or `resistance` R_th (K/W); its thermal constants with `free_expansion` (1 + ν)α. The track of a
+    `ring` lies in its bore; it takes a resistance."""
 
     radius: float
     width: float
@@ -52,6 +56,7 @@ class Roller:
     poisson_ratio: float
     convection: float | None = None
     resistance: float | None = None
+    ring: bool = False
 
     @property
     def period(self) -> float:
@@ -83,7 +88,9 @@ class Roller:
 
     @property
     def warm_up_time(self) -> float:
-        """ρc · volume · R_th in s."""
+        """ρc · volume · R_th in s; nan for a ring, whose volume is not known."""
+        if self.ring:
+            return math.nan
         capacity = self.conductivity / self.diffusivity * math.pi * self.radius**2 * self.width
         return capacity * self.mean_resistance
 
@@ -123,13 +130,16 @@ class Track:
         k, h, period = r.conductivity, r.convection or 0.0, r.period
         epsilon = r.diffusivity * wave**2 * period
         argument = wave * r.radius
-        loss = k * wave * surface_slope(argument) + h
+        if r.resistance is not None:
+            # Of the mean, whose wavenumber is 0; it is replaced below.
+            argument[0] = 1.0
+        loss = k * wave * surface_slope(argument, bore=r.ring) + h
         bulging = 2.0 * period * r.diffusivity / k * bulge_sum(epsilon)
         if r.resistance is not None:
-            loss[0], argument[0] = 1.0, 1.0
+            loss[0] = 1.0
         steady = 1.0 / loss
         with np.errstate(divide="ignore"):
-            bulging += np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio) / wave, 0.0) * steady
+            bulging += np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / wave, 0.0) * steady
         if r.resistance is not None:
             # Of the mean, only a constant of the bulge would follow.
             steady[0] = r.resistance * 2.0 * math.pi * r.radius * r.width
