@@ -159,6 +159,8 @@ class FixedPointOptions:
     border_element: float = 0.3
     """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
     surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
+    heated_element: float = 0.2
+    """The same for heat, over the variation of the expansion and the elements of the contact."""
 
 
 

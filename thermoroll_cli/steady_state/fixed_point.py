@@ -125,7 +125,7 @@ def _iterated(
         if mixing.unbalanced > options.unbalanced:
             break
     if _stagnates(history, options):
-        limit = _indifferent(discretisation, limit, options)
+        limit = _indifferent(discretisation, best, limit, options)
     return SteadyState(
         _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
@@ -159,7 +159,17 @@ def _size(discretisation: Discretisation, after: Contact, changes: Fields) -> fl
     where = after.normal.contact | discretisation.isothermal_pressure.contact
     # The displacement by shear changes with every element that the border gains or loses: only its mean square settles.
     norm = _root_mean_square if after.shear_displacement is not None else _largest
-    return max((norm(change[where]) / UNKNOWNS[name](discretisation.derived) for name, change in changes.items()), default=0.0)
+    scales = {name: UNKNOWNS[name](discretisation.derived) for name in changes}
+    if "expansion" in changes:
+        # Heat that concentrates the contact presses the bodies deeper into each other than their cold approach.
+        scales["expansion"] = max(scales["expansion"], _variation(after))
+    return max((norm(change[where]) / scales[name] for name, change in changes.items()), default=0.0)
+
+
+def _variation(state: Contact) -> float:
+    """Variation of the thermal expansion over the contact in m."""
+    assert state.expansion is not None
+    return float(np.ptp(state.expansion[state.normal.contact]))
 
 
 def _largest(values: Array) -> float:
@@ -176,9 +186,13 @@ def _stagnates(history: list[float], options: FixedPointOptions) -> bool:
     return len(history) > options.patience and min(history[-recent:]) > options.gain * min(history[:-recent])
 
 
-def _indifferent(discretisation: Discretisation, limit: float, options: FixedPointOptions) -> float:
+def _indifferent(discretisation: Discretisation, state: Contact, limit: float, options: FixedPointOptions) -> float:
     """Residual that is accepted where no further turn reduces it: only a finer grid could."""
     border = options.border_element / min(discretisation.grid.shape) ** 2 if discretisation.derived.feeds_back else 0.0
+    if state.expansion is not None:
+        approach = discretisation.derived.scales.approach
+        moved = _variation(state) / max(_variation(state), approach)
+        border = max(border, options.heated_element * moved / int(np.count_nonzero(state.normal.contact)))
     return max(options.indifferent * limit, border)
 
 
