@@ -13,6 +13,8 @@ Indices = NDArray[np.intp]
 
 DROPPED = 0.25
 """Solved systems are dropped from the arrays when they are this share of them: each time everything is copied."""
+FIRST_SPACE = 12
+"""Directions a system has room for at first: most need no more, and memory never used before is slow."""
 
 
 def batch_gmres(
@@ -33,8 +35,9 @@ def batch_gmres(
     who = np.flatnonzero(norm > 0.0)
     if not who.size:
         return step, image
-    basis = np.empty((len(who), most + 1, size), dtype=right.dtype)
-    steps, images = (np.empty((len(who), most, size), dtype=right.dtype) for _ in range(2))
+    basis = np.empty((len(who), min(FIRST_SPACE, most + 1), size), dtype=right.dtype)
+    steps: list[AnyArray] = []
+    images: list[AnyArray] = []
     basis[:, 0] = right[who] / norm[who, None]
     hessenberg = np.zeros((len(who), most + 1, most))
     rotations = np.zeros((len(who), most, 2))
@@ -43,14 +46,16 @@ def batch_gmres(
     done_at = np.zeros(len(who), dtype=int)
     for k in range(most):
         vectors = precondition(who, basis[:, k])
-        steps[:, k] = vectors
-        images[:, k] = expensive(vectors)
-        w = cheap(who, vectors, images[:, k])
+        steps.append(vectors)
+        images.append(expensive(vectors))
+        w = cheap(who, vectors, images[k])
         spanned = basis[:, : k + 1]
         h = np.matmul(spanned, w[:, :, None])[:, :, 0]
         w -= np.matmul(h[:, None], spanned)[:, 0]
         length = np.linalg.norm(w, axis=1)
         safe = _rotate(k, np.concatenate([h, length[:, None]], axis=1), hessenberg, rotations, residual)
+        if k + 2 > basis.shape[1]:
+            basis = _room(basis, min(2 * (k + 2), most + 1))
         basis[:, k + 1] = w / np.where(length > 0.0, length, 1.0)[:, None]
         finished = (done_at == 0) & ((np.abs(residual[:, k + 1]) <= tolerance[who]) | (length <= 1e-6 * safe))
         done_at[finished] = k + 1
@@ -58,15 +63,25 @@ def batch_gmres(
             done_at[done_at == 0] = most
         solved = done_at > 0
         if solved.all() or k + 1 == most or solved.mean() > DROPPED:
-            _combine(who[solved], done_at[solved], hessenberg[solved], residual[solved], norm, steps[solved], images[solved],
+            _combine(who[solved], done_at[solved], hessenberg[solved], residual[solved], norm, solved, steps, images,
                      step, image)
             if solved.all():
                 break
             rest = ~solved
             who, done_at = who[rest], done_at[rest]
-            basis, steps, images = basis[rest], steps[rest], images[rest]
+            # Only what is used: most of the space has never been touched.
+            basis = _room(basis[:, : k + 2], basis.shape[1], rest)
+            steps, images = [v[rest] for v in steps], [v[rest] for v in images]
             hessenberg, rotations, residual = hessenberg[rest], rotations[rest], residual[rest]
     return step, image
+
+
+def _room(basis: AnyArray, columns: int, rows: AnyArray | slice = slice(None)) -> AnyArray:
+    """The `rows` of `basis` (B, k, P) in an array with place for `columns` vectors each."""
+    kept = basis[rows]
+    out = np.empty((len(kept), columns, basis.shape[2]), dtype=basis.dtype)
+    out[:, : basis.shape[1]] = kept
+    return out
 
 
 def _rotate(k: int, column: AnyArray, hessenberg: AnyArray, rotations: AnyArray, residual: AnyArray) -> AnyArray:
@@ -88,14 +103,17 @@ def _rotate(k: int, column: AnyArray, hessenberg: AnyArray, rotations: AnyArray,
 
 
 def _combine(
-    who: Indices, sizes: Indices, hessenberg: AnyArray, residual: AnyArray, norm: AnyArray, steps: AnyArray, images: AnyArray,
-    step: AnyArray, image: AnyArray,
+    who: Indices, sizes: Indices, hessenberg: AnyArray, residual: AnyArray, norm: AnyArray, solved: AnyArray,
+    steps: list[AnyArray], images: list[AnyArray], step: AnyArray, image: AnyArray,
 ) -> None:
-    """Write the solutions of the systems `who`, each from the first `sizes` of its directions."""
+    """Write the solutions of the `solved` systems `who`, each from the first `sizes` of its directions."""
     most = int(sizes.max())
     own = np.arange(most) < sizes[:, None]
     triangle = np.where(own[:, :, None] & own[:, None, :], hessenberg[:, :most, :most], np.eye(most))
     known = np.where(own, residual[:, :most], 0.0) * norm[who, None]
     weights = np.linalg.solve(triangle, known[:, :, None])[:, :, 0].astype(step.dtype)
-    step[who] = np.matmul(weights[:, None], steps[:, :most])[:, 0]
-    image[who] = np.matmul(weights[:, None], images[:, :most])[:, 0]
+    for out, directions in ((step, steps), (image, images)):
+        total = weights[:, :1] * directions[0][solved]
+        for k in range(1, most):
+            total += weights[:, k : k + 1] * directions[k][solved]
+        out[who] = total
