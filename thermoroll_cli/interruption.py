@@ -8,7 +8,9 @@ step. Where the program waits for the outside world (`waiting`) and nothing woul
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -66,6 +68,15 @@ def safe_point() -> None:
     if _Noted.number and not _Noted.raised:
         _Noted.raised = True
         raise Interrupted(_Noted.number)
+
+
+def import_in_steps(*modules: str) -> None:
+    """Import `modules` one after the other, with a safe point behind each: libraries take some tenths of a second."""
+    safe_point()
+    for module in modules:
+        if module not in sys.modules:
+            importlib.import_module(module)
+            safe_point()
 
 
 def last_point() -> None:

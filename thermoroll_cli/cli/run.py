@@ -15,6 +15,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
+from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Case, Override
@@ -114,6 +115,7 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
+    import_in_steps("numpy")
     from thermoroll_cli.refinement.plan import make_plan
     from thermoroll_cli.refinement.solve import solve
 

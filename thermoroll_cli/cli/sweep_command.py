@@ -13,6 +13,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.sweep_progress import SweepProgress
+from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Override
@@ -67,6 +68,7 @@ def sweep(
         raise typer.Exit(solve_scalars_only(rows_only, as_json=as_json, picture=picture_path, quiet=quiet))
     points = _points(case, axes, overrides)
     options.check_writable(output)
+    import_in_steps("numpy", "h5py")
     from thermoroll_cli.sweeps.sweep import Sweep
 
     command_line = shlex.join(["thermoroll", *sys.argv[1:]])

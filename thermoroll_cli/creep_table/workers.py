@@ -42,10 +42,11 @@ def _in_processes(
     plan: TablePlan, pending: Mapping[int, Task], jobs: int, note: Callable[[str], None]
 ) -> Generator[tuple[int, Array]]:
     import multiprocessing
-    from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+    from concurrent.futures import Future, ProcessPoolExecutor
     from concurrent.futures.process import BrokenProcessPool
 
-    from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, fit_for_children, one_process
+    from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
+    from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
 
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
     waiting, deaths = list(pending)[::-1], dict.fromkeys(pending, 0)
@@ -58,8 +59,7 @@ def _in_processes(
                 number = waiting.pop()
                 with fit_for_children():
                     running[pool.submit(solve_task, plan, pending[number])] = number, pool
-            done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+            for future in completed(running):
                 number, pool = running.pop(future)
                 try:
                     yield number, future.result()

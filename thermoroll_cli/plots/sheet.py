@@ -12,6 +12,8 @@ import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from thermoroll_cli.interruption import import_in_steps, safe_point
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -48,6 +50,7 @@ _NO_DATES = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"Creation
 @contextlib.contextmanager
 def style() -> Iterator[None]:
     """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
+    import_in_steps("numpy", "matplotlib")
     import matplotlib
 
     with matplotlib.rc_context():
@@ -60,6 +63,7 @@ def style() -> Iterator[None]:
 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of `width` × `height` inches."""
+    import_in_steps("matplotlib", "matplotlib.backends.backend_agg", "matplotlib.figure")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -70,6 +74,7 @@ def new_figure(width: float, height: float) -> Figure:
 
 def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Axes at a place given in inches. Automatic layouts draw every picture twice; these measures are known."""
+    safe_point()
     total_width, total_height = figure.get_size_inches()
     rectangle = (left / total_width, bottom / total_height, width / total_width, height / total_height)
     return figure.add_axes(rectangle)
@@ -124,6 +129,7 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
     image_format = path.suffix[1:]
     if image_format not in FORMATS:
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
+    safe_point()
     content = io.BytesIO()
     options: dict[str, Any] = {"pil_kwargs": {"compress_level": 3}} if image_format == "png" else {}
     with warnings.catch_warnings():

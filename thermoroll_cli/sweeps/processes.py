@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
-import os
 import pathlib
-import signal
-import threading
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
-from multiprocessing import resource_tracker
-from multiprocessing.connection import Connection
 from typing import Any
 
-from thermoroll_cli.environment import one_thread
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.points import Stretch
-from thermoroll_cli.sweeps.stretch import WRITING, Outcome, Target, solve_all_into
+from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_all_into
+from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
 
 POLL_SECONDS = 0.1
 DEATHS_PER_POINT = 3
@@ -122,38 +116,3 @@ def completed(running: Iterable[Future[Any]]) -> set[Future[Any]]:
     done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
     safe_point()
     return done
-
-
-def one_process(leash: Connection) -> ProcessPoolExecutor:
-    """A process that ends when the other side of `leash` is closed."""
-    with fit_for_children():
-        # Python's own helper, which it starts with the first process, must not die of what is sent to all, either.
-        resource_tracker.ensure_running()
-    return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_prepare, initargs=(leash,))
-
-
-@contextlib.contextmanager
-def fit_for_children() -> Iterator[None]:
-    """What a process started inside inherits: one thread for linear algebra, and no ear for Ctrl-C and the like, which
-    terminals and supervisors send to all: only this process decides what it means, and the others follow its end."""
-    one_thread()
-    masks = hasattr(signal, "pthread_sigmask")
-    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}) if masks else set()
-    try:
-        yield
-    finally:
-        if masks:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-
-
-def _prepare(leash: Connection) -> None:
-    if not hasattr(signal, "pthread_sigmask"):
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, args=(leash,), daemon=True).start()
-
-
-def _end_with_parent(leash: Connection) -> None:
-    with contextlib.suppress(EOFError, OSError):
-        leash.recv_bytes()
-    with WRITING:
-        os._exit(1)

@@ -12,8 +12,9 @@ from itertools import islice
 from thermoroll_cli.files.result.scalar_file import ScalarRow
 from thermoroll_cli.sweeps.cluster import check_dask, executor_at
 from thermoroll_cli.sweeps.points import PointMaker
-from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed, fit_for_children, one_process
+from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
 from thermoroll_cli.sweeps.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
+from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
 
 Task = tuple[Part, ...]
 AHEAD = 2

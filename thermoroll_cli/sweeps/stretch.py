@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pathlib
 import tempfile
-import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,9 +11,7 @@ from thermoroll_cli.files.result.hdf5 import write_result
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.points import Point, Stretch
-
-WRITING = threading.Lock()
-"""Held while a file is written: a worker that has to stop at once stops before or after that."""
+from thermoroll_cli.sweeps.worker_process import WRITING
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import even_length
 from thermoroll_cli.kernels.elastic import ShearCompliance, shear_tables
@@ -50,6 +51,7 @@ class PairMatrix:
         ]}
 
     def __call__(self, pairs: AnyArray) -> AnyArray:
+        safe_point()  # every step of the batched solver comes by here
         if pairs.dtype not in self._matrices:
             double = self._matrices[np.dtype(np.float64)]
             self._matrices[pairs.dtype] = [matrix.astype(pairs.dtype) for matrix in double]
