@@ -93,6 +93,9 @@ def sweep(
 
     Raises CaseError (all errors of all points), ValueError (no values, the same value or key twice), OSError.
     """
+    from dataclasses import replace
+
+    from thermoroll_cli.files.case.case_errors import CaseError
     from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
     from thermoroll_cli.sweeps.points import make_points
     from thermoroll_cli.sweeps.sweep import Sweep, run_sweep
@@ -105,7 +108,12 @@ def sweep(
     count = math.prod(len(axis.values) for axis in axes)
     if count > MOST_POINTS:
         raise ValueError(f"{count} points are too many: at most {MOST_POINTS}")
-    points = make_points(case.to_toml(), case.name, case.name, axes)
+    try:
+        points = make_points(case.to_toml(), case.name, case.name, axes)
+    except CaseError as cause:
+        # Nobody has typed an option here.
+        asked = (replace(f, source=f.source.replace("--over ", "sweep over ", 1)) for f in cause.findings)
+        raise CaseError(list(asked)) from None
 
     def row_of(row: Row) -> dict[str, Any]:
         swept = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}

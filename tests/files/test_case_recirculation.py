@@ -32,7 +32,8 @@ COOLED = "[thermal.upper]\nrecirculate = true\nconvection_W_m2K = 30.0\n"
 
 
 def test_what_the_keys_mean():
-    text = TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n[thermal.lower]\nrecirculate = false\nthermal_resistance_K_W = 1.5\n"
+    text = (TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n"
+            "[thermal.lower]\nrecirculate = false\nthermal_resistance_K_W = 1.5\n")
     heating = Case.parse(text).problem.heating
     assert heating.lower_track is None  # given, but switched off
     assert (heating.upper_track.width, heating.upper_track.passes) == (0.012, 3)

@@ -57,6 +57,16 @@ def test_scalars_are_compared_relatively(reference: StoredResult) -> None:
     assert not compare_results(reference, with_scalars(reference, status="not_converged")).within
 
 
+def test_a_scalar_that_only_one_file_names_is_told_and_does_not_count(reference: StoredResult) -> None:
+    """As between files of two versions of the program; one that was not computed is another matter."""
+    older = dataclasses.replace(reference, summary={k: v for k, v in reference.summary.items() if k != "gamma_st"})
+    for one, other, side in ((reference, older, "second"), (older, reference, "first")):
+        comparison = compare_results(one, other)
+        assert comparison.within and comparison.largest == 0.0
+        assert f"not compared, missing in the {side} file: gamma_st" in comparison.notes
+    assert not compare_results(reference, with_scalars(reference, gamma_st=math.nan)).within
+
+
 def test_rounding_noise_of_a_vanishing_component_is_no_difference(reference: StoredResult) -> None:
     one, other = (with_scalars(reference, force_y_N=noise, spin_moment_Nmm=noise) for noise in (1e-15, -3e-16))
     assert compare_results(one, other, rtol=1e-12).within
@@ -97,7 +107,8 @@ def test_what_one_side_lacks_is_a_difference(tmp_path: pathlib.Path, reference: 
     assert not comparison.within
     assert row(comparison, "heat_flux").note == "missing in the first file"
     assert row(compare_results(reference, cold), "heat_flux").note == "missing in the second file"
-    assert row(comparison, "Q_F_W").difference == math.inf
+    not_computed = compare_results(with_scalars(cold, Q_F_W=math.nan), reference, rtol=10.0)
+    assert row(not_computed, "Q_F_W").difference == math.inf
 
 
 @pytest.mark.parametrize("change", [{"shape": (24, 16)}, {"extent": 3.0}])

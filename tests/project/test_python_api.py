@@ -115,7 +115,7 @@ def test_a_sweep_gives_the_rows_of_the_command(tmp_path: Path) -> None:
     [
         ({"load.normal_N": []}, ValueError, "no values"),
         ({"load.normal_N": [1.0, 1.0]}, ValueError, "more than once"),
-        ({"load.normal_N": [1.0, -1.0]}, CaseError, "greater than 0"),
+        ({"load.normal_N": [1.0, -1.0]}, CaseError, "^sweep over load.normal_N=-1.0: .*greater than 0"),
         ({"load.normal_N": range(1, MOST_POINTS + 2)}, ValueError, "too many"),
     ],
 )

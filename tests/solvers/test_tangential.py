@@ -153,7 +153,8 @@ def test_work_does_not_grow_with_the_grid():
 
 @pytest.mark.parametrize("spin", [9.0, 9.19, 9.4])
 def test_false_slip_does_not_wander_through_the_stick_area(spin):
-    """Slip of one element started wrongly on the coarser grid used to move on by one element a step: 900 to 1400 applications."""
+    """Slip of one element started wrongly on the coarser grid used to move on by one element a step: 900 to 1400
+    applications."""
     contact = rolling(grid=160, geometry=Geometry(0.08449, 0.011405, math.inf, math.inf), body=elastic(0.323, 81.3e9),
                       load=22.84, friction=0.5165, creepage=(0.0, 7.9e-4), spin=spin)
     result = solved(contact)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -62,7 +63,8 @@ def compare(
 ) -> None:
     """Compare two results.
 
-    Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R.
+    Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R. Scalars that only one file names
+    are told and do not count.
     """
     from thermoroll_cli.files.result.compare import compare_results
     from thermoroll_cli.files.result.hdf5 import read_result
@@ -155,7 +157,8 @@ def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
 
     shown = comparison.rows if verbose else comparison.outside
     cells = [("", "first", "second", "difference")]
-    cells += [(row.name, _value(row.a), _value(row.b), f"{row.difference:.1e}") for row in shown]
+    cells += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}")
+              for row in shown]
     remarks = ["", *(_remark(row, comparison, verbose) for row in shown)]
     outside, width = len(comparison.outside), streams.width()
     verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"

@@ -192,8 +192,8 @@ class DerivedQuantities:
         if heated.speed_x <= 0.0:
             raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
         if radius < 0.0 and track.convection is not None:
-            raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give a "
-                             "thermal resistance")
+            raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
+                             "a thermal resistance")
         # Imported where a body does come back: other cases need none of it.
         from thermoroll_cli.solvers.recirculation.track import Roller
 

@@ -130,7 +130,8 @@ class FixedPointOptions:
     """The last state below the thermo-elastic limit took 44; beyond it no number of turns would do."""
     first_residual: float = 0.1
     """Residual that the first turn counts with. A start from a coarser grid is closer, and mixing learns nothing from turns
-    that are solved less closely than they change: with 1 the exact case at 11.28 W takes 276 transforms, with 0.1 it takes 173."""
+    that are solved less closely than they change: with 1 the exact case at 11.28 W takes 276 transforms, with 0.1 it
+    takes 173."""
     tangential_share: float = 0.05
     """Residual of the tractions over that of the fixed point: heat follows the tractions one to one, and the mixing must not
     take what is left of their residual for a change."""

@@ -34,8 +34,8 @@ class Pair:
     """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
     state the numbers of contact elements; None means it is missing there.
 
-    `difference` is relative, inf where the quantity exists on one side only, and nan where it cannot be compared
-    (`note` says why).
+    `difference` is relative, inf where a field exists on one side only or a scalar was computed on one side only, and nan where
+    there is nothing to compare with: another grid, a scalar that one file has no name for (`note` says why).
     """
 
     name: str
@@ -51,7 +51,8 @@ class Pair:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All rows and the verdict. Fields on different grids are not compared and do not count (`notes` says so)."""
+    """All rows and the verdict. Fields on different grids and scalars that only one file names are not compared and do not
+    count (`notes` says so)."""
 
     rows: tuple[Pair, ...]
     rtol: float
@@ -89,7 +90,7 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     both = a.isothermal is not a.fields or b.isothermal is not b.fields
     if both:
         rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
-    notes = []
+    notes = list(_told_apart(rows))
     if _same_grid(a, b):
         rows += _field_rows("", a, a.fields, b.fields)
         if both:
@@ -105,6 +106,14 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
+def _told_apart(rows: list[Pair]) -> Iterator[str]:
+    """What is not compared because only one file has it, in words."""
+    for missing in (_missing(True), _missing(False)):
+        names = [row.name for row in rows if row.note == missing]
+        if names:
+            yield f"not compared, {missing}: {', '.join(names)}"
+
+
 def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Pair:
     left, right = a.get(name), b.get(name)
     return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
@@ -115,7 +124,8 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
         if name in _NOT_PHYSICAL:
             continue
         if name not in a or name not in b:
-            yield Pair(prefix + name, "scalar", a.get(name), b.get(name), math.inf, _missing(name in a))
+            # Another version of this program, or a case that asks for more: nothing here to compare it with.
+            yield Pair(prefix + name, "scalar", a.get(name), b.get(name), math.nan, _missing(name in a))
         elif isinstance(a[name], str) or isinstance(b[name], str):
             yield _text_row(prefix + name, {prefix + name: a[name]}, {prefix + name: b[name]})
         else:

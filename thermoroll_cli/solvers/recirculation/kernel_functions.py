@@ -55,8 +55,8 @@ def bulge_sum(epsilon: ArrayLike) -> Array:
 
 
 def surface_slope(argument: ArrayLike, *, bore: bool = False) -> Array:
-    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in λ; shape of λR ≥ 0. For the rim of a `bore`, around which
-    T = K₀(λr), it is K₁(λR)/K₀(λR), λR > 0."""
+    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in λ; shape of λR ≥ 0. For the rim of a `bore`, around
+    which T = K₀(λr), it is K₁(λR)/K₀(λR), λR > 0."""
     x = np.asarray(argument, dtype=float)
     return np.asarray(k1e(x) / k0e(x) if bore else i1e(x) / i0e(x))
 
