@@ -37,6 +37,20 @@ def test_matrices_are_the_operators_of_one_point(poisson_ratio: float) -> None:
         np.testing.assert_allclose(other, inverse(one, own, run_starts(own)), rtol=1e-9, atol=1e-11 * np.abs(other).max())
 
 
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_matrices_of_a_contact_are_the_same_inside_it(symmetric: bool) -> None:
+    shape, dx, dy = (9, 12), 1e-4, 0.7e-4
+    contact = np.hypot(*np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 12), indexing="ij")) < 1.0
+    contact[4, 0] |= not symmetric
+    tractions = np.random.default_rng(4).normal(size=(3, 2, *shape)) * contact
+    compliance = compliance_of(0.28)
+    whole, part = BatchGradient(shape, dx, dy, compliance), BatchGradient(shape, dx, dy, compliance, contact=contact)
+    wanted = whole(tractions)
+    np.testing.assert_allclose(part(tractions) * contact, wanted * contact, rtol=1e-11, atol=1e-13 * np.abs(wanted).max())
+    sides = [len(operator._apply._matrices[np.dtype(float)][0]) for operator in (whole, part)]
+    assert sides == [9 * 12, int(contact.sum()) if symmetric else 9 * 12]
+
+
 def compliance_of(poisson_ratio: float) -> ShearCompliance:
     return ShearCompliance.of((8e10, poisson_ratio), (8e10, poisson_ratio))
 

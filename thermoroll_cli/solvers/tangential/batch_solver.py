@@ -67,11 +67,11 @@ class BatchSolver:
     ) -> None:
         self._options = options or RollingOptions()
         shape, compliance = gradient.shape, gradient.compliance
-        self._gradient = BatchGradient(shape, gradient.dx, gradient.dy, compliance, gradient.weights)
-        self._inverse = BatchInverse(shape, gradient.dx, gradient.dy, compliance, gradient.weights)
         self._newton = newton = Newton(replace(problem, rigid_slip=np.zeros((2, *shape))), gradient, inverse, self._options)
         self._shape = shape
         self._contact = newton.contact
+        on = shape, gradient.dx, gradient.dy, compliance, gradient.weights, newton.contact
+        self._gradient, self._inverse = BatchGradient(*on), BatchInverse(*on)
         self._border = np.zeros((3, *shape))
         for part, values in zip(self._border, (newton.border.xx, newton.border.yy, newton.border.xy), strict=True):
             part[newton.border._index] = values
