@@ -86,13 +86,15 @@ def test_init_writes_a_valid_case(template: str, tmp_path: Path) -> None:
 def test_everything_a_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
-    for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "friction_temperature_slope_1_K", '"matched"'):
+    for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "friction_temperature_slope_1_K", '"matched"',
+                   "[subsurface]", *(["[thermal.upper]"] if 'peclet = "rolling"' in text and "twin" not in template else [])):
         assert re.search(rf"^# .*{re.escape(wanted)}", text, re.MULTILINE), wanted
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", text, flags=re.MULTILINE)
     offered = offered.replace("[material]\n", "[material.lower]\n")
     offered = re.sub(r"^(longitudinal|lateral) = .*\n|^partition = (0.5|\"matched\")\n", "", offered, flags=re.MULTILINE)
     (tmp_path / "case.toml").write_text(offered)
     problem = Case.read(tmp_path / "case.toml").problem
+    assert problem.subsurface is not None and problem.heating.recirculates == ('peclet = "rolling"' in text)
     assert problem.heating.conducts and problem.friction_slope > 0.0 and problem.lower != problem.upper
     assert problem.motion.force_x == pytest.approx(0.5 * problem.traction_limit, rel=1e-3)
 

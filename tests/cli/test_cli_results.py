@@ -38,6 +38,14 @@ def test_plot_writes_beside_the_result(results: Path, tmp_path: Path) -> None:
     assert len(list(tmp_path.glob("a_*.png"))) >= 3
 
 
+def test_plot_tells_which_pictures_show_another_result(results: Path, tmp_path: Path) -> None:
+    (tmp_path / "a.h5").write_bytes((results / "a.h5").read_bytes())
+    (tmp_path / "a_temperature.png").write_bytes(b"of a result with heat")
+    (tmp_path / "a_pressure.svg").write_bytes(b"of this result")
+    done = call("plot", "a.h5", cwd=tmp_path)
+    assert done.stderr == "thermoroll: of an earlier run, and left as it was: a_temperature.png\n"
+
+
 def test_compare_of_equals(results: Path) -> None:
     done = call("compare", results / "a.h5", results / "a.h5", "--rtol", "0")
     assert (done.returncode, done.stderr) == (0, "")

@@ -38,7 +38,7 @@ def plot(
 ) -> None:
     """Draw the pictures of results again."""
     from thermoroll_cli.files.result.hdf5 import read_result
-    from thermoroll_cli.plots.run_figures import write_figures
+    from thermoroll_cli.plots.run_figures import PICTURES, write_figures
 
     stems = [_stem(path, output) for path in results]
     if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
@@ -48,9 +48,14 @@ def plot(
     if output is not None:
         options.check_writable(output)
     for stem, result in zip(stems, stored, strict=True):
-        for picture in write_figures(result, stem, image_format=image_format.value, normalised=normalised):
-            if not quiet:
-                streams.write(str(picture))
+        written = write_figures(result, stem, image_format=image_format.value, normalised=normalised)
+        if quiet:
+            continue
+        for picture in written:
+            streams.write(str(picture))
+        # Those of other formats may show this very result.
+        every = (stem.with_name(f"{stem.name}_{name}.{image_format.value}") for name in PICTURES)
+        options.tell_stale(every, written)
 
 
 def compare(

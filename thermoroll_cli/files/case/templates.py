@@ -160,6 +160,16 @@ passes_per_revolution = 1
 }
 """Name of each template of `thermoroll init`. A new one is an entry here."""
 
+_COMES_BACK = """\
+# A body that turns brings its heat back, and warms up until it loses as much to its surroundings. For both bodies see
+# thermoroll init --template twin-disc.
+# [thermal.upper]
+# recirculate = true
+# convection_W_m2K = 50.0
+
+"""
+"""Offered where material rolls through the contact and `more` says nothing of it."""
+
 _TEXT = Template("""\
 # $about
 #
@@ -228,6 +238,12 @@ $more# An accuracy wanted in the scalars, or a grid: elements per side, or [nx, 
 $numerics
 extent = 2.2
 
+# Stresses and temperatures inside the bodies, with their largest values; fields = "full" keeps them everywhere, not only on
+# the plane of rolling.
+# [subsurface]
+# bodies = ["lower", "upper"]
+# fields = "plane"
+
 [output]
 plots = true
 """)
@@ -239,7 +255,8 @@ def template_text(name: str) -> str:
     fields = dict(vars(values))
     keys = ("lower_radius_x_mm", "lower_radius_y_mm", "upper_radius_x_mm", "upper_radius_y_mm")
     geometry = "".join(f"{key} = {value}\n" for key, value in zip(keys, fields.pop("radii"), strict=True) if value is not None)
+    fields["more"] = values.more or (_COMES_BACK if values.peclet == "rolling" else "")
     profile = fields.pop("profile")
     geometry += f"\n{profile}" if profile else ""
-    force = f"{0.5 * values.friction * values.normal:.4g}"
-    return _TEXT.substitute(fields | {"geometry": geometry, "force": force if "." in force else force + ".0"})
+    force = float(f"{0.5 * values.friction * values.normal:.4g}")
+    return _TEXT.substitute(fields | {"geometry": geometry, "force": force})
