@@ -82,7 +82,7 @@ def test_files_that_are_no_profile(tmp_path, content, told):
         ('kind = "logarithmc"\nlength_mm = 10.0\ndrop_um = 1.0\n', 'did you mean "logarithmic"?'),
         (POINTS + "length_mm = 3.0\n", "belongs to a crown"),
         (POINTS + "ofset_mm = 3.0\n", 'did you mean "offset_mm"?'),
-        ("points_mm = [[-0.01, 0.0], [0.01, 0.0]]\n", "runs past both ends"),
+        ("points_mm = [[-0.01, 0.0], [0.01, 0.0]]\n", "reaches both ends of the profile, y = -0.01 and 0.01 mm"),
         (POINTS + "offset_mm = 5.0\n", "no material at y = 0"),
     ],
 )

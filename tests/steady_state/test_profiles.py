@@ -199,7 +199,7 @@ def test_a_contact_at_an_end_is_marked():
 
 def test_profiles_that_cannot_be_solved():
     narrow = below(points(lambda y: 0.0 * y, -0.5, 0.5, 5), 0.02)
-    with pytest.raises(ValueError, match="runs past both ends"):
+    with pytest.raises(ValueError, match="reaches both ends"):
         make_plan(rolling(grid=16, geometry=narrow, load=400.0))
     apart = Geometry(math.inf, math.inf, 0.02, math.inf, points(egg, -6.0, -2.0), points(egg, 2.0, 6.0))
     with pytest.raises(ValueError, match="never face each other"):

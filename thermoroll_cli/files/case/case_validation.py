@@ -73,7 +73,7 @@ class _Checker:
             raise CaseError(self.findings)
         settings = self._resolved(title)
         if (fault := touching(settings)) is not None:
-            self._note(("geometry", fault.key), fault.message, allowed=fault.allowed, at_key=True)
+            self._note(("geometry", fault.key), fault.message, allowed=fault.allowed, hint=fault.hint, at_key=True)
             raise CaseError(self.findings)
         return settings
 

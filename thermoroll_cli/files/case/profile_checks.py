@@ -13,6 +13,10 @@ CROWN = ("length_mm", "drop_um", "flat_mm")
 SOURCES = ("points_mm", "file", "kind")
 
 
+RELIEVE = ('of a measured profile give more; of a roller relieve the ends, by a crown (kind = "logarithmic") or by points that '
+           "fall off: at sharp ends the pressure has no limit")
+
+
 @dataclass(frozen=True)
 class Fault:
     """`key` of the table at which the message stands; empty: the table itself."""
@@ -20,6 +24,7 @@ class Fault:
     key: str
     message: str
     allowed: str = ""
+    hint: str = ""
 
 
 def profile_faults(table: ProfileTable) -> Iterator[Fault]:
@@ -63,7 +68,8 @@ def touching(settings: Settings) -> Fault | None:
     try:
         contact_scales(profiles, 1.0 / (1.0 / moduli[0] + 1.0 / moduli[1]), settings.load.normal_N)
     except ValueError as cause:
-        return Fault(bodies[-1], str(cause), "profiles that touch, and are longer than their contact on one side at least")
+        return Fault(bodies[-1], str(cause), "profiles that touch, and are longer than their contact on one side at least",
+                     hint=RELIEVE if "both ends" in str(cause) else "")
     return None
 
 
