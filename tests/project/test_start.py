@@ -8,7 +8,8 @@ from pathlib import Path
 
 from tests.support.command_line import MECHANICAL
 
-SLOW = ("scipy", "matplotlib", "dask", "thermoroll_cli.plots")
+SLOW = ("scipy", "matplotlib", "dask", "concurrent.futures", "thermoroll_cli.plots", "thermoroll_cli.sweeps",
+        "thermoroll_cli.cli.sweep_command", "thermoroll_cli.cli.creep_table", "thermoroll_cli.cli.results")  # fmt: skip
 
 
 def test_a_mechanical_run_imports_nothing_slow(tmp_path: Path) -> None:

@@ -1,15 +1,24 @@
-"""The command line: every command with its name. What a command needs is imported when it runs."""
+"""The command line: every command with its name. What a command needs is imported when it runs, and a command itself when it
+is called: to make a parser of all of them takes longer than many a solve."""
 
 from __future__ import annotations
 
+import importlib
 import re
+from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from thermoroll_cli import __version__
-from thermoroll_cli.cli import cases, creep_table, results, run, show, streams, sweep_command
+from thermoroll_cli.cli import streams
+
+COMMANDS = {
+    "run": "run", "sweep": "sweep_command", "table": "creep_table", "show": "show", "validate": "cases", "init": "cases",
+    "schema": "cases", "plot": "results", "compare": "results", "export": "results",
+}  # fmt: skip
+"""The module of each command, which is a function of its name there."""
 
 _WORDING = (
     (r"^Value error, ", ""),
@@ -59,13 +68,11 @@ def thermoroll(
         raise typer.Exit(2)
 
 
-app.command("run")(run.run)
-app.command("sweep")(sweep_command.sweep)
-app.command("table")(creep_table.table)
-app.command("show")(show.show)
-app.command("validate")(cases.validate)
-app.command("init")(cases.init)
-app.command("schema")(cases.schema)
-app.command("plot")(results.plot)
-app.command("compare")(results.compare)
-app.command("export")(results.export)
+def app_for(arguments: Sequence[str]) -> typer.Typer:
+    """The program with the command that `arguments` begin with; with all of them where they begin with something else."""
+    app.registered_commands.clear()
+    first = arguments[0] if arguments else ""
+    for name in (first,) if first in COMMANDS else COMMANDS:
+        module = importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name]}")
+        app.command(name)(getattr(module, name))
+    return app

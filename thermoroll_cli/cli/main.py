@@ -77,11 +77,11 @@ def _guarded(arguments: Sequence[str]) -> int:
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
-    from thermoroll_cli.cli.commands import app
+    from thermoroll_cli.cli.commands import app_for
 
     before = sys.stdout
     try:
-        app(list(arguments), prog_name="thermoroll")
+        app_for(arguments)(list(arguments), prog_name="thermoroll")
     except SystemExit as end:
         if sys.stdout is not before:
             # The parser's own way to say that the reader of its help has gone.

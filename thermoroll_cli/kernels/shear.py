@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from thermoroll_cli.kernels.arrays import AnyArray
 from thermoroll_cli.kernels.convolution import Convolution, blocks, free_space, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.kernels.mirror import MirroredPlane, Parities, pair_symbols
+
+if TYPE_CHECKING:
+    from concurrent.futures import ThreadPoolExecutor
 
 Symbols = tuple[AnyArray, AnyArray, AnyArray]
 """Spectra (py//2+1, px) of the influence of τ_x on u_x, τ_y on u_y, and of each on the other."""
@@ -39,7 +41,7 @@ class FreeShear:
         self._blocks = blocks(*self._traction_hat[0].shape)
         self._cross_hat = [np.empty_like(hat[self._blocks[0]]) for hat in self._traction_hat]
         self._coupled = coupled
-        self._pool = ThreadPoolExecutor(2) if threads > 1 else None
+        self._pool = _pair_of_threads() if threads > 1 else None
 
     @property
     def transforms(self) -> int:
@@ -119,3 +121,10 @@ class MirroredShear:
         across = self._plane.inverse()
         xx, yy = (along, across) if self._even == 0 else (across, along)
         return np.stack([xx[self._even], yy[self._even], along[1 - self._even]])
+
+
+def _pair_of_threads() -> ThreadPoolExecutor:
+    # Imported here: it brings logging, of which a run on one thread has no use.
+    from concurrent.futures import ThreadPoolExecutor
+
+    return ThreadPoolExecutor(2)

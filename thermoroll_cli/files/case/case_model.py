@@ -66,7 +66,8 @@ Radius = Annotated[float, AllowInfNan(True), BeforeValidator(_radius)]
 class Table(BaseModel):
     """A table of the case file: unknown keys, wrong types, nan and inf are errors."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    # A table's validator is built when a case first has that table.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
 
 
 class MaterialTable(Table):
@@ -227,22 +228,27 @@ class OutputTable(Table):
     plots: bool = Field(default=True, description="Draw pictures")
 
 
-class Settings(Table):
-    """A whole case, in the units of its keys."""
+class Head(Table):
+    """What stands above all tables."""
 
     title: Annotated[str, BeforeValidator(_one_line)] = Field(
         default="", description="What the case is, for pictures and tables", max_length=200
     )
+
+
+class Settings(Head):
+    """A whole case, in the units of its keys."""
+
     material: MaterialTable | TwoMaterials = Field(description="One material for both bodies, or one for each")
     geometry: GeometryTable
     load: LoadTable
     rolling: RollingTable
-    creepage: CreepageTable = CreepageTable()
-    force: ForceTable = ForceTable()
-    thermal: ThermalTable = ThermalTable()
-    numerics: NumericsTable = NumericsTable()
+    creepage: CreepageTable = CreepageTable.model_construct()
+    force: ForceTable = ForceTable.model_construct()
+    thermal: ThermalTable = ThermalTable.model_construct()
+    numerics: NumericsTable = NumericsTable.model_construct()
     subsurface: SubsurfaceTable | None = None
-    output: OutputTable = OutputTable()
+    output: OutputTable = OutputTable.model_construct()
 
     @property
     def materials(self) -> dict[str, MaterialTable]:

@@ -18,6 +18,7 @@ from thermoroll_cli.files.case.case_model import (
     REQUIRED_SECTIONS,
     SECTIONS,
     GeometryTable,
+    Head,
     MaterialTable,
     ProfileTable,
     Settings,
@@ -78,10 +79,8 @@ class _Checker:
         return settings
 
     def _title(self, title: Any) -> None:
-        errors = _errors_of(Settings, {"title": title})
-        for error in errors:
-            if error["loc"][0] == "title":
-                self._invalid_value((), Settings, error)
+        for error in _errors_of(Head, {"title": title}):
+            self._invalid_value((), Head, error)
 
     def _material(self) -> None:
         given = self._given_table("material", required=True)
@@ -115,12 +114,12 @@ class _Checker:
             else:
                 bodies[body] = self._table(path, MaterialTable, given[body])
         if len(bodies) == 2 and all(bodies.values()):
-            self.sections["material"] = TwoMaterials(**bodies)
+            self.sections["material"] = TwoMaterials.model_construct(**bodies)
 
     def _section(self, name: str, model: type[Table]) -> None:
         required = name in REQUIRED_SECTIONS
         if name not in self.source.content and not required:
-            self.sections[name] = None if name in LEFT_OUT_MATTERS else model()
+            self.sections[name] = None if name in LEFT_OUT_MATTERS else model.model_construct()
             return
         given = self._given_table(name, required=required)
         if given is not None and name == "geometry":
@@ -227,7 +226,8 @@ class _Checker:
             if getattr(creepage, direction) is None and getattr(force, f"{direction}_N") is None
         }
         sections["creepage"] = creepage.model_copy(update=zeros)
-        return Settings(title=title, **sections)
+        # Every part of it has been checked.
+        return Settings.model_construct(title=title, **sections)
 
 
 def _place(table: KeyPath, model: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, type[Table], str]:
