@@ -14,7 +14,7 @@ from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficient
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.peak import peak_value
+from thermoroll_cli.model.peak import between_sides, peak_value
 from thermoroll_cli.model.result import State
 from thermoroll_cli.solvers.tangential.stick_border import stick_surplus
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -73,6 +73,14 @@ def _reference(discretisation: Discretisation) -> tuple[float, float]:
     return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
 
 
+def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> Array:
+    """`field` where its largest value is looked for: at the end of a crown the pressure falls within an element, and single
+    elements there carry what belongs to their neighbours."""
+    if not discretisation.derived.problem.geometry.has_profile:
+        return field
+    return between_sides(field, contact.normal.pressure, discretisation.at_ends)
+
+
 def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
     """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
     derived, grid = discretisation.derived, discretisation.grid
@@ -106,7 +114,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
         "creepage_lateral": tangential.creepage[1],
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
         "pressure_max_MPa": normal.peak * 1e-6,
-        "shear_max_MPa": peak_value(shear) * 1e-6,
+        "shear_max_MPa": peak_value(_smooth(shear, discretisation, contact)) * 1e-6,
         "approach_um": float(normal.approach) * 1e6,
         "contact_area_mm2": area * 1e6,
         "stick_area_mm2": stick_area * 1e6,
@@ -147,7 +155,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     if contact.friction is not None:
         fields["friction_coefficient"] = contact.friction * inside
     scalars = scalars_of(discretisation, contact)
-    scalars["heat_flux_max_W_mm2"] = float(flux.max()) * 1e-6
+    scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan
     scalars |= dict.fromkeys(TRACKS, math.nan)

@@ -10,6 +10,9 @@ SHARPEST = 3.0
 """How much more a peak may bend than what is beside it. Peaks of temperature behind narrow slip zones do (with 1, their errors
 are 20 % larger); at the edge of a plateau the ratio has no end."""
 
+STEEP = 0.5
+"""Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
+
 
 def peak_value(field: Array, *, averages: bool = True) -> float:
     """Maximum of a smooth field of shape (nx, ny), given by its element averages (pressure) or, without `averages`, by its
@@ -51,3 +54,16 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
         return peak_value(field)
     i, j = np.unravel_index(int(np.argmax(np.where(inside, field, -np.inf))), field.shape)
     return float(field[i, j]) + _rise(field[:, j], int(i), averages=True) + _rise(field[i, :], int(j), averages=True)
+
+
+def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
+    """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
+    carries less than `STEEP` of their `pressure`, and one to the other side that does not (a patch of few elements has a top
+    without that). At the leading and the trailing edge they stay: a slip zone may be no wider. `ends` as in `peak_inside`. All
+    of `field` where nothing else is left."""
+    beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
+    beside[:, 0] *= ends[0]
+    beside[:, -1] *= ends[1]
+    low, high = (beside[:, side : side + pressure.shape[1]] < STEEP * pressure for side in (0, 2))
+    kept = np.where(low ^ high, 0.0, field)
+    return kept if kept.any() else field

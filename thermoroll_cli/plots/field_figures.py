@@ -168,7 +168,11 @@ def _figure(
     if not largest > 0.0:
         return None
     scale, label = quantity.scale(view, largest, normalised)
-    colours, limits = colours_of(quantity, limits_of([panel.values for panel in panels], scale.factor))
+    low, high = limits_of([panel.values for panel in panels], scale.factor)
+    if not any(panel.unbounded for panel in panels):
+        # Single elements at the end of a crown stand out of the field, and are no part of its maximum.
+        high = min(high, max(panel.maximum for panel in panels) * scale.factor)
+    colours, limits = colours_of(quantity, (low, high))
     grid = grid_for(len(panels), len({panel.state for panel in panels}), frame.aspect(whole_domain))
     slot = max(grid.width, NARROWEST)
     # Narrow maps have their words above the number, not before it.
