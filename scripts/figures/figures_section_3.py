@@ -87,7 +87,7 @@ def moving_source(folder: Folder, grid: int) -> Numbers:
     definitions = ((r"$V a_0/\kappa = 18.8$", 18.8, ISOTHERMAL), (r"$V a_0/2\kappa = 18.8$", 37.6, COUPLED))
     for words, speed, colour in definitions:
         body = HeatedBody(1.0, 1.0, 1.0, speed)
-        rise, _ = HeatResponse(mesh, body, body).temperatures(DividedHeat.evenly(flux, 1.0))
+        rise, _ = HeatResponse(mesh, body, body).temperatures(DividedHeat(flux, 1.0))
         line = rise[:, mesh.ny // 2]
         exact = rectangle_temperature(x, 0.5 * mesh.dy, 1.0, 1.0, 1.0, 1.0, 1.0, speed)
         top = rectangle_maximum(1.0, 1.0, 1.0, 1.0, 1.0, speed)

@@ -21,7 +21,7 @@ def heated(heat, grid, options=None):
     response = discretisation.heat_response((1.0, 0.0), np.zeros((2, grid, grid)))
 
     def expand(pressure):
-        return response.displacement(DividedHeat.evenly(heat / problem.normal_force * pressure, 0.5))
+        return response.displacement(DividedHeat(heat / problem.normal_force * pressure, 0.5))
 
     gap, hertz = discretisation.undeformed_gap, discretisation.isothermal_pressure
     return HeatedContactSolver(discretisation.normal_solver, expand, gap, problem.normal_force, options), hertz

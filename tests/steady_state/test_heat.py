@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.scenes import REFERENCE, STEEL, ellipse, on_grid, order, rolling, saturation, solved
+from tests.support.scenes import REFERENCE, STEEL, divided_heats, ellipse, on_grid, order, rolling, saturation, solved
 from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
 from thermoroll_cli.kernels.grid import Grid
@@ -17,6 +17,7 @@ from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
 
 SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
@@ -34,11 +35,11 @@ class Pair:
     def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, share: float = 0.5) -> None:
         self.response, self.share = HeatResponse(grid, lower, upper), share
 
-    def temperatures(self, flux):
-        return self.response.temperatures(DividedHeat.evenly(flux, self.share))
+    def temperatures(self, flux, slope=None):
+        return self.response.temperatures(DividedHeat(flux, self.share, slope=slope))
 
     def displacement(self, flux):
-        return self.response.displacement(DividedHeat.evenly(flux, self.share))
+        return self.response.displacement(DividedHeat(flux, self.share))
 
 
 def speed_of(peclet: float) -> float:
@@ -220,16 +221,17 @@ def test_heat_flux_carries_all_of_the_heat(peclet):
     assert not fields["heat_flux"][fields["state"] == 0].any()
 
 
-def test_temperatures_of_a_result_are_the_response_to_its_heat_flux():
-    """Both bodies, at V ± C/2, from the field of the result alone."""
+def test_temperatures_of_a_result_are_the_response_to_its_heat_flux(monkeypatch):
+    """Both bodies, at V ± C/2, from the field of the result and how it changes within elements."""
     problem = replace(MODERATE, motion=Motion(2.0, 0.4, 0.1, 1.0), heating=Heating(deformation=False, partition=0.3))
-    result = solved(problem)
+    divided = divided_heats(monkeypatch)
+    result = solve(problem)
     grid = Grid.over((32, 32), 2.2 * result.hertz["hertz_a_mm"] * 1e-3, 2.2 * result.hertz["hertz_b_mm"] * 1e-3)
     np.testing.assert_allclose(grid.x, result.x, rtol=1e-12)
     v, cx, cy = 2.0, 0.4 * 2.0, 0.1 * 2.0
     pair = Pair(grid, body(v + cx / 2, cy / 2), body(v - cx / 2, -cy / 2), 0.3)
     fields = result.coupled.fields
-    for name, expected in zip(("lower", "upper"), pair.temperatures(fields["heat_flux"]), strict=True):
+    for name, expected in zip(("lower", "upper"), pair.temperatures(fields["heat_flux"], divided[-1].slope), strict=True):
         np.testing.assert_allclose(fields[f"temperature_rise_{name}"], expected, rtol=1e-9, atol=1e-9 * expected.max())
 
 

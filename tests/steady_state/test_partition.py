@@ -157,6 +157,20 @@ def test_neither_heat_nor_contact_is_no_problem():
     assert not match(response, disc.none, disc.contact & False, 10.0).heat.lower.any()
 
 
+def test_what_matched_temperatures_cost():
+    """Transforms: friction, its slopes and what is exchanged once each, and one per body; two per application and in its
+    preconditioner."""
+    disc = Disc(32)
+    response = HeatResponse(disc.grid, body(0.0), body(300.0, 2.0))
+    partition = match(response, disc.flux, disc.contact)
+    before = response.transforms
+    assert before <= 4 + 2 * (2 * partition.applications + 2)
+    response.temperatures(partition.heat)
+    assert response.transforms - before == 5
+    response.temperatures(DividedHeat(disc.flux, 0.5))
+    assert response.transforms - before == 9
+
+
 # --- limits -------------------------------------------------------------------------------------------------------
 
 
@@ -337,15 +351,15 @@ def test_expansion_is_that_of_each_body_with_its_own_heat():
     """Steel expands, the other body does not: all of the bulge comes from the heat that enters the steel."""
     grid = Grid(20, 20, 1e-5, 1e-5)
     random = np.random.default_rng(5)
-    heat = DividedHeat(random.random(grid.shape), random.random(grid.shape) - 0.5)
+    heat = DividedHeat(random.random(grid.shape), 0.4, random.random(grid.shape) - 0.5)
     stiff = replace(body(3.0), free_expansion=0.0)
     bodies = body(2.0), stiff
     only = HeatResponse(grid, *bodies).displacement(heat)
-    alone = HeatResponse(grid, *bodies).displacement(DividedHeat(heat.lower, 0.0 * heat.upper, 1.0))
+    alone = HeatResponse(grid, *bodies).displacement(DividedHeat(heat.lower, 1.0))
     np.testing.assert_allclose(only, alone, atol=1e-12 * np.abs(only).max())
     pair = body(2.0), body(3.0, 20.0)
-    shared = DividedHeat.evenly(heat.lower, 0.3)
-    separate = DividedHeat(shared.lower, shared.upper)
+    shared = DividedHeat(heat.total, 0.3)
+    separate = replace(shared, exchanged=np.zeros(grid.shape))
     response = HeatResponse(grid, *pair)
     np.testing.assert_allclose(response.displacement(shared), response.displacement(separate), rtol=1e-11)
     for a, b in zip(response.temperatures(shared), response.temperatures(separate), strict=True):

@@ -130,7 +130,7 @@ def test_equal_bodies_share_thermal_kernels(record_property: Record) -> None:
     body = HeatedBody(50.0, 1.3 * 11.7e-6, 1e-5, 1.0)
     other = replace(body, diffusivity=body.diffusivity * (1.0 + 1e-12))
     flux = np.random.default_rng(1).random(grid.shape)
-    heat = DividedHeat.evenly(flux, 0.4)
+    heat = DividedHeat(flux, 0.4)
     shared, apart = HeatResponse(grid, body, body), HeatResponse(grid, body, other)
     np.testing.assert_allclose(shared.displacement(heat), apart.displacement(heat), rtol=1e-9)
     for a, b in zip(shared.temperatures(heat), apart.temperatures(heat), strict=True):

@@ -50,7 +50,7 @@ def test_response_is_the_sum_over_sources_with_a_kernel_each(peclet, other):
     speed, flux = slip_and_flux(peclet)
     bodies = body(), body(other, conductivity=20.0, expansion=3e-5)
     response = SlidingHeatResponse(SlidingKernels(GRID), *bodies, speed)
-    heat = DividedHeat.evenly(flux, 0.35)
+    heat = DividedHeat(flux, 0.35)
     expansion = np.zeros(GRID.shape)
     for found, b, part in zip(response.temperatures(heat), bodies, (heat.lower, heat.upper), strict=True):
         exact = direct_sum(temperature_table, GRID, speed, part, b.diffusivity) * GRID.dx / b.conductivity
@@ -72,7 +72,7 @@ def test_uniform_slip_is_uniform_motion(divided):
     """The same slip everywhere, or none, is the convolution with one kernel (the constant of sources at rest is arbitrary)."""
     # The same along each row: nothing changes within elements, which only uniform motion takes into account.
     flux = np.tile(np.random.default_rng(3).random(GRID.ny), (GRID.nx, 1))
-    heat = DividedHeat(0.7 * flux, 0.3 * flux[:, ::-1], contact=flux > 0.0) if divided else DividedHeat.evenly(flux, 0.4)
+    heat = DividedHeat(flux, 0.4, 0.3 * flux[:, ::-1] if divided else None)
     for speed in (0.0, 0.02, 3.0):
         pair = [replace(b, speed_x=speed) for b in (body(), body(2 * KAPPA, 20.0))]
         sliding = SlidingHeatResponse(SlidingKernels(GRID), *pair, np.full(GRID.shape, speed))
@@ -81,7 +81,7 @@ def test_uniform_slip_is_uniform_motion(divided):
             np.testing.assert_allclose(found, exact, atol=2e-5 * np.abs(exact).max())
         found, exact = sliding.displacement(heat), moving.displacement(heat)
         np.testing.assert_allclose(found - found.mean(), exact - exact.mean(), atol=2e-5 * np.ptp(exact))
-        gap, exact = sliding.temperature_gap(flux, flux > 0.0), moving.temperature_gap(flux, flux > 0.0)
+        gap, exact = sliding.temperature_gap(flux), moving.temperature_gap(flux)
         np.testing.assert_allclose(gap, exact, atol=2e-5 * np.abs(exact).max())
 
 
@@ -107,7 +107,7 @@ def test_expansions_serve_until_slip_has_doubled():
 
 def test_answers_do_not_depend_on_what_was_solved_before():
     speed, flux = slip_and_flux(1.0)
-    heat = DividedHeat.evenly(flux, 0.5)
+    heat = DividedHeat(flux, 0.5)
     used = SlidingKernels(GRID)
     for factor in (5.0, 0.1, 30.0):
         SlidingHeatResponse(used, body(), body(), factor * speed).displacement(heat)

@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from scripts.problems import (
     MECHANICAL,
@@ -26,10 +27,12 @@ from scripts.problems import (
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatResponse
 
 __all__ = [
-    "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "article_4_1", "elastic", "ellipse", "on_grid",
-    "order", "reference", "reference_problem", "rolled", "rolling", "saturation", "solved", "spheres", "spin_ellipse",
+    "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "article_4_1", "divided_heats", "elastic",
+    "ellipse", "on_grid", "order", "reference", "reference_problem", "rolled", "rolling", "saturation", "solved", "spheres",
+    "spin_ellipse",
 ]  # fmt: skip
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -69,6 +72,20 @@ def order(sizes: np.ndarray | list[float], errors: np.ndarray | list[float]) -> 
 def solved(problem: Problem) -> Result:
     """Result of a problem, solved once for all tests of a session."""
     return solve(problem)
+
+
+def divided_heats(monkeypatch: pytest.MonkeyPatch) -> list[DividedHeat]:
+    """All heats whose temperatures are asked for from now on, the last one last: fields do not tell how heat changes within
+    elements."""
+    seen: list[DividedHeat] = []
+    temperatures = HeatResponse.temperatures
+
+    def remembered(self: HeatResponse, heat: DividedHeat) -> tuple[np.ndarray, np.ndarray]:
+        seen.append(heat)
+        return temperatures(self, heat)
+
+    monkeypatch.setattr(HeatResponse, "temperatures", remembered)
+    return seen
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,8 @@ def solve_cell(
     return RollingSolver(gradient).solve(cell, [(first, (0.0, 0.0))], tolerance)
 
 
-def carter_strip(n: int, offset: float, share: float, lateral: bool) -> tuple[float, TangentialSolution]:
-    """Force error over μN of one row of elements, `offset` elements off the centre, long enough to be two-dimensional.
+def carter_row(n: int, offset: float, share: float, lateral: bool = False) -> tuple[RollingGradient, TangentialProblem]:
+    """One row of elements, `offset` elements off the centre, long enough to be two-dimensional; `share` of saturation.
 
     The lateral problem is Carter's with the anti-plane compliance."""
     a, friction, g = CYLINDERS.half_width, 0.3, elastic(0.28).shear_modulus
@@ -38,7 +38,14 @@ def carter_strip(n: int, offset: float, share: float, lateral: bool) -> tuple[fl
     rigid = np.zeros((2, n, 1))
     rigid[direction] = exact.creepage * (compliance.across / compliance.along if lateral else 1.0)
     cell = TangentialProblem(friction * pressure[:, None], np.minimum(covered, 1.0)[:, None], rigid, dx * length)
-    solution = solve_cell(RollingGradient((n, 1), dx, length, compliance), cell, 1e-9)
+    return RollingGradient((n, 1), dx, length, compliance), cell
+
+
+def carter_strip(n: int, offset: float, share: float, lateral: bool) -> tuple[float, TangentialSolution]:
+    """Force error over μN of `carter_row`, and its solution."""
+    gradient, cell = carter_row(n, offset, share, lateral)
+    solution = solve_cell(gradient, cell, 1e-9)
     assert solution.converged
-    limit = friction * CYLINDERS.load_per_length
-    return float(solution.traction[direction].sum()) * dx / limit - exact.force / limit, solution
+    exact = carter(CYLINDERS, 0.3, share * saturation_creepage(CYLINDERS, 0.3))
+    limit = 0.3 * CYLINDERS.load_per_length
+    return float(solution.traction[int(lateral)].sum()) * gradient.dx / limit - exact.force / limit, solution

@@ -163,7 +163,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         heat = discretisation.heat(contact)
         lower, upper = heat.temperatures()
         scalars["partition_mean"] = heat.mean_share
-        if heat.into.share is None:
+        if heat.into.exchanged is not None:
             fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))

@@ -42,20 +42,19 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
     return mirrored(table, ny)
 
 
-def slopes(flux: Array, where: np.ndarray | None = None) -> Array:
-    """Change of the element averages `flux`, (nx, ny), along x from one end of each element to the other, same unit.
+def slopes(flux: Array) -> Array:
+    """Change of the element averages `flux` ≥ 0, (nx, ny), along x from one end of each element to the other, same unit.
 
-    Central differences; one-sided at the ends of the heated rows, so that nothing leaks out of them. Heat flows on the mask
-    `where`. Without it, where `flux` is positive, and nowhere in an element may the flux be negative."""
-    heated = flux > 0.0 if where is None else where
+    Central differences; one-sided at the ends of the heated rows, so that nothing leaks out of them. Nowhere in an element may
+    the flux be negative."""
+    heated = flux > 0.0
     step = np.diff(flux, axis=0)
     inside = heated[1:] & heated[:-1]
     total, count = np.zeros_like(flux), np.zeros_like(flux)
     for side in (np.s_[1:], np.s_[:-1]):
         total[side] += step * inside
         count[side] += inside
-    slope = total / np.maximum(count, 1.0)
-    return slope if where is not None else np.clip(slope, -2.0 * flux, 2.0 * flux)
+    return np.asarray(np.clip(total / np.maximum(count, 1.0), -2.0 * flux, 2.0 * flux))
 
 
 def _cell_moment(centres: Array, length: float, speed: float, tau: Array) -> Array:

@@ -43,13 +43,14 @@ class Pressure:
 @dataclass(frozen=True)
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the creepages
-    in force, `heat` = heat flux over V (Pa), `work` = ξ·F of all creepages (N)."""
+    in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N)."""
 
     traction: Array
     slip: Array
     stick: Mask
     creepage: tuple[float, float]
     heat: Array
+    heat_slope: Array
     work: float
     residual: float = 0.0
     newton_steps: int = 0
@@ -60,7 +61,7 @@ class Traction:
     def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:
         """Tractions (2, nx, ny) only to start from."""
         nothing = np.zeros(traction.shape[1:])
-        return cls(traction, np.zeros_like(traction), nothing > 0.0, creepage, heat=nothing, work=0.0, residual=residual)
+        return cls(traction, np.zeros_like(traction), nothing > 0.0, creepage, nothing, nothing, work=0.0, residual=residual)
 
     @classmethod
     def unknown(cls, shape: tuple[int, int]) -> Traction:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from thermoroll_cli.kernels.arrays import Array
@@ -9,6 +11,8 @@ from thermoroll_cli.kernels.arrays import Array
 SHARPEST = 3.0
 """How much more a peak may bend than what is beside it. Peaks of temperature behind narrow slip zones do (with 1, their errors
 are 20 % larger); at the edge of a plateau the ratio has no end."""
+SHARPEST_SKEW = 5.0
+"""The same of a cubic, over the bend on the side that falls less."""
 
 STEEP = 0.5
 """Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
@@ -20,10 +24,13 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
 
     The top of the parabolas along x and y through the largest element, or that element's value at the edge of the field's
     support. Fields may have a corner there (a plateau that ends, a border of stick): the parabola bends at most `SHARPEST`
-    times as much as the field does beside the largest element, so nothing is made of a drop on one side alone.
+    times as much as the field does beside the largest element, so nothing is made of a drop on one side alone. Temperatures
+    rise slowly through the contact and fall behind it: along x their top is that of a cubic, where it is none of these.
     """
     i, j = np.unravel_index(int(np.argmax(field)), field.shape)
-    return float(field[i, j]) + _rise(field[:, j], int(i), averages) + _rise(field[i, :], int(j), averages)
+    along = None if averages else _skew_rise(field[:, j], int(i))
+    along = _rise(field[:, j], int(i), averages) if along is None else along
+    return float(field[i, j]) + along + _rise(field[i, :], int(j), averages)
 
 
 def _rise(line: Array, k: int, averages: bool) -> float:
@@ -38,6 +45,26 @@ def _rise(line: Array, k: int, averages: bool) -> float:
     slope = max(-0.5 * bend - float(line[k] - max(line[k - 1], line[k + 1])), 0.0)
     # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
     return -0.5 * slope**2 / bend - (bend / 24.0 if averages else 0.0)
+
+
+def _skew_rise(line: Array, k: int) -> float | None:
+    """How far the cubic through the largest value k, its neighbours and the second one on the side that falls less rises above
+    it; None where that is no smooth top. Of Carter's contact on fast material the top of zones of 5 to 20 elements comes out
+    within 4e-3 to 2e-4 wherever it lies, three to five times closer than by a parabola."""
+    if not 1 < k < len(line) - 2 or min(line[k - 1], line[k + 1]) <= 0.0:
+        return None
+    two, one, top, other, beyond = line[k - 2 : k + 3] if line[k - 2] >= line[k + 2] else line[k - 2 : k + 3][::-1]
+    bend, beside = one - 2.0 * top + other, two - 2.0 * one + top
+    if beside >= 0.0 or bend < SHARPEST_SKEW * beside or beyond >= other:
+        return None
+    b = 0.5 * bend
+    c = (0.5 * (top + 4.0 * b - two) - 0.5 * (other - one)) / 3.0
+    a = 0.5 * (other - one) - c
+    root = b * b - 3.0 * a * c
+    if root < 0.0 or math.sqrt(root) <= b:
+        return None
+    t = a / (math.sqrt(root) - b)
+    return max(float(t * (a + t * (b + t * c))), 0.0) if -1.0 <= t <= 1.0 else None
 
 
 def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:

@@ -170,7 +170,7 @@ class Discretisation:
             motion = self.derived.problem.motion
             given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
             slip = rigid * normal.contact if sliding else zero
-            return Traction(zero, slip, normal.contact & (not sliding), given, heat=np.zeros(self.grid.shape), work=0.0)
+            return Traction(zero, slip, normal.contact & (not sliding), given, heat=zero[0], heat_slope=zero[0], work=0.0)
         return self.rolling.solve(self.derived, normal, rigid, start, tolerance, friction,
                                   undisturbed=normal is self.isothermal_pressure)
 
@@ -217,7 +217,8 @@ class Discretisation:
             # What returns depends on all heat exchanged, and border elements that are hardly covered would exchange as much as
             # others: half covered ones are the whole contact on average.
             inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
-            known = divide(heating, response, self.heat_flux(tangential), inside)
+            slope = self.derived.problem.motion.speed * tangential.heat_slope
+            known = divide(heating, response, self.heat_flux(tangential), inside, slope)
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
 

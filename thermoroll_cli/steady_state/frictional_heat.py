@@ -46,7 +46,7 @@ class Heat:
         total = float(self.flux.sum())
         if total == 0.0:
             return np.nan
-        return self.into.share if self.into.share is not None else float(self.into.lower.sum()) / total
+        return self.into.share if self.into.exchanged is None else float(self.into.lower.sum()) / total
 
     def expansion(self) -> Array:
         """u_z^t > 0 of both bodies towards each other in m, up to a constant where sources are at rest."""
@@ -73,11 +73,12 @@ class Heat:
         return self.response.temperatures(self.into)
 
 
-def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Mask) -> Heat:
-    """Divide the frictional heat `flux` between the bodies, as `heating.partition` says."""
+def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Mask, slope: Array | None = None) -> Heat:
+    """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
+    `heating.partition` says."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, contact, heating.bulk_difference), response)
-    return Heat(flux, Partition(DividedHeat.evenly(flux, heating.partition), 0.0, 0), response)
+        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope), response)
+    return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
 
 
 def account(heat: Heat) -> dict[str, dict[str, float]]:

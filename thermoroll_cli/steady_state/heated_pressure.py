@@ -46,7 +46,7 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     share = heat.mean_share if np.isfinite(heat.mean_share) else 0.5
 
     def expand(pressure: Array) -> Array:
-        return heat.response.displacement(DividedHeat.evenly(per_pressure * pressure, share))
+        return heat.response.displacement(DividedHeat(per_pressure * pressure, share))
 
     rest = after.expansion - expand(normal.pressure)
     offset = before.offset

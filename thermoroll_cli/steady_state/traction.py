@@ -14,7 +14,8 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
 from thermoroll_cli.solvers.tangential.rolling_gradient import MARGIN, RollingGradient, difference
-from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem, TangentialSolution
+from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.steady_state.slip_heat import heat_of_slip
 from thermoroll_cli.steady_state.window import Window, window_around
 
 
@@ -63,12 +64,14 @@ class TractionSolver:
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
+        heat, slope = heat_of_slip(solution, cell, rigid_inner, derived.shear_compliance, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
             slip=window.vector(solution.slip * (cell.covered > 0.0)),
             stick=window.scalar(solution.stick),
             creepage=(creepage_x, creepage_y),
-            heat=window.scalar(_dissipated(solution, rigid_inner)),
+            heat=window.scalar(heat),
+            heat_slope=window.scalar(slope),
             work=work,
             residual=solution.residual,
             newton_steps=solution.newton_steps,
@@ -140,20 +143,3 @@ def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array 
         return None
     variation = 0.5 * grid.dy * np.abs(derived.differential_slip.slope(grid.y) - derived.problem.motion.spin)
     return window.cut(np.broadcast_to(variation, grid.shape))
-
-
-def _dissipated(solution: TangentialSolution, rigid: Array) -> Array:
-    """τ·s, plus what slip zones narrower than an element dissipate, so that the heat equals the work of the forces.
-
-    The upstream difference and the border compliance take up that power where it is lost; it is given back in proportion
-    to their local share."""
-    resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
-    missing = float((solution.traction * rigid).sum() - resolved.sum())
-    if missing < 0.0 and resolved.any():
-        # What stands in for the border's compliance is no resistance everywhere: full sliding may dissipate 1e-5 too much.
-        return np.asarray(resolved * (1.0 + missing / float(resolved.sum())))
-    taken = np.maximum(solution.lost, 0.0)
-    total = float(taken.sum())
-    if missing <= 0.0 or total <= 0.0:
-        return resolved
-    return np.asarray(resolved + taken * (missing / total))

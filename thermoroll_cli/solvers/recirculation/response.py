@@ -59,9 +59,9 @@ class RecirculatingResponse:
         )
         return lower, upper
 
-    def temperature_gap(self, exchange: Array, contact: Mask) -> Array:
+    def temperature_gap(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
-        return self.passing.temperature_gap(exchange, contact) + self._returning @ exchange.sum(axis=0)
+        return self.passing.temperature_gap(exchange) + self._returning @ exchange.sum(axis=0)
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """As `ThermalResponse`, of the present pass."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -31,24 +30,26 @@ class HeatedBody:
 
 @dataclass(frozen=True)
 class DividedHeat:
-    """Heat flux into the lower and into the upper body in W/m², (nx, ny); `share` of the lower body if it is the same
-    everywhere. Conduction makes the one or the other negative in places, and flows on the mask `contact` (None: there is
-    none, heat enters where there is friction)."""
+    """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the lower body takes the part `share` at every point, and
+    the flux `exchanged` that leaves the upper body for the lower one besides, of either sign (None: nothing does). `total`
+    changes by `slope` along x through each element (None: as its neighbours tell, `kernels.thermal_slope`)."""
 
-    lower: Array
-    upper: Array
-    share: float | None = None
-    contact: NDArray[np.bool_] | None = None
-
-    @classmethod
-    def evenly(cls, flux: Array, share: float) -> DividedHeat:
-        """The part `share` of `flux` goes into the lower body, at every point."""
-        return cls(share * flux, (1.0 - share) * flux, share)
+    total: Array
+    share: float
+    exchanged: Array | None = None
+    slope: Array | None = None
 
     @property
-    def total(self) -> Array:
-        """Frictional heat flux that feeds both."""
-        return self.lower + self.upper
+    def lower(self) -> Array:
+        """Heat flux into the lower body."""
+        own = self.share * self.total
+        return own if self.exchanged is None else np.asarray(own + self.exchanged)
+
+    @property
+    def upper(self) -> Array:
+        """Heat flux into the upper body."""
+        own = (1.0 - self.share) * self.total
+        return own if self.exchanged is None else np.asarray(own - self.exchanged)
 
 
 class ThermalResponse(Protocol):
@@ -68,9 +69,9 @@ class ThermalResponse(Protocol):
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
         """Surface temperature rise in K of the lower and of the upper body."""
 
-    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
+    def temperature_gap(self, exchange: Array) -> Array:
         """Temperature of the lower less that of the upper surface if the flux `exchange` leaves the upper body for the
-        lower one on the mask `contact`."""
+        lower one."""
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
@@ -83,7 +84,7 @@ class ThermalResponse(Protocol):
 class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
-    For temperatures the heat flux changes linearly along x within each element (`kernels.thermal_slope`): they are those of
+    For temperatures frictional heat changes linearly along x within each element (`kernels.thermal_slope`): they are those of
     the elements' centres, at second order. `tables` counts influence tables built: equal bodies at equal speed share theirs.
     """
 
@@ -123,7 +124,7 @@ class HeatResponse:
         """As `ThermalResponse`. The gap only feels the sum of both expansions: heat that is divided evenly takes one
         transform of it, and one of the result, whatever the bodies."""
         convolution = self.convolution
-        if heat.share is not None:
+        if heat.exchanged is None:
             hat = convolution.forward(heat.total)
             hat *= self._joint_expansion(heat.share, 1.0 - heat.share)
             return convolution.inverse(hat)
@@ -133,47 +134,46 @@ class HeatResponse:
         return convolution.inverse(hat)
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `ThermalResponse`."""
+        """As `ThermalResponse`. What is exchanged is constant in each element: it may change its sign from one to the next, and
+        with slopes of either sign surfaces would get colder than their surroundings."""
         lower, upper = self.bodies
-        if heat.share is None:
-            return self._rise(lower, *self._transformed(heat.lower, heat.contact)), self._rise(
-                upper, *self._transformed(heat.upper, heat.contact)
-            )
-        hats = self._transformed(heat.total, heat.contact)
-        return heat.share * self._rise(lower, *hats), (1.0 - heat.share) * self._rise(upper, *hats)
+        changes = slopes(heat.total) if heat.slope is None else heat.slope
+        if min(lower.speed_x, upper.speed_x) < 0.0:
+            # In front of the heat is where material has not met any: there no element may have negative heat at its end.
+            changes = np.maximum(changes, -2.0 * heat.total)
+        flux, slope = (self.convolution.forward(field) for field in (heat.total, changes))
+        exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
+        return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
+                self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
 
-    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
+    def temperature_gap(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
         convolution, spectrum = self.gap_symbol()
-        flux_hat, slope_hat = self._transformed(exchange, contact)
-        flux_hat *= spectrum
-        slope_hat *= self._gap_slope
-        flux_hat += slope_hat
-        return convolution.inverse(flux_hat)
+        hat = convolution.forward(exchange)
+        hat *= spectrum
+        return convolution.inverse(hat)
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
-        """As `ThermalResponse`, but for the slopes within elements."""
+        """As `ThermalResponse`."""
         if self._gap is None:
             spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
             self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
 
-    @cached_property
-    def _gap_slope(self) -> Spectrum:
-        spectra = [self._slope_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
-        return np.asarray(spectra[0] + spectra[1])
-
-    def _transformed(self, flux: Array, contact: NDArray[np.bool_] | None) -> tuple[Spectrum, Spectrum]:
-        """Transforms of a flux and of its slopes."""
-        return self.convolution.forward(flux), self.convolution.forward(slopes(flux, contact))
-
     def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
         """As `ThermalResponse`: nothing is lacking."""
         return None
 
-    def _rise(self, body: HeatedBody, flux_hat: Spectrum, slope_hat: Spectrum) -> Array:
-        rise = self.convolution.inverse(
-            flux_hat * self._temperature_spectrum(body) + slope_hat * self._slope_spectrum(body))
+    def _rise(
+        self, body: HeatedBody, flux: Spectrum, slope: Spectrum, share: float, exchanged: Spectrum | None, sign: float
+    ) -> Array:
+        """Temperature of a body that takes `share` of a flux and `sign` times what is exchanged; all given as transforms."""
+        own = share * flux
+        if exchanged is not None:
+            own += sign * exchanged
+        own *= self._temperature_spectrum(body)
+        own += share * slope * self._slope_spectrum(body)
+        rise = self.convolution.inverse(own)
         rise *= self.grid.dx / body.conductivity
         return rise
 

@@ -13,7 +13,7 @@ crosses.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,8 +42,11 @@ class Partition:
         return self.mismatch <= 10.0 * MISMATCH
 
 
-def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bulk_difference: float = 0.0) -> Partition:
-    """Divide the frictional heat `flux` (W/m², (nx, ny)) so that both surfaces are equally warm on the mask `contact`.
+def match(
+    response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bulk_difference: float = 0.0, slope: Array | None = None
+) -> Partition:
+    """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
+    the mask `contact`.
 
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K. The equation is solved for
     the correction of an even division by GMRES, preconditioned with the inverse of the padded, periodic operator: 4 to 7
@@ -51,11 +54,11 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
     """
     share = response.matched_share
     if share is not None and bulk_difference == 0.0:
-        return Partition(DividedHeat.evenly(flux, share), 0.0, 0)
+        return Partition(DividedHeat(flux, share, slope=slope), 0.0, 0)
     share = response.likely_share
-    even = DividedHeat(share * flux, (1.0 - share) * flux, contact=contact)
+    even = DividedHeat(flux, share, slope=slope)
     if not contact.any() or not (flux.any() or bulk_difference):
-        return Partition(DividedHeat.evenly(flux, share), 0.0, 0)
+        return Partition(even, 0.0, 0)
     lower, upper = response.temperatures(even)
     peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
 
@@ -65,7 +68,7 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
         return field
 
     def gap(exchange: Vector) -> Vector:
-        return response.temperature_gap(on_grid(exchange), contact)[contact]
+        return response.temperature_gap(on_grid(exchange))[contact]
 
     precondition = _preconditioner(response, contact)
     mismatch = (upper - lower)[contact] + bulk_difference
@@ -78,8 +81,7 @@ def match(response: ThermalResponse, flux: Array, contact: NDArray[np.bool_], bu
         applications += solution.iterations
         exchange += solution.step
         mismatch = mismatch - solution.image
-    exchanged = on_grid(exchange)
-    heat = DividedHeat(even.lower + exchanged, even.upper - exchanged, contact=contact)
+    heat = replace(even, exchanged=on_grid(exchange))
     return Partition(heat, float(np.abs(mismatch).max()) / peak, applications)
 
 

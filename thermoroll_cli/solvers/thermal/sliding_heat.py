@@ -120,7 +120,7 @@ class SlidingHeatResponse:
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
         """As `solvers.thermal.heat_response.ThermalResponse`."""
         lower, upper = self.bodies
-        if self._alike and heat.share is not None:
+        if self._alike and heat.exchanged is None:
             rise = self._respond("temperature", lower, heat.total) * self.grid.dx
             return (
                 rise * (heat.share / lower.conductivity),
@@ -128,7 +128,7 @@ class SlidingHeatResponse:
             )
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
-    def temperature_gap(self, exchange: Array, contact: NDArray[np.bool_]) -> Array:
+    def temperature_gap(self, exchange: Array) -> Array:
         """As `solvers.thermal.heat_response.ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike:
