@@ -137,10 +137,9 @@ class HeatResponse:
         """As `ThermalResponse`. What is exchanged is constant in each element: it may change its sign from one to the next, and
         with slopes of either sign surfaces would get colder than their surroundings."""
         lower, upper = self.bodies
-        changes = slopes(heat.total) if heat.slope is None else heat.slope
-        if min(lower.speed_x, upper.speed_x) < 0.0:
-            # In front of the heat is where material has not met any: there no element may have negative heat at its end.
-            changes = np.maximum(changes, -2.0 * heat.total)
+        # Laws of slip zones may leave negative heat at the end of an element, which must not be where material enters.
+        entered_behind = min(lower.speed_x, upper.speed_x) < 0.0
+        changes = slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
         flux, slope = (self.convolution.forward(field) for field in (heat.total, changes))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
         return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
