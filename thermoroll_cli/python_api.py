@@ -70,7 +70,7 @@ def to_xarray(result: Result, state: str = "coupled") -> xarray.Dataset:
     for name, values in chosen.fields.items():
         units, long_name = FIELDS.get(name, ("", name))
         variables[name] = (("x", "y"), values, {"units": units, "long_name": long_name})
-    coordinates = {"x": ("x", result.x, {"units": "m"}), "y": ("y", result.y, {"units": "m"})}
+    coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
     return xarray.Dataset(variables, coordinates, {**chosen.scalars, **result.hertz, "converged": int(result.converged)})
 
 

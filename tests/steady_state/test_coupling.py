@@ -14,7 +14,7 @@ from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.thermal_slope import temperature_slope_table
 from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Heating, Motion, Problem
+from thermoroll_cli.model.problem import Heating, Motion
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 
@@ -291,22 +291,6 @@ def test_where_no_steady_state_is_found_is_told_not_hidden():
 
 
 # --- the domain ---------------------------------------------------------------------------------------------------
-
-
-def shrinking(problem: Problem) -> Problem:
-    """Bodies of a material that contracts when warm: the contact grows."""
-    odd = replace(STEEL, expansion=-STEEL.expansion)
-    return replace(problem, lower=odd, upper=odd)
-
-
-def test_domain_grows_when_the_contact_reaches_its_rim():
-    result = solved(shrinking(article_4_1(32)))
-    assert result.converged, result.reason
-    assert result.coupled.scalars["gamma_c"] > 1.15
-    assert result.work["extent"] > 2.2
-    assert any("rim" in w for w in result.warnings)
-    inside = result.coupled.fields["state"] > 0
-    assert not (inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any())
 
 
 @pytest.mark.parametrize("problem", [article_4_1(64), replace(article_4_1(64), motion=Motion(200.0, 0.0, 0.003))])

@@ -59,8 +59,6 @@ def result(
     peclet = SPEED * a0 / 10e-6
     return Result(
         problem=problem(aspect=aspect, heat=heat, deformation=deformation, title=title),
-        x=x,
-        y=y,
         coupled=coupled,
         isothermal=isothermal,
         hertz={"hertz_a_mm": a0 * 1e3, "hertz_b_mm": b0 * 1e3, "hertz_p0_MPa": p0 * 1e-6,
@@ -99,7 +97,7 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     }
     if not tangential:
         fields["state"] = np.where(contact, 1, 0)
-        return State(fields, scalars)
+        return State(fields, scalars, x, y)
     core = half - slip / 2 * shrink
     beyond = (u + half - core) ** 2 - core**2
     stick = contact & (core > 0) & (beyond < 0)
@@ -124,7 +122,7 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
         "power_balance_error": 3.1e-5,
     }
     if not heat:
-        return State(fields, scalars)
+        return State(fields, scalars, x, y)
     flux = traction * speed
     lag = np.subtract.outer(x, x)
     smear = np.where(lag >= 0, 1 / np.sqrt(np.abs(lag) + 0.1 * a0), np.exp(lag / (0.1 * a0)) / np.sqrt(0.1 * a0))
@@ -138,4 +136,4 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
         "temperature_rise_max_upper_K": float(lower.max() * upper_heating),
         "thermal_displacement_max_um": float(1e-3 * lower.max()),
     }
-    return State(fields, scalars)
+    return State(fields, scalars, x, y)

@@ -47,7 +47,7 @@ def failures(
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
-    if any(state is not None and state.touches_rim for state in (isothermal, coupled)):
+    if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     reasons += of_heat
     if coupled is not None:
@@ -57,8 +57,12 @@ def failures(
 
 def heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
     """In which ways the coupled iteration on `home` failed for its heat, and not for its domain; empty where it did not."""
-    if coupled is None or coupled.touches_rim:
+    if coupled is None or (coupled.touches_rim and home.followed is None):
         return []
+    if coupled.touches_rim:
+        tried = home.options.refinement.most_moves
+        return [f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which "
+                "does not show that there is none; lower the speed or the creepage"]
     if not coupled.converged:
         return [_not_coupled(coupled)]
     reasons = []

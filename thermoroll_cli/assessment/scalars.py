@@ -178,7 +178,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     if expansion is not None:
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
-    return State(fields=fields, scalars=scalars)
+    return State(fields, scalars, discretisation.grid.x, discretisation.grid.y)
 
 
 def _hottest(rise: Array) -> float:

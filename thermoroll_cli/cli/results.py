@@ -119,9 +119,9 @@ def export(
             streams.write(str(target))
         return
     target = stem.with_name(f"{stem.name}.{export_format.value}")
-    {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
-    if not quiet:
-        streams.write(str(target))
+    written = {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
+    for path in written if not quiet else ():
+        streams.write(str(path))
 
 
 def _line(history: str, export_format: ExportFormat) -> tuple[float, float]:

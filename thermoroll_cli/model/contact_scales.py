@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from thermoroll_cli.exact.hertz import HertzContact
-from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.grid import Domain, Grid
 from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.model.problem import Geometry
 from thermoroll_cli.model.surface import facing, is_symmetric, lateral_gap
@@ -53,13 +53,13 @@ class ContactScales:
     def reaches_an_end(self) -> bool:
         return any(self.ends)
 
-    def domain(self, extent: float) -> tuple[float, float, float]:
-        """Sides along x and y and the centre along y (m) of a domain of `extent` half-lengths. It ends where a profile ends."""
+    def domain(self, extent: float) -> Domain:
+        """A domain of `extent` half-lengths about the contact. It ends where a profile ends."""
         side_x, half = extent * self.semi_axis_x, 0.5 * extent * self.semi_axis_y
         low, high = max(self.centre - half, self.limits[0]), min(self.centre + half, self.limits[1])
         if math.isinf(self.limits[0]):
-            return side_x, 2.0 * half, self.centre
-        return side_x, high - low, 0.5 * (low + high)
+            return Domain(side_x, 2.0 * half, self.centre)
+        return Domain(side_x, high - low, 0.5 * (low + high))
 
 
 @lru_cache(maxsize=64)

@@ -101,11 +101,13 @@ HERTZ_SCALARS: dict[str, str] = {
 
 @dataclass(frozen=True)
 class State:
-    """One steady state on the grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny)),
-    `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or nan."""
+    """One steady state on a grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny)), `x` and `y` the element
+    centres in m, `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or nan."""
 
     fields: Mapping[str, NDArray[Any]]
     scalars: Mapping[str, float]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
 
     def __repr__(self) -> str:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
@@ -116,7 +118,8 @@ class Result:
     """Outcome of one solve.
 
     `coupled` is the state with thermal deformation, `isothermal` the state on the isothermal geometry; they are the
-    same object when nothing feeds back. `x`, `y` are the element centres in m. `error` maps scalar names to
+    same object when nothing feeds back. Each has its own grid where the domain has followed a heated contact. `error`
+    maps scalar names to
     the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON types: grid,
     iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
     `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
@@ -126,8 +129,6 @@ class Result:
     """
 
     problem: Problem
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
     coupled: State
     isothermal: State
     hertz: Mapping[str, float]
@@ -142,6 +143,22 @@ class Result:
     patches: tuple[Mapping[str, float], ...] = ()
     unbounded: tuple[str, ...] = ()
     subsurface: Subsurface | None = None
+
+    @property
+    def x(self) -> NDArray[np.float64]:
+        """Element centres of the coupled state along x in m, (nx,)."""
+        return self.coupled.x
+
+    @property
+    def y(self) -> NDArray[np.float64]:
+        """Element centres of the coupled state along y in m, (ny,)."""
+        return self.coupled.y
+
+    @property
+    def own_grids(self) -> bool:
+        """Whether the two states live on different grids."""
+        cold = self.isothermal
+        return not (np.array_equal(self.x, cold.x) and np.array_equal(self.y, cold.y))
 
     @property
     def status(self) -> str:

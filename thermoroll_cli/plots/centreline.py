@@ -29,8 +29,9 @@ LIMIT = "friction limit μp"
 
 @dataclass(frozen=True)
 class Curve:
-    """One line of a diagram, in SI units."""
+    """One line of a diagram, in SI units: `values` at `x`."""
 
+    x: NDArray[np.float64]
     values: NDArray[np.float64]
     colour: str
     dashes: Any
@@ -88,7 +89,7 @@ def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
     for state, (colour, dashes) in zip(view.states, looks, strict=True):
         for body, values in _values(view, state, quantity):
             label = ", ".join(filter(None, (state.label, body)))
-            curves.append(Curve(on_centreline(view, values), _shade(colour, body), dashes, label))
+            curves.append(Curve(state.x, on_centreline(view, values, state=state), _shade(colour, body), dashes, label))
     if not any(curve.values.any() for curve in curves):
         return []
     friction = float(view.problem.get("friction") or 0.0)
@@ -96,8 +97,8 @@ def curves_of(view: RunView, quantity: Quantity) -> list[Curve]:
         for state, (colour, _) in zip(view.states, looks, strict=True):
             pressure = state.field("pressure")
             if pressure is not None:
-                limit = friction * on_centreline(view, pressure)
-                curves.append(Curve(limit, colour, (0, (1.0, 1.5)), LIMIT if state is view.states[0] else "", 0.8))
+                limit = friction * on_centreline(view, pressure, state=state)
+                curves.append(Curve(state.x, limit, colour, (0, (1.0, 1.5)), LIMIT if state is view.states[0] else "", 0.8))
     return curves
 
 
@@ -116,11 +117,15 @@ def centreline_words(view: RunView) -> str:
     return real_minus(f"y = {y * scale.factor:.3g} {scale.unit}") if y else "y = 0"
 
 
-def on_centreline(view: RunView, values: NDArray[np.float64], y: float | None = None) -> NDArray[np.float64]:
-    """`values` on the centre line, or at `y` (m): with an even number of elements y = 0 lies between two rows."""
+def on_centreline(
+    view: RunView, values: NDArray[np.float64], y: float | None = None, *, state: StateView | None = None
+) -> NDArray[np.float64]:
+    """`values` of a `state`, of the last one if not given, on the centre line, or at `y` (m): with an even number of elements
+    y = 0 lies between two rows."""
     place = centreline_y(view) if y is None else y
-    above = int(np.clip(np.searchsorted(view.y, place), 1, view.y.size - 1))
-    low, high = view.y[above - 1], view.y[above]
+    rows = (state or view.states[-1]).y
+    above = int(np.clip(np.searchsorted(rows, place), 1, rows.size - 1))
+    low, high = rows[above - 1], rows[above]
     share = float(np.clip((place - low) / (high - low), 0.0, 1.0))
     return (1.0 - share) * values[:, above - 1] + share * values[:, above]
 
@@ -132,13 +137,12 @@ def draw_diagram(
     low, high = limits_of([curve.values for curve in curves], 1.0)
     scale, label = quantity.scale(view, max(high, -low), normalised)
     (factor, x_label), _ = axes_scales(view, normalised)
-    x = view.x * factor
     for curve in curves:
         axes.plot(
-            x, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes, linewidth=curve.weight,
+            curve.x * factor, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes, linewidth=curve.weight,
             label=curve.label or None,
         )  # fmt: skip
-    axes.set_xlim(x[0], x[-1])
+    axes.set_xlim(min(curve.x[0] for curve in curves) * factor, max(curve.x[-1] for curve in curves) * factor)
     axes.set_ylim(1.06 * low * scale.factor, 1.06 * high * scale.factor)
     few_ticks(axes, 5, 5)
     axes.grid(color="0.9", linewidth=0.5)

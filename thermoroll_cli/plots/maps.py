@@ -30,12 +30,11 @@ ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
 
 @dataclass(frozen=True)
 class Frame:
-    """What all maps of one run share: coordinates in drawn units, axis labels, the borders of each state in these
+    """What all maps of one run share: coordinates of each state in drawn units, axis labels, the borders of each state in these
     units, the window around the contacts (left, right, bottom, top), and how many units of x a unit of y is (1 for
     normalised coordinates, which are drawn as if they were lengths)."""
 
-    x: Array
-    y: Array
+    coordinates: tuple[tuple[Array, Array], ...]
     x_label: str
     y_label: str
     borders: tuple[Borders, ...]
@@ -53,18 +52,25 @@ class Frame:
 
     @property
     def domain(self) -> tuple[float, float, float, float]:
-        """The whole domain, to the rims of its elements."""
-        dx, dy = (self.x[1] - self.x[0]) / 2, (self.y[1] - self.y[0]) / 2
-        return self.x[0] - dx, self.x[-1] + dx, self.y[0] - dy, self.y[-1] + dy
+        """What the domains of all states take together."""
+        left, right, bottom, top = zip(*(self.domain_of(number) for number in range(len(self.coordinates))), strict=True)
+        return min(left), max(right), min(bottom), max(top)
+
+    def domain_of(self, state: int) -> tuple[float, float, float, float]:
+        """The whole domain of a state, to the rims of its elements."""
+        x, y = self.coordinates[state]
+        dx, dy = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+        return x[0] - dx, x[-1] + dx, y[0] - dy, y[-1] + dy
 
 
 def frame_of(view: RunView, normalised: bool) -> Frame:
     """The shared frame of a run's maps."""
     (x_factor, x_label), (y_factor, y_label) = axes_scales(view, normalised)
     factors = np.array([x_factor, y_factor])
-    borders = tuple(_scaled(borders_of(view.x, view.y, state), factors) for state in view.states)
+    borders = tuple(_scaled(borders_of(state.x, state.y, state), factors) for state in view.states)
     y_in_x = 1.0 if normalised else x_factor / y_factor
-    frame = Frame(view.x * x_factor, view.y * y_factor, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0), y_in_x)
+    coordinates = tuple((state.x * x_factor, state.y * y_factor) for state in view.states)
+    frame = Frame(coordinates, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0), y_in_x)
     points = [line for border in borders for line in border.contact]
     if not points:
         return dataclasses.replace(frame, window=frame.domain)
@@ -96,7 +102,7 @@ def draw_map(
     image = axes.imshow(
         values.T,
         origin="lower",
-        extent=frame.domain,
+        extent=frame.domain_of(state),
         vmin=limits[0],
         vmax=limits[1],
         cmap=colours,
@@ -104,8 +110,9 @@ def draw_map(
         aspect="auto",
     )
     inside = _path(frame.borders[state].contact)
+    # Also where another state was computed, but not this one.
+    axes.set_facecolor(OUTSIDE)
     if clipped:
-        axes.set_facecolor(OUTSIDE)
         if inside is not None:
             image.set_clip_path(inside, transform=axes.transData)
     for number, dashes in _line_styles(state):
@@ -135,7 +142,7 @@ def draw_arrows(axes: Axes, view: RunView, frame: Frame, number: int, size: tupl
     columns, rows = (max(3, round(length / spacing)) for length in size)
     x = left + (np.arange(columns) + 0.5) / columns * (right - left)
     y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)
-    u, v = (_sampled(frame, component, x, y) for component in (shear_x, shear_y))
+    u, v = (_sampled(frame.coordinates[number], component, x, y) for component in (shear_x, shear_y))
     length = np.hypot(u, v)
     largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
     shown = length > 0.04 * largest
@@ -201,9 +208,9 @@ def _path(lines: Sequence[Array]) -> Any:
     return Path.make_compound_path(*(Path(line, closed=True) for line in lines)) if lines else None
 
 
-def _sampled(frame: Frame, values: Array, x: Array, y: Array) -> Array:
-    """Bilinear interpolation of `values` at all combinations of `x` and `y`."""
-    (i, s), (j, t) = (_position(axis, points) for axis, points in ((frame.x, x), (frame.y, y)))
+def _sampled(coordinates: tuple[Array, Array], values: Array, x: Array, y: Array) -> Array:
+    """Bilinear interpolation of `values`, given at `coordinates`, at all combinations of `x` and `y`."""
+    (i, s), (j, t) = (_position(axis, points) for axis, points in zip(coordinates, (x, y), strict=True))
     s, t = s[:, None], t[None, :]
     corner = [values[np.ix_(i + a, j + b)] for a in (0, 1) for b in (0, 1)]
     return (1 - s) * ((1 - t) * corner[0] + t * corner[1]) + s * ((1 - t) * corner[2] + t * corner[3])

@@ -75,7 +75,7 @@ def axes_scales(view: RunView, normalised: bool) -> tuple[tuple[float, str], tup
     domain is so long that it cannot be drawn to scale anyway."""
     if normalised and math.isfinite(view.semi_axes[0]):
         return (1.0 / view.semi_axes[0], "x/a₀"), (1.0 / view.semi_axes[1], "y/b₀")
-    sizes = [float(abs(axis).max()) for axis in (view.x, view.y)]
+    sizes = [max(float(abs(axis).max()) for axis in axes) for axes in zip(*((s.x, s.y) for s in view.states), strict=True)]
     if max(sizes) < LONGEST_ASPECT * min(sizes):
         sizes = [max(sizes)] * 2
     x, y = (unit_for("m", size) for size in sizes)

@@ -28,6 +28,10 @@ class Stored(Protocol):
     @property
     def fields(self) -> Mapping[str, NDArray[Any]]: ...
     @property
+    def isothermal_x(self) -> NDArray[np.float64]: ...
+    @property
+    def isothermal_y(self) -> NDArray[np.float64]: ...
+    @property
     def isothermal(self) -> Mapping[str, NDArray[Any]]: ...
     @property
     def summary(self) -> Mapping[str, Any]: ...
@@ -39,11 +43,13 @@ class Stored(Protocol):
 
 @dataclass(frozen=True)
 class StateView:
-    """Fields (SI) and scalars (public names) of one state, and what a picture calls it."""
+    """Fields (SI) at the element centres `x`, `y` (m) and scalars (public names) of one state, and what a picture calls it."""
 
     label: str
     fields: Mapping[str, NDArray[Any]]
     scalars: Mapping[str, float]
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
 
     def field(self, name: str) -> NDArray[np.float64] | None:
         """The named field, or None where it was not computed."""
@@ -62,6 +68,7 @@ class StateView:
 class RunView:
     """One result as the pictures see it; lengths and fields in SI units.
 
+    `x`, `y` are the element centres of the last of `states`.
     `states` holds the isothermal and the coupled state, or the single state where nothing feeds back.
     `heat_scale` is k/(α l) with l = 1 mm, by which the article divides heat fluxes (nan without thermal constants).
     """
@@ -90,18 +97,21 @@ def view_of(result: Result | Stored) -> RunView:
         single = result.coupled is result.isothermal
         summary: Mapping[str, Any] = result.summary()
         subsurface: Mapping[str, BodyStresses] = {} if result.subsurface is None else result.subsurface.bodies
+        cold_x, cold_y = result.isothermal.x, result.isothermal.y
     else:
         coupled, isothermal, problem, summary = result.fields, result.isothermal, result.problem, result.summary
         single = coupled is isothermal
         subsurface = result.subsurface
-    states: tuple[StateView, ...] = (StateView("", coupled, summary),)
+        cold_x, cold_y = result.isothermal_x, result.isothermal_y
+    x, y, cold_x, cold_y = (np.asarray(axis) for axis in (result.x, result.y, cold_x, cold_y))
+    states: tuple[StateView, ...] = (StateView("", coupled, summary, x, y),)
     if not single:
-        cold, warm = StateView("isothermal", isothermal, summary["isothermal"]), StateView("coupled", coupled, summary)
-        states = (cold, warm)
+        states = (StateView("isothermal", isothermal, summary["isothermal"], cold_x, cold_y),
+                  StateView("coupled", coupled, summary, x, y))
     return RunView(
         title=str(problem.get("title", "")),
-        x=np.asarray(result.x),
-        y=np.asarray(result.y),
+        x=x,
+        y=y,
         states=states,
         semi_axes=(summary["hertz_a_mm"] * 1e-3, summary["hertz_b_mm"] * 1e-3),
         peak_pressure=summary["hertz_p0_MPa"] * 1e6,

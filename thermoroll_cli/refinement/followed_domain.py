@@ -1,22 +1,27 @@
-"""The coupled state on a domain that follows its contact: strong heat concentrates it to a fraction of Hertz's."""
+"""The coupled state on a domain that follows its contact: strong heat concentrates it to a fraction of Hertz's, and moves it to
+where the bodies are hot."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.kernels.grid import Domain
+from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
 from thermoroll_cli.steady_state.turn import Tolerances
 
-FIT = 2.5
-"""Side of a domain that follows, over the half-width of the contact: a quarter more than the contact takes."""
-WORTH = 0.7
-"""A domain this much smaller, or less, is worth solving on again: elements are then half as large in area."""
-MOST_MOVES = 5
-"""Domains tried on one grid."""
+ROOM = 0.125
+"""Room on each side of a contact in a domain that follows it, over what it measures along that axis."""
+WAY = 0.25
+"""More of it on sides that the contact has touched: it is on its way there."""
+WORTH = 0.5
+"""A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements."""
 
 
 @dataclass(frozen=True)
@@ -29,21 +34,19 @@ class FollowedState:
 
 
 def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState, tolerances: Tolerances) -> FollowedState:
-    """The coupled state on `home` or, where its contact takes too little of that domain, on smaller ones around it.
-
-    The domain stays centred, as the problem is, and never gets larger than that of the isothermal state (`starts`).
-    """
+    """The coupled state on `home` or, where its contact leaves that domain or takes too little of it, on one around it."""
     before = None if starts.coarser is None else starts.coarser.coupled
     balanced = before is not None and before.balanced and before.converged
     state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced)
-    left_behind, grown = 0, False
-    for _ in range(MOST_MOVES):
-        # Where a contact turns out larger than it seemed, all the room there is is given to it, for good.
-        extent = starts.discretisation.extent if state.touches_rim else _fitting_extent(home, state)
-        if extent == home.extent or (grown and not state.touches_rim):
+    left_behind, smaller, settled = 0, False, False
+    for _ in range(home.options.refinement.most_moves):
+        # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
+        settled = settled or (smaller and state.touches_rim)
+        domain = _around(home, state)
+        if domain is None or not (state.touches_rim or (not settled and _is_worth(domain, home))):
             break
-        grown = grown or state.touches_rim
-        moved = Discretisation(home.derived, home.grid.shape, extent, home.threads, home.options)
+        smaller = not state.touches_rim
+        moved = _on_domain(home, domain)
         state = fixed_point(moved, starts.moved(moved, home, state.contact), tolerances,
                             balanced=state.balanced and state.converged)
         if home is not starts.discretisation:
@@ -52,13 +55,45 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
     return FollowedState(home, state, left_behind)
 
 
-def _fitting_extent(home: Discretisation, state: SteadyState) -> float:
-    """Extent on which the contact of `state` is solved well; that of `home` where it is."""
-    if home.derived.problem.geometry.has_profile:
-        # Its isothermal pressure, with which fields are compared, is known on its own domain alone.
-        return home.extent
-    grid, scales, inside = home.grid, home.derived.scales, state.contact.normal.contact
-    along = float(np.abs(grid.x[inside.any(axis=1)]).max()) / scales.semi_axis_x
-    across = float(np.abs(grid.y[inside.any(axis=0)]).max()) / scales.semi_axis_y
-    extent = FIT * max(along + home.extent / grid.nx, across + home.extent / grid.ny)
-    return extent if extent < WORTH * home.extent else home.extent
+def next_home(discretisation: Discretisation, coarser: RefinementLevel | None) -> Discretisation:
+    """Where the coupled state of a grid is begun: on its own domain, or around the contact of the `coarser` grid if that has
+    been followed."""
+    if coarser is None or coarser.coupled is None or coarser.home is coarser.discretisation:
+        return discretisation
+    around = _around(coarser.home, coarser.coupled) if coarser.coupled.converged else coarser.home.followed
+    return discretisation if around is None else _on_domain(discretisation, around)
+
+
+def _on_domain(like: Discretisation, domain: Domain) -> Discretisation:
+    """A discretisation of the same problem with as many elements over another `domain`."""
+    scales = like.derived.scales
+    extent = max(domain.side_x / scales.semi_axis_x, domain.side_y / scales.semi_axis_y)
+    return Discretisation(like.derived, like.grid.shape, extent, like.threads, like.options, domain)
+
+
+def _is_worth(domain: Domain, home: Discretisation) -> bool:
+    """Whether a smaller domain saves enough elements, or makes them small enough, to be solved on again."""
+    return domain.side_x * domain.side_y <= WORTH * home.grid.element_area * home.grid.nx * home.grid.ny
+
+
+def _around(home: Discretisation, state: SteadyState) -> Domain | None:
+    """The domain around the contact of `state`; None where it does not follow."""
+    derived, grid, inside = home.derived, home.grid, state.contact.normal.contact
+    if derived.problem.geometry.has_profile or not inside.any():
+        # The pressure of a profile, with which that of the heated contact is compared, is known on its own domain alone.
+        return None
+    low_x, high_x = _span(grid.x, grid.dx, np.flatnonzero(inside.any(axis=1)))
+    low_y, high_y = _span(grid.y, grid.dy, np.flatnonzero(inside.any(axis=0)))
+    if derived.mirror is not None and derived.heat_mirrors:
+        # But for rounding it is its own mirror image, and is solved as such.
+        high_y = max(high_y, -low_y)
+        low_y = -high_y
+    return Domain(high_x - low_x, high_y - low_y, 0.5 * (low_y + high_y), 0.5 * (low_x + high_x))
+
+
+def _span(centres: Array, size: float, places: NDArray[np.intp]) -> tuple[float, float]:
+    """Lowest and highest coordinate (m) of a domain around the elements of `size` at `places` among those with the given
+    `centres`."""
+    low, high = float(centres[places[0]]) - 0.5 * size, float(centres[places[-1]]) + 0.5 * size
+    length = high - low
+    return (low - (ROOM + WAY * (places[0] == 0)) * length, high + (ROOM + WAY * (places[-1] == centres.size - 1)) * length)

@@ -18,7 +18,6 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
-from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
 from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
 
 
@@ -58,14 +57,11 @@ def result_of(
         history[f"{_coupling_name(last)}_residual"] = np.array(last.isothermal.history)
     isothermal_state = replace(last.isothermal_state, scalars=final(isothermal, derived))
     if last.home is not last.discretisation:
-        isothermal_state = replace(isothermal_state, fields=_cut_out(last))
-        warnings.append(f"the heated contact takes little of the domain: it was solved on {last.home.extent:.3g} semi-axes; "
-                        "fields without thermal deformation are shown on that part alone")
+        warnings.append(f"the domain has followed the heated contact: {_place(last)}; the state without thermal "
+                        "deformation has a grid of its own")
     same = last.coupled_state is last.isothermal_state
     return Result(
         problem=problem,
-        x=last.home.grid.x,
-        y=last.home.grid.y,
         coupled=isothermal_state if same else replace(last.coupled_state, scalars=final(coupled, derived)),
         isothermal=isothermal_state,
         hertz=input_scalars(derived),
@@ -80,14 +76,17 @@ def result_of(
     )
 
 
-def _cut_out(level: RefinementLevel) -> dict[str, Any]:
-    """Fields of the isothermal state on the smaller domain of the coupled one, by interpolation."""
-    source, target = level.discretisation.grid, level.home.grid
-    prolong = Prolongation(source, target)
-    # Of a label the nearest, not a mean.
-    i, j = (np.abs(a[:, None] - b).argmin(axis=0) for a, b in ((source.x, target.x), (source.y, target.y)))
-    return {name: field[np.ix_(i, j)] if name == "state" else prolong(field)
-            for name, field in level.isothermal_state.fields.items()}
+def _place(level: RefinementLevel) -> str:
+    """Where the coupled state lives, in mm."""
+    low_x, high_x, low_y, high_y = _limits(level)
+    return f"x from {low_x:.4g} to {high_x:.4g} mm, y from {low_y:.4g} to {high_y:.4g} mm"
+
+
+def _limits(level: RefinementLevel) -> list[float]:
+    """Lowest and highest x, lowest and highest y of the domain of the coupled state, in mm."""
+    grid = level.home.grid
+    sides = (grid.centre_x, grid.nx * grid.dx), (grid.centre, grid.ny * grid.dy)
+    return [float(1e3 * (centre + half)) for centre, side in sides for half in (-0.5 * side, 0.5 * side)]
 
 
 def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
@@ -129,6 +128,7 @@ def _work(
         "grid": list(last.shape),
         "extent": plan.extent,
         "extent_coupled": levels[-1].home.extent,
+        "domain_coupled_mm": _limits(levels[-1]),
         "iterations": {k: entries[-1][k] for k in entries[-1] if k.endswith(("iterations", "steps"))},
         "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),
         "levels": entries,

@@ -43,8 +43,9 @@ class RefinementLevel:
 
     @property
     def touches_rim(self) -> bool:
-        """Whether a contact was found to reach the edge of the domain."""
-        return any(state is not None and state.touches_rim for state in (self.isothermal, self.coupled))
+        """Whether a contact was found to reach the edge of a domain that a larger one may replace."""
+        reached = self.coupled is not None and self.coupled.touches_rim and self.home.followed is None
+        return self.isothermal.touches_rim or reached
 
     @property
     def elements_across(self) -> float:

@@ -14,7 +14,7 @@ from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.below_the_surface import with_subsurface
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
-from thermoroll_cli.refinement.followed_domain import followed_state
+from thermoroll_cli.refinement.followed_domain import followed_state, next_home
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
@@ -121,10 +121,7 @@ class Solver:
             followed = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
-                    home = discretisation
-                    if coarser is not None and coarser.home is not coarser.discretisation:
-                        home = Discretisation(derived, shape, coarser.home.extent, self.threads, self.options)
-                    followed = followed_state(starts, home, isothermal, tolerances)
+                    followed = followed_state(starts, next_home(discretisation, coarser), isothermal, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
                                     "residual": followed.state.residual})
             with stopwatch("temperature"):

@@ -106,7 +106,7 @@ def _carried_over(discretisation: Discretisation, source: Discretisation, contac
             enough = guess.covered > discretisation.options.refinement.least_cover
             pressure = np.where(enough, np.maximum(guess.pressure + change, 0.0), 0.0)
         else:
-            pressure = np.maximum(prolong(contact.normal.pressure), 0.0)
+            pressure = np.maximum(prolong.from_inside(contact.normal.pressure), 0.0)
         guess = replace(guess, pressure=pressure, covered=(pressure > 0.0).astype(float))
     traction = prolong.traction(contact.tangential.traction, contact.normal.pressure, guess.pressure)
     fields = {name: prolong(field) for name, field in unknowns_of(contact).items()}

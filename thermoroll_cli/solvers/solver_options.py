@@ -186,6 +186,8 @@ class RefinementOptions:
     largest_extent: float = 12.0
     growth: float = 1.25
     """Factor by which the domain grows when the contact reaches its rim."""
+    most_moves: int = 8
+    """Domains that are tried on one grid to follow a heated contact; one that proves too small is left after a few turns."""
     least_cover: float = 0.3
     """Elements that the isothermal contact covers by less start without pressure between dissimilar bodies: the solver adds an
     element more readily than it drops one."""

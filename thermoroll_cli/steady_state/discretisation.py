@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.kernels.arrays import Array, Mask
-from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.kernels.grid import Domain, Grid
 from thermoroll_cli.model.contact import Contact, Pressure, Traction
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.peak import peak_inside, peak_value
@@ -28,16 +28,25 @@ if TYPE_CHECKING:
 
 
 
+BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
+"""Pressure in the outermost elements over the isothermal one there, and in units of the peak, from which a contact is being cut
+off there: 0.5 to 1.5 of one that only bulges (by a quarter of the approach, on 8² to 20² elements), from 4 to 500 of one that
+has moved half out of its domain."""
+
+
 class Discretisation:
     """The solvers of one problem on one grid; each is built when a stage first needs it."""
 
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
-        options: SolverOptions | None = None,
+        options: SolverOptions | None = None, followed: Domain | None = None,
     ) -> None:
+        """`followed` is the domain around a heated contact, which may lie anywhere, instead of the one of `extent` semi-axes
+        about the isothermal contact."""
         self.options = options or SolverOptions()
         self.derived = derived
-        self.grid: Grid = derived.grid(shape, extent)
+        self.followed = followed
+        self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
         self.extent = extent
         self.threads = threads
         self.rolling = TractionSolver(self.grid, threads, self.options.rolling)
@@ -76,10 +85,15 @@ class Discretisation:
         if self.derived.problem.geometry.has_profile:
             return self._press(None, self._isothermal_start(), self.options.tolerances.normal)
         hertz, grid = self.derived.hertz, self.grid
-        # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
-        x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
-        quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
-        pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+        if self.followed is None:
+            # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
+            x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
+            quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
+            pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+        else:
+            pressure, covered = element_averages(hertz, *(
+                centre[0] + (np.arange(n + 1) - 0.5) * size
+                for centre, n, size in ((grid.x, grid.nx, grid.dx), (grid.y, grid.ny, grid.dy))))
         if self.options.whole_elements:
             pressure = hertz.pressure(grid.x[:, None], grid.y[None, :])
             pressure *= self.derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
@@ -109,7 +123,7 @@ class Discretisation:
         peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
         return Pressure(
             pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset, whole_elements=solution.pressure,
-            iterations=solution.iterations, converged=solution.converged, touches_rim=self._touches_rim(solution.contact))
+            iterations=solution.iterations, converged=solution.converged, touches_rim=self._touches_rim(pressure))
 
     def _isothermal_start(self) -> Array:
         """Where the isothermal pressure of a profile is started: on the coarser grid, or everywhere."""
@@ -124,14 +138,20 @@ class Discretisation:
         reach = 0.501 * grid.dy
         return bool(grid.y[0] - reach < lowest), bool(grid.y[-1] + reach > highest)
 
-    def _touches_rim(self, contact: Mask) -> bool:
-        """Whether contact in the outermost elements means that the domain is too small: on coarse grids they also hold the
-        border of the isothermal contact, so their centres must lie in the outer half of the room around it."""
-        grid, scales, ends = self.grid, self.derived.scales, self.at_ends
-        # A domain that has followed a smaller contact always tells: the isothermal one does not lie in it.
-        half_room = 0.5 * (1.0 + 0.5 * self.extent) if self.extent >= 2.0 else 0.0
+    def _touches_rim(self, pressure: Array) -> bool:
+        """Whether `pressure` in the outermost elements means that the domain is too small: on coarse grids they also hold the
+        border of the isothermal contact, so their centres must lie in the outer half of the room around it, or the pressure
+        must be more than any border's."""
+        contact, grid, scales, ends = pressure > 0.0, self.grid, self.derived.scales, self.at_ends
+        half_room = 0.5 * (1.0 + 0.5 * self.extent)
         touched = (contact[0].any() or contact[-1].any() or (contact[:, 0].any() and not ends[0])
                    or (contact[:, -1].any() and not ends[1]))
+        if self.followed is not None:
+            return bool(touched)
+        if touched and not self.derived.problem.geometry.has_profile:
+            before = _outermost(self.isothermal_pressure.pressure)
+            if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
+                return True
         return bool(touched and grid.x[-1] > half_room * scales.semi_axis_x
                     and (any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
 
@@ -232,6 +252,11 @@ class Discretisation:
         total += self.normal_shear.transforms if "normal_shear" in self.__dict__ else 0
         total += self._sliding.transforms if "_sliding" in self.__dict__ else 0
         return total + (self._heat.transforms if self._heat is not None else 0)
+
+
+def _outermost(pressure: Array) -> float:
+    """Largest pressure in the outermost elements."""
+    return float(max(side.max() for side in (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])))
 
 
 def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:

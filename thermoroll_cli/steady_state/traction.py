@@ -129,8 +129,7 @@ class TractionSolver:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either
         end: (nx+4, ny)."""
         grid = self.grid
-        x = np.asarray((np.arange(-MARGIN, grid.nx + MARGIN) - 0.5 * (grid.nx - 1)) * grid.dx, dtype=np.float64)
-        closing = -derived.undeformed_gap(x, grid.y)
+        closing = -derived.undeformed_gap(grid.rows_with(MARGIN), grid.y)
         if normal.offset is not None:
             # Rows beyond the domain matter on the coarsest grids alone.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")

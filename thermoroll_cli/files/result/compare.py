@@ -91,16 +91,19 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     if both:
         rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
     notes = list(_told_apart(rows))
-    if _same_grid(a, b):
-        rows += _field_rows("", a, a.fields, b.fields)
-        if both:
-            rows += _field_rows("isothermal.", a, a.isothermal, b.isothermal)
-    else:
-        note = f"fields not compared: different grids ({_grid(a)} and {_grid(b)})"
-        notes.append(note)
+    for prefix, here, there in (("", _Place.of_coupled(a), _Place.of_coupled(b)),
+                                ("isothermal.", _Place.of_isothermal(a), _Place.of_isothermal(b))):
+        if prefix and not both:
+            continue
+        if here.is_that_of(there):
+            rows += _field_rows(prefix, here, there.fields)
+            continue
+        note = f"fields not compared: different grids ({here} and {there})"
+        if note not in notes:
+            notes.append(note)
         rows += [
-            Pair(name, "field", _magnitude(a.fields.get(name)), _magnitude(b.fields.get(name)), math.nan, note)
-            for name in _union(a.fields, b.fields, tuple(FIELDS))
+            Pair(prefix + name, "field", _magnitude(here.fields.get(name)), _magnitude(there.fields.get(name)), math.nan, note)
+            for name in _union(here.fields, there.fields, tuple(FIELDS))
         ]
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
@@ -133,9 +136,37 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-def _field_rows(
-    prefix: str, on: StoredResult, a: Mapping[str, NDArray[Any]], b: Mapping[str, NDArray[Any]]
-) -> Iterator[Pair]:
+@dataclass(frozen=True)
+class _Place:
+    """Fields of one state and where they live (m)."""
+
+    x: NDArray[np.float64]
+    y: NDArray[np.float64]
+    fields: Mapping[str, NDArray[Any]]
+
+    @classmethod
+    def of_coupled(cls, result: StoredResult) -> _Place:
+        return cls(result.x, result.y, result.fields)
+
+    @classmethod
+    def of_isothermal(cls, result: StoredResult) -> _Place:
+        return cls(result.isothermal_x, result.isothermal_y, result.isothermal)
+
+    def is_that_of(self, other: _Place) -> bool:
+        """Whether both grids are the same but for rounding."""
+        return all(left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
+                   for left, right in ((self.x, other.x), (self.y, other.y)))
+
+    def __str__(self) -> str:
+        """Elements and domain in words: two grids may differ in extent or place alone."""
+        (nx, width, east), (ny, height, north) = (
+            (n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1), 5e2 * (axis[0] + axis[-1])) for axis in (self.x, self.y))
+        about = f" about x = {east:.4g}, y = {north:.4g} mm" if max(abs(east / width), abs(north / height)) > 1e-6 else ""
+        return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm{about}"
+
+
+def _field_rows(prefix: str, on: _Place, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
+    a = on.fields
     for name in _union(a, b, tuple(FIELDS)):
         if name not in a or name not in b:
             yield Pair(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
@@ -170,7 +201,7 @@ def _rows_below(a: StoredResult, b: StoredResult) -> Iterator[Pair]:
                 yield Pair(full_name, "field", _magnitude(here), _magnitude(there), relative, "largest magnitudes")
 
 
-def _field_row(name: str, on: StoredResult, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
+def _field_row(name: str, on: _Place, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
     """The difference of a field, and both values where it is largest."""
     distance = np.abs(np.asarray(a, dtype=np.float64) - b)
     distance[np.isnan(a) & np.isnan(b)] = 0.0
@@ -230,20 +261,6 @@ def _magnitude(values: NDArray[Any] | None) -> float | None:
         return None
     sizes = np.abs(np.asarray(values, dtype=np.float64))
     return float(np.max(sizes, initial=0.0, where=~np.isnan(sizes)))
-
-
-def _same_grid(a: StoredResult, b: StoredResult) -> bool:
-    def same(left: NDArray[np.float64], right: NDArray[np.float64]) -> bool:
-        return left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
-
-    return same(a.x, b.x) and same(a.y, b.y)
-
-
-def _grid(result: StoredResult) -> str:
-    """Elements and domain in words: two grids may differ in extent alone."""
-    axes = (result.x, result.y)
-    (nx, width), (ny, height) = ((n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1)) for axis in axes)
-    return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm"
 
 
 def _missing(in_a: bool) -> str:

@@ -9,8 +9,9 @@ Layout (format version 1)::
                     numpy, scipy, FFTW, pyFFTW, h5py, HDF5, and the platform
     /input          case_text, case_json (as read and resolved), problem_json (SI, as solved)
     /fields         x, y and the 2-D fields of `FIELDS` in SI units, coupled state
-    /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back
-    /mesh           point coordinates for XDMF
+    /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back. With x and y of its
+                    own where the domain has followed a heated contact
+    /mesh           point coordinates for XDMF; those of /isothermal in /mesh_isothermal, if they differ
     /subsurface     lower, upper: stresses inside the bodies, where the case asks for them (`subsurface_groups`)
     /summary        scalars under their public names; subgroups isothermal and error; work as JSON
     /history        residuals per iteration
@@ -62,12 +63,14 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
             case_json=case_json,
             problem_json=json.dumps(dataclasses.asdict(result.problem), default=str),
         )
-        _write_state(file.create_group("fields"), result, result.coupled)
+        _write_state(file.create_group("fields"), result.coupled)
         if result.isothermal is result.coupled:
             file["isothermal"] = file["fields"]
         else:
-            _write_state(file.create_group("isothermal"), result, result.isothermal)
+            _write_state(file.create_group("isothermal"), result.isothermal)
         _write_mesh(file.create_group("mesh"), result.x, result.y)
+        if result.own_grids:
+            _write_mesh(file.create_group("mesh_isothermal"), result.isothermal.x, result.isothermal.y)
         if result.subsurface is not None:
             from thermoroll_cli.files.result.subsurface_groups import write_subsurface
 
@@ -99,9 +102,9 @@ def _write_texts(group: h5py.Group, **texts: str) -> None:
         _create(group, name, fixed_text(text))
 
 
-def _write_state(group: h5py.Group, result: Result, state: State) -> None:
-    x = _write_scale(group, "x", result.x, "m", "along rolling, trailing edge at +x")
-    y = _write_scale(group, "y", result.y, "m", "lateral")
+def _write_state(group: h5py.Group, state: State) -> None:
+    x = _write_scale(group, "x", state.x, "m", "along rolling, trailing edge at +x")
+    y = _write_scale(group, "y", state.y, "m", "lateral")
     for name, values in state.fields.items():
         units, long_name = FIELDS.get(name, ("", name))
         # The state is a label of three values; eight bytes for each would be a sixth of the file.

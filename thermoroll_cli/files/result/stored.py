@@ -37,7 +37,8 @@ class StoredResult:
     """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
 
     `summary` has the shape of `Result.summary()`; `problem` has the solved problem in SI units as nested dictionaries;
-    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny). `subsurface` has the bodies that were looked
+    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny); `x` and `y` are the element centres of `fields`,
+    `isothermal_x` and `isothermal_y` those of `isothermal`. `subsurface` has the bodies that were looked
     into.
     """
 
@@ -47,12 +48,19 @@ class StoredResult:
     y: NDArray[np.float64]
     fields: Mapping[str, NDArray[Any]]
     isothermal: Mapping[str, NDArray[Any]]
+    isothermal_x: NDArray[np.float64]
+    isothermal_y: NDArray[np.float64]
     summary: Mapping[str, Any]
     problem: Mapping[str, Any]
     case_text: str
     case_json: str
     history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
     subsurface: Mapping[str, BodyStresses] = field(default_factory=dict)
+
+    @property
+    def own_grids(self) -> bool:
+        """Whether the two states live on different grids."""
+        return not (np.array_equal(self.x, self.isothermal_x) and np.array_equal(self.y, self.isothermal_y))
 
     @property
     def title(self) -> str:
@@ -142,6 +150,7 @@ def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
 
 def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResult:
     x, y = file["fields/x"][()], file["fields/y"][()]
+    isothermal_x, isothermal_y = file["isothermal/x"][()], file["isothermal/y"][()]
     coupled: dict[str, NDArray[Any]] = {}
     isothermal: dict[str, NDArray[Any]] = {}
     history: dict[str, NDArray[np.float64]] = {}
@@ -149,7 +158,7 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
     if with_fields:
         coupled = _read_fields(file["fields"], (x.size, y.size))
         same = file["isothermal"] == file["fields"]
-        isothermal = coupled if same else _read_fields(file["isothermal"], (x.size, y.size))
+        isothermal = coupled if same else _read_fields(file["isothermal"], (isothermal_x.size, isothermal_y.size))
         # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
         if "subsurface" in file:
             from thermoroll_cli.files.result.subsurface_groups import read_subsurface
@@ -164,6 +173,8 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
         y=y,
         fields=coupled,
         isothermal=isothermal,
+        isothermal_x=isothermal_x,
+        isothermal_y=isothermal_y,
         summary=_read_summary(file["summary"]),
         problem=json.loads(inputs["problem_json"].asstr()[()]),
         case_text=inputs["case_text"].asstr()[()],
