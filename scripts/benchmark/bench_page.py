@@ -88,17 +88,26 @@ def _accuracy(measured: dict[str, Any], machine: str) -> str:
     return text + _against_contact(measured["against_contact"])
 
 
+IN_TURN = {"N = 64": 10, "N = 128": 70, "N = 256": 500}
+"""CONTACT's processor seconds over ours at equal error, both measured in alternation, with an earlier state of this program."""
+
+
 def _against_contact(levels: dict[str, Any]) -> str:
-    text = ("### Against CONTACT\n\nCONTACT's processor seconds were measured in alternation with an earlier state of this "
-            "program, on one shared core, at its default tolerance (`tests/reference/contact_side_by_side.json`): ratios, not "
-            "seconds, are to be read. They are those of the solution alone, without the start of a process on either side. "
-            "Ours is the coarsest grid whose forces are no worse than CONTACT's; where both were measured in turn, the ratios "
-            "were about 10, 70 and 500 at CONTACT's N = 64, 128 and 256.\n\n")
-    for name, level in levels.items():
-        if not level["rows"]:
-            continue
-        text += f"CONTACT with {name}, median ratio {level['median']:.0f}:\n\n"
-        text += _table(("case", "CONTACT s", "its error", "our N", "our s", "our error", "ratio"), [
+    there = {name: level for name, level in levels.items() if level["rows"]}
+    told = [name for name in IN_TURN if name in there]
+    ratios, here = ([f"{value:.0f}" for value in values] for values in (
+        (IN_TURN[name] for name in told), (there[name]["median"] for name in told)))
+    apart = [there[name]["median"] / IN_TURN[name] for name in told]
+    text = ("### Against CONTACT\n\nOurs is the coarsest grid whose forces are no worse than CONTACT's, at its default "
+            "tolerance; seconds are those of the solution alone, without the start of a process on either side. **Measured in "
+            f"turn, on one shared core, with an earlier state of this program, CONTACT took {', '.join(ratios)} times as long "
+            f"at its {', '.join(told)}.** Our seconds below are of this run and machine, CONTACT's of that one "
+            "(`tests/reference/contact_side_by_side.json`), which was another. Their quotients, in the median "
+            f"{', '.join(here)}, are {min(apart):.1f} to {max(apart):.1f} times the ratios measured in turn: the other machine "
+            "and what has changed in the program since, which cannot be told apart. Compare within the columns.\n\n")
+    for name, level in there.items():
+        text += f"CONTACT with {name}, median quotient {level['median']:.0f}:\n\n"
+        text += _table(("case", "CONTACT s, there", "its error", "our N", "our s, here", "our error", "quotient"), [
             [NAMES[r["case"]], _seconds(r["contact_seconds"]), _error(r["contact_error"]), str(r["N"]), f"{r['seconds']:.4f}",
              _error(r["error"]), f"{r['ratio']:.0f}"] for r in level["rows"]])
     return text + ("Pure spin (case 3) has no reference good to more than about 4e-4 μW: CONTACT on eleven grids, its "
@@ -168,8 +177,11 @@ def _startup(measured: dict[str, Any], machine: str) -> str:
             rows.append([name, _seconds(r["seconds"]), f"{r['ratio']:.2f}", _seconds(r["cpu_seconds"]),
                          f"{r['cpu_ratio']:.2f}"])
     text += _table(("what", "elapsed s", "/ imports", "processor s", "/ imports"), rows)
-    text += ("CONTACT's process takes 0.008 s more than its solution: about 0.3 s at N = 64 and 2 to 3 s at N = 128. As a "
-             "whole process it is the faster one up to N ≈ 64, where the imports here take longer than its solution.\n\n")
+    if "failed" not in measured["imports"]:
+        alone = min(r["cpu_seconds"] for name, r in measured.items() if name.startswith("imports") and "failed" not in r)
+        text += ("CONTACT's process takes 0.008 s more than its solution: about 0.03 s at its N = 22, 0.3 s at N = 64 and 2 to "
+                 f"3 s at N = 128, on another machine. Our imports alone take {_seconds(alone)} s here: as a whole process "
+                 "CONTACT is the faster one up to where its solution takes that long, N ≈ 64 and a little more.\n\n")
     reached = measured["reached"]
     met = "is met" if reached["converged"] else f"is not met ({reached['reason']})"
     return text + f"`accuracy = 1e-3` {met} on {reached['grid'][0]} × {reached['grid'][1]} elements.\n\n"
