@@ -151,3 +151,10 @@ def test_hottest_point_of_a_narrow_slip_zone_is_of_second_order(partition):
             assert rise.min() > -1e-6 * rise.max()
     assert abs(errors[2]) < 1e-3
     assert order(sides, errors) > 1.9, errors
+
+
+def test_a_contact_of_one_element_has_the_heat_of_its_work():
+    """Heated contacts may shrink to that."""
+    found = row(1, 0.0, 2.0)
+    assert found.heat.sum() == pytest.approx(found.work, rel=1e-13) and found.work > 0.0
+    assert np.isfinite(found.slope).all()

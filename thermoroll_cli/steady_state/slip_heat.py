@@ -198,7 +198,8 @@ def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) ->
     part = covered[i, j]
     # A line cannot have all heat at one end: on less than a third of an element it tells the temperature of that element.
     slope[i, j] = heat[i, j] * np.maximum(4.8 * part - 6.0, -6.0 * part)
-    two = (i >= 2) & slips[i - 1, j] & slips[i - 2, j] & (covered[i - 1, j] > WHOLE)
+    one, other = np.maximum(i - 1, 0), np.maximum(i - 2, 0)
+    two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE)
     i, j = i[two] - 1, j[two]
     part = np.maximum(part[two] + covered[i, j] - 1.0, 0.0)
     mean, centre = _root(part, part + 1.0)
