@@ -19,7 +19,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from scripts.benchmark import bench_cost, bench_error, bench_figures, bench_page
+from scripts.benchmark import bench_cost, bench_error, bench_figures, bench_page, bench_points
 from scripts.benchmark.bench_measure import FOLDER, ROOT, WORST, elsewhere, log, machine, problem_of, references, stage
 from thermoroll_cli.refinement.solve import solve
 
@@ -60,7 +60,9 @@ def main() -> None:
         "baselines": lambda: bench_error.baselines(runs, min(largest, 256)),
         "frictionless": lambda: frictionless(runs, options.peers),
         "transforms": lambda: bench_cost.transforms(runs, min(largest, 256)),
+        "points": lambda: bench_points.points(runs),
         "startup": lambda: bench_cost.startup(runs),
+        "plain_start": lambda: bench_cost.plain_start(4 * runs),
         "scaling": lambda: bench_cost.scaling(runs, largest),
         "memory": lambda: bench_cost.memory(largest),
     }

@@ -219,6 +219,29 @@ def startup(runs: int) -> dict[str, Any]:
     return out
 
 
+def plain_start(runs: int) -> dict[str, Any]:
+    """`thermoroll run --no-plots` of a mechanical case as a whole process against `import numpy, h5py`, in turn."""
+    case = (ROOT / "cases" / "table1.toml").read_text() + "\n"
+    program = str(pathlib.Path(sys.executable).parent / "thermoroll")
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "case.toml"
+        path.write_text(case)
+        run = [program, "run", str(path), "--no-plots", "-o", folder, "--set", "thermal.heat=false", "--set"]
+        commands = {"imports": [sys.executable, "-c", "import numpy, h5py"],
+                    **{f"N = {n}": [*run, f"numerics.grid={n}"] for n in (32, 64, 128)}}
+        cpu: dict[str, list[float]] = {name: [] for name in commands}
+        for _ in range(runs + 1):
+            for name, command in commands.items():
+                before = _children_seconds()
+                # With compiled modules kept, as after an installation.
+                elsewhere(["env", "-u", "PYTHONDONTWRITEBYTECODE", *command])
+                cpu[name].append(_children_seconds() - before)
+    # The first time modules are compiled.
+    return {name: {"cpu_seconds": statistics.median(values[1:]), "runs": runs,
+                   "cpu_ratio": statistics.median(v / w for v, w in zip(values[1:], cpu["imports"][1:], strict=True))}
+            for name, values in cpu.items()}
+
+
 def _children_seconds() -> float:
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime

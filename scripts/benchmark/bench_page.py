@@ -47,7 +47,7 @@ def page(results: dict[str, Any]) -> str:
     """The whole document; parts without numbers are left out."""
     writers: dict[str, Callable[[Any, str], str]] = {
         "accuracy": _accuracy, "baselines": _baselines, "frictionless": _frictionless, "transforms": _transforms,
-        "startup": _startup, "scaling": _scaling, "memory": _memory,
+        "points": _points, "startup": _startup, "plain_start": _plain_start, "scaling": _scaling, "memory": _memory,
     }
     text = INTRODUCTION + "\n"
     for name, write in writers.items():
@@ -185,6 +185,25 @@ def _startup(measured: dict[str, Any], machine: str) -> str:
     reached = measured["reached"]
     met = "is met" if reached["converged"] else f"is not met ({reached['reason']})"
     return text + f"`accuracy = 1e-3` {met} on {reached['grid'][0]} × {reached['grid'][1]} elements.\n\n"
+
+
+def _points(rows: list[dict[str, Any]], machine: str) -> str:
+    text = "## Many creepages of one contact\n\n" + machine
+    text += ("What a point costs in a table of creep forces, where 160 are solved together, beside the same points solved one "
+             "after the other as in a sweep, each starting from its neighbour; in turn in one process. N of the finer of two "
+             "grids. Differences are those of the forces of the finer grid over μW, beside the estimated error of forces.\n\n")
+    header = ("N", "one after the other, ms", "together, ms", "ratio", "largest difference", "estimated error, rms")
+    return text + _table(header, [
+        [str(r["N"]), f"{r['alone_ms']:.2f}", f"{r['together_ms']:.2f}", f"{r['ratio']:.1f}", _error(r["largest_difference"]),
+         _error(r["estimated_error_rms"])] for r in rows])
+
+
+def _plain_start(measured: dict[str, Any], machine: str) -> str:
+    text = "### Without heat and pictures\n\n" + machine
+    text += ("Processor time of `thermoroll run --no-plots` for `cases/table1.toml` without heat, against "
+             "`python -c \"import numpy, h5py\"`.\n\n")
+    return text + _table(("what", "processor s", "/ imports"), [
+        [name, _seconds(r["cpu_seconds"]), f"{r['cpu_ratio']:.2f}"] for name, r in measured.items()])
 
 
 def _scaling(measured: dict[str, Any], machine: str) -> str:

@@ -1,12 +1,12 @@
-"""Cost of a point: creepages of one ellipse solved together against one after the other, in one process.
-
-    python -m scripts.benchmark.bench_points
-"""
+"""Cost of a point: creepages of one ellipse solved together against one after the other, in turn in one process."""
 
 from __future__ import annotations
 
 import dataclasses
+import statistics
 import time
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -18,45 +18,42 @@ from thermoroll_cli.refinement.solve import Solver
 AXES = Axes((1.0,), 8, 5, 9)
 """A coarse table: 315 points."""
 ACCURACY = {16: 4e-3, 32: 1e-3}
-REPEATS = 3
 
 
-def main() -> None:
-    print("| elements a side | one after another (ms) | together (ms) | times faster | largest difference over μW |")
-    print("|---|---|---|---|---|")
-    for side, accuracy in ACCURACY.items():
-        print("| " + " | ".join(compare(side, accuracy)) + " |", flush=True)
+def points(runs: int) -> list[dict[str, Any]]:
+    """Milliseconds of CPU a point and their ratio, and how much forces of the finest grid differ."""
+    return [_compare(side, accuracy, runs) for side, accuracy in ACCURACY.items()]
 
 
-def compare(side: int, accuracy: float) -> list[str]:
-    """Milliseconds of CPU a point (the best of some repetitions), and how much forces of the finest grid differ."""
+def _compare(side: int, accuracy: float, runs: int) -> dict[str, Any]:
     ellipse = EllipseSolver(AXES.aspect_ratios[0], 0.28, accuracy)
     creepages = AXES.scaled(0, AXES.points) / np.array(ellipse.scales)[:, None]
-    together = min(_seconds(lambda: ellipse.solve(creepages)) for _ in range(REPEATS)) / creepages.shape[1]
     # As a sweep goes: along the magnitude, each point starting from the one before it.
     order = np.arange(AXES.points).reshape(AXES.magnitudes - 1, -1).T[::3].ravel()
     problem = dataclasses.replace(ellipse.problem, numerics=Numerics((side, side)))
     unit, turn = ellipse.unit_creepages
-    solver, forces = Solver(), []
+    forces: list[list[float]] = []
 
     def one_by_one() -> None:
+        solver = Solver()
+        forces.clear()
         for x, y, z in creepages[:, order].T:
             motion = Motion(1.0, x * unit, y * unit, z * turn, differential_slip=False)
             fields = solver.solve(dataclasses.replace(problem, motion=motion)).isothermal.fields
             forces.append([float(fields[name].sum()) for name in ("shear_x", "shear_y")])
 
-    single = _seconds(one_by_one) / len(order)
+    pairs = [(_seconds(one_by_one) / len(order), _seconds(lambda: ellipse.solve(creepages)) / creepages.shape[1])
+             for _ in range(runs)]
     found = ellipse.finest(creepages[:, order])[:2]
-    grid = ellipse.finest_grid
-    miss = np.abs(np.array(forces).T * grid.element_area / problem.traction_limit - found).max()
-    return [str(side), f"{1e3 * single:.2f}", f"{1e3 * together:.2f}", f"{single / together:.1f}", f"{miss:.0e}"]
+    miss = np.abs(np.array(forces).T * ellipse.finest_grid.element_area / problem.traction_limit - found).max()
+    estimated = ellipse.solve(creepages).errors
+    return {"N": side, "alone_ms": 1e3 * statistics.median(one for one, _ in pairs),
+            "together_ms": 1e3 * statistics.median(many for _, many in pairs),
+            "ratio": statistics.median(one / many for one, many in pairs), "largest_difference": float(miss),
+            "estimated_error_rms": float(np.sqrt(np.mean(estimated**2)))}
 
 
-def _seconds(work) -> float:  # type: ignore[no-untyped-def]
+def _seconds(work: Callable[[], object]) -> float:
     start = time.process_time()
     work()
     return time.process_time() - start
-
-
-if __name__ == "__main__":
-    main()

@@ -110,8 +110,9 @@ def _print_json(sweep: ScalarSweep) -> None:
 
 def _draw(sweep: ScalarSweep, path: Path) -> bool:
     from thermoroll_cli.files.result.scalar_file import ScalarFile
-    from thermoroll_cli.sweeps.scalars_only import FILE_NAME, records
+    from thermoroll_cli.sweeps.scalars_only import FILE_NAME, found_below, records
     from thermoroll_cli.sweeps.table import draw_cells
 
-    rows = list(records(ScalarFile.open(sweep.folder / FILE_NAME), sweep.maker))
-    return draw_cells(rows, sweep.maker.axes, path, sweep.maker.point(1).problem.title)
+    file = ScalarFile.open(sweep.folder / FILE_NAME)
+    rows = list(records(file, sweep.maker))
+    return draw_cells(rows, sweep.maker.axes, path, sweep.maker.point(1).problem.title, found_below(file))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from thermoroll_cli.model.problem import BODIES
+from thermoroll_cli.model.problem import BODIES, SubsurfaceRequest
 
 STRESSES = ("stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_xz", "stress_yz")
 
@@ -36,3 +36,9 @@ SUBSURFACE_SCALARS: dict[str, str] = {
     for name, meaning in _QUANTITIES.items()
 }
 """Scalars of both bodies, in the units of their names, in the order they are reported."""
+
+
+def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
+    """The `SUBSURFACE_SCALARS` of the bodies that are to be looked into."""
+    bodies = () if request is None else request.bodies
+    return tuple(name for name in SUBSURFACE_SCALARS if any(f"_{body}_" in name for body in bodies))

@@ -7,8 +7,9 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from thermoroll_cli.files.result.scalar_file import NUMBERS, TEXTS, ScalarRow
+from thermoroll_cli.files.result.scalar_file import TEXTS, ScalarRow
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, Result
+from thermoroll_cli.model.subsurface_names import scalars_below
 from thermoroll_cli.sweeps.points import PointMaker, Stretch
 from thermoroll_cli.sweeps.stretch import solved
 
@@ -59,13 +60,15 @@ def row_of(number: int, result: Result) -> ScalarRow:
     numbers = [*(coupled.get(k, math.nan) for k in SCALARS), *(result.hertz.get(k, math.nan) for k in HERTZ_SCALARS),
                *(isothermal.get(k, math.nan) for k in SCALARS), *(result.error.get(k, math.nan) for k in SCALARS),
                float(work.get("applications", math.nan))]
+    inside, errors = ({}, {}) if result.subsurface is None else (result.subsurface.scalars, result.subsurface.error)
+    numbers += [values.get(k, math.nan) for values in (inside, errors) for k in scalars_below(result.problem.subsurface)]
     grid = "x".join(str(side) for side in work.get("grid", ()))
     return ScalarRow(number, tuple(float(n) for n in numbers), (result.status, result.reason, " ".join(result.unbounded), grid))
 
 
 def failed_row(number: int, reason: str) -> ScalarRow:
     """The row of a point that has no result."""
-    return ScalarRow(number, (math.nan,) * len(NUMBERS), ("not_converged", reason, *[""] * (len(TEXTS) - 2)))
+    return ScalarRow(number, (), ("not_converged", reason, *[""] * (len(TEXTS) - 2)))
 
 
 class TaskSize:

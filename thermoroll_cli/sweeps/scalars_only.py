@@ -11,9 +11,12 @@ from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
-from thermoroll_cli.files.case.case import CaseError, Finding
-from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, TEXTS, ResultFileError, ScalarFile, ScalarRow
+from thermoroll_cli.files.case.case import CaseError
+from thermoroll_cli.files.result.scalar_file import CHECKSUM, TEXTS, ResultFileError, ScalarFile, ScalarRow
+from thermoroll_cli.model.subsurface_names import scalars_below
 from thermoroll_cli.sweeps.lock import sole_sweep
 from thermoroll_cli.sweeps.points import PointMaker, identity, stretch_numbers
 from thermoroll_cli.sweeps.scalar_tasks import Part, solve_rows
@@ -117,16 +120,14 @@ def _prepared(sweep: ScalarSweep, note: Callable[[str], None]) -> ScalarFile:
         if list(old.coordinates) == list(coordinates) and all(
                 list(old.coordinates[key]) == list(values) for key, values in coordinates.items()):
             return old
-    if maker.point(1).problem.subsurface is not None:
-        raise CaseError([Finding("cannot be swept with --scalars-only, which keeps the scalars of the contact alone",
-                                 key="subsurface", hint="leave the table out, or --scalars-only")])
     if maker.count > MANY:
         note(f"checking {maker.count} points")
     for _ in maker.points():
         pass
+    first = maker.point(1).problem
     settings = json.dumps([override.text for override in maker.settings])
     return ScalarFile.create(path, coordinates, own, texts={"case_text": maker.text, "settings": settings},
-                             command_line=sweep.command_line, title=maker.point(1).problem.title, old=old)
+                             command_line=sweep.command_line, title=first.title, below=scalars_below(first.subsurface), old=old)
 
 
 def _identity(maker: PointMaker) -> str:
@@ -178,22 +179,30 @@ def records(file: ScalarFile, maker: PointMaker) -> Iterator[dict[str, Any]]:
     """The rows in order, each by the names of the table's columns."""
     number = 0
     for block in file.blocks():
-        numbers = [block[name].tolist() for name in NUMBERS]
+        numbers = [block[name].tolist() for name in file.numbers]
         for row, right in enumerate(block[CHECKSUM]):
             number += 1
             if not right:
                 continue
             record: dict[str, Any] = {axis.key: v for axis, v in zip(maker.axes, maker.values(number), strict=True)}
-            record |= {name: values[row] for name, values in zip(NUMBERS, numbers, strict=True)}
+            record |= {name: values[row] for name, values in zip(file.numbers, numbers, strict=True)}
             record |= {name: block[name][row].decode("utf-8", "replace") for name in TEXTS}
             applications = record["work.applications"]
             record["work.applications"] = int(applications) if applications == applications else ""
             yield record | over_limit(record) | {"file": "", "number": number}
 
 
+def found_below(file: ScalarFile) -> list[str]:
+    """The scalars below the surface that any of the rows has."""
+    found: set[str] = set()
+    for block in file.blocks() if file.below else ():
+        found |= {name for name in file.below if not np.isnan(block[name][block[CHECKSUM]]).all()}
+    return [name for name in file.below if name in found]
+
+
 def write_table(file: ScalarFile, path: pathlib.Path, maker: PointMaker) -> None:
     """The rows as CSV, with the columns of every sweep's table. Raises WriteError."""
-    names = columns(maker.axes)
+    names = columns(maker.axes, found_below(file))
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(names)

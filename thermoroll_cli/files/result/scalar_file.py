@@ -26,6 +26,7 @@ from thermoroll_cli.files.atomic import WriteError, replacing
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
 
 if TYPE_CHECKING:
     import h5py
@@ -34,7 +35,7 @@ FORMAT_VERSION = 1
 KIND = "sweep"
 NUMBERS = (*SCALARS, *HERTZ_SCALARS, *(f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS),
            "work.applications")
-"""Columns of numbers, nan where not computed."""
+"""Columns of numbers that every file has, nan where not computed."""
 TEXTS = {"status": 13, "reason": 240, "unbounded": 64, "work.grid": 12}
 """Columns of texts, with their lengths in bytes; all empty where a point is not solved yet."""
 CHECKSUM = "row_checksum"
@@ -46,7 +47,8 @@ Coordinates = Mapping[str, Sequence[int | float]]
 
 @dataclass(frozen=True)
 class ScalarRow:
-    """The row of point `number` (from 1): `numbers` in the order of `NUMBERS`, `texts` in that of `TEXTS`."""
+    """The row of point `number` (from 1): `numbers` in the order of `ScalarFile.numbers`, with nan for those that are left out
+    at the end, `texts` in that of `TEXTS`."""
 
     number: int
     numbers: tuple[float, ...]
@@ -56,12 +58,18 @@ class ScalarRow:
 @dataclass(frozen=True)
 class ScalarFile:
     """A file at `path` for the points of `coordinates`, the last of which varies fastest; `identity` tells the case apart.
-    `offsets` are the places of the columns in the file."""
+    `offsets` are the places of the columns in the file; `below` are the scalars below the surface among them."""
 
     path: pathlib.Path
     coordinates: Coordinates
     identity: str
     offsets: Mapping[str, int]
+    below: tuple[str, ...] = ()
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Columns of numbers."""
+        return _numbers(self.below)
 
     @property
     def count(self) -> int:
@@ -70,15 +78,16 @@ class ScalarFile:
     @classmethod
     def create(
         cls, path: pathlib.Path, coordinates: Coordinates, identity: str, *, texts: Mapping[str, str], command_line: str,
-        title: str, old: ScalarFile | None = None,
+        title: str, below: Sequence[str] = (), old: ScalarFile | None = None,
     ) -> ScalarFile:
         """A file without rows, in the place of any other, but for those rows of `old` (another sweep of the same keys) whose
-        coordinates occur here, too. `texts` go into the group `input`. Raises WriteError."""
+        coordinates occur here, too. `texts` go into the group `input`; scalars `below` the surface get columns, too. Raises
+        WriteError."""
         import h5py
 
         with replacing(path) as temporary:
             with h5py.File(temporary, "w", libver=LAYOUT) as file:
-                _write_structure(file, coordinates, identity, texts, command_line, title)
+                _write_structure(file, coordinates, identity, texts, command_line, title, below)
             if old is not None:
                 made = cls.open(temporary)
                 made.write(old._rows_at(coordinates))
@@ -100,12 +109,13 @@ class ScalarFile:
                 coordinates = {key: file[key][()].tolist() for key in keys}
                 shape = tuple(len(values) for values in coordinates.values())
                 offsets = {}
-                for name in (*NUMBERS, *TEXTS, CHECKSUM):
+                below = tuple(name for name in SUBSURFACE_SCALARS if name in file)
+                for name in (*_numbers(below), *TEXTS, CHECKSUM):
                     item = file[name]
                     if item.shape != shape or item.dtype != _dtype(name) or item.id.get_offset() is None:
                         raise ValueError(f"column {name} has another shape")
                     offsets[name] = int(item.id.get_offset())
-                return cls(path, coordinates, file["input/identity"].asstr()[()], offsets)
+                return cls(path, coordinates, file["input/identity"].asstr()[()], offsets, below)
         except FileNotFoundError:
             raise ResultFileError(f"{path}: no such file") from None
         except ResultFileError:
@@ -118,13 +128,15 @@ class ScalarFile:
         if not rows:
             return
         rows = sorted(rows, key=lambda row: row.number)
-        numbers = np.array([row.numbers for row in rows])
+        numbers = np.full((len(rows), len(self.numbers)), math.nan)
+        for values, row in zip(numbers, rows, strict=True):
+            values[: len(row.numbers)] = row.numbers
         texts = [np.array([_cut(row.texts[i], size) for row in rows], dtype=f"S{size}")
                  for i, size in enumerate(TEXTS.values())]
         places = np.array([row.number - 1 for row in rows])
         # Neighbours are written together.
         runs = np.split(np.arange(len(rows)), np.flatnonzero(np.diff(places) != 1) + 1)
-        columns: list[tuple[str, NDArray[Any]]] = list(zip(NUMBERS, numbers.T.copy(), strict=True))
+        columns: list[tuple[str, NDArray[Any]]] = list(zip(self.numbers, numbers.T.copy(), strict=True))
         columns += [*zip(TEXTS, texts, strict=True), (CHECKSUM, _checksums(numbers, texts))]
         try:
             descriptor = os.open(self.path, os.O_WRONLY)
@@ -148,7 +160,8 @@ class ScalarFile:
             for first in range(0, self.count, BLOCK):
                 size = min(BLOCK, self.count - first)
                 columns = {name: _read_at(stream, offset, first, size, _dtype(name)) for name, offset in self.offsets.items()}
-                right = _checksums(np.stack([columns[name] for name in NUMBERS], axis=1), [columns[name] for name in TEXTS])
+                right = _checksums(np.stack([columns[name] for name in self.numbers], axis=1),
+                                   [columns[name] for name in TEXTS])
                 columns[CHECKSUM] = (columns[CHECKSUM] == right) & (columns["status"] != b"")
                 yield columns
 
@@ -170,13 +183,14 @@ class ScalarFile:
                 there = [places[k].get(values[i][int(index[i])]) for k, i in enumerate(order)]
                 if None not in there:
                     place = int(np.ravel_multi_index([k for k in there if k is not None], new_shape)) + 1
-                    found.append(ScalarRow(place, tuple(float(block[name][row]) for name in NUMBERS),
+                    found.append(ScalarRow(place, tuple(float(block[name][row]) for name in self.numbers),
                                            tuple(block[name][row].decode("utf-8", "replace") for name in TEXTS)))
         return found
 
 
 def _write_structure(
-    file: h5py.File, coordinates: Coordinates, identity: str, texts: Mapping[str, str], command_line: str, title: str
+    file: h5py.File, coordinates: Coordinates, identity: str, texts: Mapping[str, str], command_line: str, title: str,
+    below: Sequence[str],
 ) -> None:
     file.attrs["format_version"] = FORMAT_VERSION
     label(file, program=PROGRAM, program_version=__version__, kind=KIND, title=title, command_line=command_line,
@@ -190,9 +204,9 @@ def _write_structure(
         scale.make_scale(key)
         label(scale, long_name=f"swept key {key}")
         scales.append(scale)
-    long_names = {**SCALARS, **HERTZ_SCALARS}
+    long_names = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
     shape = tuple(len(values) for values in coordinates.values())
-    for name in (*NUMBERS, *TEXTS, CHECKSUM):
+    for name in (*_numbers(below), *TEXTS, CHECKSUM):
         item = _create_column(file, name, shape)
         for dimension, scale in zip(item.dims, scales, strict=True):
             dimension.attach_scale(scale)
@@ -200,6 +214,10 @@ def _write_structure(
         long_name = long_names.get(own, name)
         prefix = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}.get(state, "")
         label(item, long_name=prefix + long_name)
+
+
+def _numbers(below: Sequence[str]) -> tuple[str, ...]:
+    return (*NUMBERS, *below, *(f"error.{name}" for name in below))
 
 
 def _create_column(file: h5py.File, name: str, shape: tuple[int, ...]) -> h5py.Dataset:
