@@ -45,7 +45,8 @@ def error_against_time(measured: dict[str, Any], path: pathlib.Path) -> None:
             axes.plot([r["cpu_seconds"] for r in own], [max(r["error"][name], FLOOR) for r in own], "o-", color=OWN,
                       markersize=2.5, linewidth=0.8, label=f"thermoroll, N = 16…{own[-1]['N']}" if index == 0 else None)
             axes.plot([r["cpu_seconds"] for r in theirs], [max(r["error"][name], FLOOR) for r in theirs], "s--", color=OTHER,
-                      markersize=2.5, linewidth=0.8, label="CONTACT (four of them, on another machine), N = 22…256" if index == 0 else None)
+                      markersize=2.5, linewidth=0.8,
+                      label="CONTACT (four of them, on another machine), N = 22…256" if index == 0 else None)
         _log(axes, "processor seconds", label, "Seven isothermal cases")
         if place == 0:
             # Below the diagrams: inside, it would lie over the slowest solutions.

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.figures.figures_drawing import ROOT, Numbers, solve_problem, table
+from scripts.figures.figures_drawing import ROOT, Numbers, solve_case, solve_problem, table
 from scripts.figures.figures_numerics import problem_of
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import hertz_contact
@@ -39,7 +39,7 @@ def reference(name: str) -> Any:
 
 def verification(folder: Folder, grid: int) -> Numbers:
     """All rows; tests hold the same comparisons to bounds."""
-    rows = [*_kernels(), *_normal(), *_tangential(), *_thermal(), *_whole()]
+    rows = [*_kernels(), *_normal(), *_tangential(), *_thermal(), *_whole(), *_below()]
     return {"table": table(["what", "against", "difference", "test"], rows)}
 
 
@@ -216,6 +216,19 @@ def _whole() -> list[Row]:
         _row("mirrored in y", "mirror image of the tractions", f"{asymmetry:.0e} of the largest", "test_forces"),
         _row("lengths × 4, stresses / 128, κ × 8, coupled", "equal γ_p, γ_c, γ_st", f"{scaled:.0e}", "test_forces"),
     ]
+
+
+def _below() -> list[Row]:
+    result = solve_case("hot_sliding", {"load.friction_coefficient": 0.0, "thermal.heat": False}, grid=64)
+    assert result.subsurface is not None
+    ratio, peak = result.problem.lower.poisson_ratio, result.hertz["hertz_p0_MPa"]
+    z = np.linspace(0.3, 0.7, 4001)
+    # Johnson, Contact Mechanics, Eq. 3.45: the stresses on the axis of a sphere's contact, z in a and stresses in p0.
+    radial = -(1.0 + ratio) * (1.0 - z * np.arctan(1.0 / z)) + 0.5 / (1.0 + z**2)
+    exact = float(np.abs(radial + 1.0 / (1.0 + z**2)).max())
+    found = result.subsurface.scalars["von_mises_max_lower_MPa"] / peak
+    return [_row("largest von Mises stress below a sphere, N = 64", "its closed form on the axis (Johnson 3.45)",
+                 f"{abs(found / exact - 1.0):.0e}", "test_stage")]
 
 
 def _scaled(result: Result, problem: Problem) -> float:
