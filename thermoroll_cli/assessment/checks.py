@@ -79,8 +79,9 @@ def _not_coupled(coupled: SteadyState) -> str:
     """Which criterion the coupled state has failed: whether its pressure has no balance with the heat, or is not found."""
     if coupled.heat_reached < 1.0:
         share = 100.0 * coupled.heat_reached
-        return (f"at the slip that was reached no pressure is in balance with more than {share:.3g} % of its own "
-                "heat: raising the heat failed at the smallest step; lower the speed or the creepage")
+        return (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
+                "heat: raising the heat failed at the smallest step, which does not show that there is no steady state; lower "
+                "the speed or the creepage, or try a finer numerics.grid")
     return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
             "approach: no steady state was found, which does not show that there is none; try a finer or coarser "
             "numerics.grid, or lower the speed or the creepage")

@@ -144,11 +144,15 @@ class HeatedContactSolver:
         step = 0.25
         while reached.reached < 1.0 and step >= options.smallest_step and reached.converged:
             heat = min(1.0, reached.reached + step)
-            found = self.solve(reached.pressure, tolerance if heat == 1.0 else options.on_the_way, heat)
+            found = self.solve(reached.pressure, options.on_the_way, heat)
             sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
                 reached, step = found, options.growth * step
             else:
                 step *= 0.5
+        if reached.reached == 1.0:
+            # The last digits are no part of the way: should they not come, the heat has been reached all the same.
+            found = self.solve(reached.pressure, tolerance)
+            sets, steps, reached = sets + found.active_sets, steps + 1, found if found.converged else reached
         return replace(reached, applications=self.applications - before, active_sets=sets, steps=steps,
                        converged=reached.converged and reached.reached == 1.0)
