@@ -192,7 +192,7 @@ def test_given_heat_divided_evenly(case):
     """Temperatures and bulge of half the heat within three times the uncertainty stated."""
     grid, flux, _ = semi_ellipsoid(case, 129)
     response, half = response_of(case, grid), 0.5 * flux
-    temperatures = response.temperatures(DividedHeat.evenly(flux, 0.5))
+    temperatures = response.temperatures(DividedHeat(flux, 0.5))
     for i, name in enumerate(("lower", "upper")):
         known, track = reference("recirculation")[case]["half"][name], response.tracks[i]
         uncertain = known["rel_uncertainty"]
@@ -208,7 +208,7 @@ def test_given_heat_divided_evenly(case):
 @pytest.mark.parametrize("case", ["wheel_rail", "traction_drive"])
 def test_heat_that_divides_itself(case):
     """Shares, bulk, entry and surface temperatures and bulge within three times the uncertainty stated, in few applications."""
-    grid, flux, inside = semi_ellipsoid(case, 97)
+    grid, flux, inside = semi_ellipsoid(case, 193)
     response = response_of(case, grid)
     found = match(response, flux, inside)
     assert found.converged and found.applications <= 8
