@@ -39,7 +39,7 @@ def table(
     ] = "",
     poisson: Annotated[float, typer.Option("--poisson", metavar="NU", help="Poisson's ratio of both bodies.")] = 0.28,
     accuracy: Annotated[float, typer.Option("--accuracy", metavar="E", help="Error of forces over μW to solve for.")] = 1e-3,
-    nodes: Annotated[str, typer.Option("--nodes", metavar="T,A,B", help="Magnitudes, directions, spins.")] = "21,9,41",
+    nodes: Annotated[str, typer.Option("--nodes", metavar="T,A,B", help="Magnitudes, directions, spins.")] = "25,13,41",
     checks: Annotated[int, typer.Option("--checks", min=0, metavar="N", help="Random points to measure errors at.")] = 1000,
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
     dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",

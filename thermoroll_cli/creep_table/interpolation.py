@@ -16,7 +16,7 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from thermoroll_cli.creep_table import spline
-from thermoroll_cli.creep_table.scaling import coordinates, directions, scales, slopes
+from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales, slopes
 from thermoroll_cli.creep_table.values import TableValues
 from thermoroll_cli.kernels.arrays import Array
 
@@ -58,7 +58,8 @@ def coefficients(values: Array, aspect_ratio: float, poisson_ratio: float) -> Ar
     per_x, per_y, per_z = scales(c)
     x, y, z = directions(np.linspace(0.0, 1.0, a)[:, None], np.linspace(-1.0, 1.0, b)[None])
     linear = np.stack([c.c11 / per_x * x, c.c22 / per_y * y - c.c23 / per_z * z, c.c23 / per_y * y + c.c33 / per_z * z])
-    linear = np.concatenate([linear, np.zeros_like(linear[:1]), np.hypot(linear[0], linear[1])[None]]) / (t - 1)
+    linear = np.concatenate([linear, np.zeros_like(linear[:1]), np.hypot(linear[0], linear[1])[None]])
+    linear /= (t - 1) * STEEPNESS_AT_ZERO
     steep = np.empty_like(values)
     for q, (own, slope) in enumerate(zip(values, linear, strict=True)):
         if q == 3:

@@ -13,7 +13,7 @@ import numpy as np
 
 from thermoroll_cli import __version__
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
-from thermoroll_cli.creep_table.scaling import LAW, magnitude, spin_angle
+from thermoroll_cli.creep_table.scaling import LAW, magnitude, plane_angle, spin_angle
 from thermoroll_cli.creep_table.values import Axes, Quality, TableValues
 from thermoroll_cli.files.atomic import replacing
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, label
@@ -49,7 +49,7 @@ def write_table(path: str | os.PathLike[str], table: TableValues, *, command_lin
             file.attrs[f"quality_{name}"] = value
         axes = table.axes
         nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
-        long_names = ("a/b, a along rolling", "u: m = u/(1-u)", "v: alpha in units of 90 degrees", "w of the spin angle beta")
+        long_names = ("a/b, a along rolling", "u of the magnitude m", "v of the angle alpha", "w of the spin angle beta")
         scales = []
         for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True):
             scale = file.create_dataset(name, data=values, track_times=False)
@@ -121,7 +121,7 @@ def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
                 unit = directions(axes.v[j], axes.w[k])
                 with np.errstate(invalid="ignore"):
                     creepages = np.where(unit == 0.0, 0.0, unit * m) / per
-                angles = 90.0 * axes.v[j], math.degrees(float(spin_angle(axes.w[k])))
+                angles = (math.degrees(float(angle)) for angle in (plane_angle(axes.v[j]), spin_angle(axes.w[k])))
                 writer.writerow([_cell(x) for x in (ratio, *creepages, m, *angles, *values[:, i, j, k])])
 
 

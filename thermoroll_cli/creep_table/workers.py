@@ -20,7 +20,7 @@ def _solver(ratio: float, poisson_ratio: float, accuracy: float) -> EllipseSolve
 
 def solve_task(plan: TablePlan, task: Task) -> Array:
     """Values and errors (5, n) of the points of a task."""
-    solver = _solver(task.ratio, plan.poisson_ratio, plan.accuracy)
+    solver = _solver(task.ratio, plan.poisson_ratio, plan.accuracy / task.finer)
     solved = solver.solve(task.scaled(plan.axes) / np.array(solver.scales)[:, None])
     return np.concatenate([solved.values, solved.errors[None]])
 
