@@ -11,12 +11,15 @@ from thermoroll_cli.solvers.solver_options import LimitOptions
 
 
 def last_steady_state(
-    problem: Problem, failed: Result, solve_once: Callable[[Problem], Result], options: LimitOptions
+    problem: Problem, failed: Result, solve_once: Callable[[Problem], Result], solve_on: Callable[[Problem], Result],
+    options: LimitOptions,
 ) -> Result:
     """The state at the largest speed for which one is found, instead of `failed`; marked as not converged, with the reason.
 
     Speed, and with it heat, is lowered until a coarse grid has a steady state, then the largest such speed is bracketed; the
-    requested grid is solved there. Returns `failed` where nothing is found.
+    requested grid is solved there, and from there the speed is raised in steps, each begun with the state before (`solve_on`
+    remembers it; `solve_once` begins afresh): where that reaches the wanted speed, it is the result. Returns `failed` where
+    nothing is found.
     """
     wanted = problem.motion.speed
     # Not finer than what is asked for: then the bracket would take longer than the solution.
@@ -39,8 +42,18 @@ def last_steady_state(
         else:
             high, why = middle, attempt.reason
     for speed in (retreat * low for retreat in options.retreats):
-        found = solve_once(at_speed(problem, speed))
+        found = solve_on(at_speed(problem, speed))
         if found.converged:
+            factor = options.raised_by
+            for _ in range(options.raises):
+                higher = min(wanted, factor * speed)
+                attempt = solve_on(at_speed(problem, higher))
+                if not attempt.converged:
+                    high, why, factor = higher, attempt.reason, factor**0.5
+                    continue
+                found, speed = attempt, higher
+                if speed == wanted:
+                    return found
             reason = (f"no steady state found beyond V = {speed:.3g} m/s (asked for {wanted:g} m/s); the fields and scalars "
                       f"are those at {speed:.3g} m/s. At {high:.3g} m/s: {why}")
             return replace(found, problem=problem, converged=False, reason=reason)

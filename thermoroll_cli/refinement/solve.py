@@ -77,9 +77,9 @@ class Solver:
         """As the function `solve`."""
         result, too_hot = self._solve(problem, report)
         if too_hot:
-            # Lower speeds have kernels of their own: a fresh solver each, and nothing of them is remembered.
+            raised = Solver(self.threads, self.options)
             result = last_steady_state(problem, result, lambda p: Solver(self.threads, self.options)._solve(p, report)[0],
-                                       self.options.limit)
+                                       lambda p: raised._solve(p, report)[0], self.options.limit)
         return result
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:

@@ -218,6 +218,10 @@ class LimitOptions:
     """Of the logarithm of the bracket: the limit is found to 2 %."""
     retreats: tuple[float, ...] = (1.0, 0.9, 0.7)
     """Parts of that speed tried on the wanted grid, which may have its limit a little earlier."""
+    raised_by: float = 1.12
+    """From there the speed is raised by this factor, each state begun with the one before; by its root after a failure."""
+    raises: int = 6
+    """Times that it is: to twice the speed that was found from a cold start at most."""
 
 
 @dataclass(frozen=True)
