@@ -23,7 +23,7 @@ EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", 
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
 creepages that are found for forces."""
 
-FLOOR = 2e-5
+FLOOR = 1.5e-5
 """No estimate is smaller: rounding and solver tolerances are of this order."""
 
 UNCHANGED = 1e-6
@@ -32,6 +32,9 @@ UNCHANGED = 1e-6
 BETWEEN_ELEMENTS = ("gamma_st", "stick_area_mm2", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",
                     "surface_temperature_max_lower_K", "surface_temperature_max_upper_K")
 """Scalars that need not change while a zone of slip or stick stays smaller than an element."""
+
+RELATIVE = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W")
+"""Those of them that count against themselves, however small they are."""
 
 RESULTANTS = (*FORCES, "spin_moment_Nmm")
 
@@ -45,8 +48,14 @@ WIDER = 1.5
 """Where there is one coarser grid only, nothing tells how fast a value converges: its estimate is made this much wider."""
 
 USUAL = 32.0
-"""Estimates fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular the finer a grid is;
-this is the N at which the weights hold."""
+"""Estimates of extrapolated values fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular
+the finer a grid is; this is the N at which their weights hold."""
+
+TOP = 8.0
+"""Times 1/N⁴: error of the largest pressure, as the parabola through the highest elements of a smooth top finds it."""
+
+SETTLED = 0.5
+"""A value is extrapolated if the last doubling changed it by less than this part of itself."""
 
 
 UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2"}
@@ -73,7 +82,19 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
               for name in SCALARS}
     if summary["gamma_st"] == 0.0 and _slides_for_sure(derived):
         errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
+    top = TOP / elements**4
+    if _slides_at_the_top(summary, derived, top):
+        of_pressure = errors["pressure_max_MPa"]
+        errors["shear_max_MPa"] = max(FLOOR, top + (0.0 if math.isnan(of_pressure) else of_pressure))
     return errors
+
+
+def _slides_at_the_top(summary: Mapping[str, float], derived: DerivedQuantities, tolerance: float) -> bool:
+    """Whether the largest traction is the friction coefficient times the largest pressure, and as well known."""
+    problem = derived.problem
+    if problem.friction_slope != 0.0 or not derived.has_traction or math.isnan(summary["pressure_max_MPa"]):
+        return False
+    return abs(summary["shear_max_MPa"] / (problem.friction * summary["pressure_max_MPa"]) - 1.0) < tolerance
 
 
 def _given(derived: DerivedQuantities) -> set[str]:
@@ -97,7 +118,8 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
         return values
     for name in EXTRAPOLATED:
         before, middle, last = (level.get(name, math.nan) for level in levels[-3:])
-        if given.get(name) is None and converges_one_way(middle - before, last - middle):
+        settled = name not in RELATIVE or abs(last - middle) < SETTLED * abs(last)
+        if given.get(name) is None and settled and converges_one_way(middle - before, last - middle):
             values[name] = last + (last - middle) / 3.0
     return values
 
@@ -162,10 +184,13 @@ def _estimate(
     before = (values[-2] - values[-3]) / scale if known else 0.0
     if abs(last) + abs(before) < UNCHANGED and name not in BETWEEN_ELEMENTS:
         return FLOOR
-    if extrapolated and name in EXTRAPOLATED and converges_one_way(before, last):
+    settled = name not in RELATIVE or abs(last) < SETTLED
+    if extrapolated and name in EXTRAPOLATED and settled and converges_one_way(before, last):
         own = {"extrapolated": abs(4.0 * last - before) / 3.0, "smooth": abs(last)}
     else:
-        own = {"last": abs(last), "before": abs(before)}
+        ratio = min(1.0, abs(last / before)) if before else 1.0
+        own = {"steady": abs(last) * ratio, "last": abs(last), "before": abs(before)}
     weights = WEIGHTS.get(name, OTHERWISE)
     total = sum(getattr(weights, sign) * size for sign, size in {**own, **common}.items())
-    return max(total * math.sqrt(USUAL / elements) * (1.0 if known else WIDER), FLOOR)
+    finer = math.sqrt(USUAL / elements) if name in EXTRAPOLATED else 1.0
+    return max(total * finer * (1.0 if known else WIDER), FLOOR)
