@@ -207,6 +207,20 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
         build_table(replace(plan, poisson_ratio=0.3), path, resume=True)
 
 
+def test_a_cluster_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+    ) as cluster:
+        path = tmp_path / "t.h5"
+        done = call("table", *TINY, "-o", path, "--checks", "30", "-q", "--dask", cluster.scheduler_address)
+    assert done.returncode == 0, done.stderr
+    found, wanted = read_table(path), read_table(tiny)
+    np.testing.assert_array_equal(found.values, wanted.values)
+    assert found.quality == wanted.quality
+
+
 def test_holes_are_told_and_filled_from_their_neighbours(tiny: Path, tmp_path: Path) -> None:
     table = read_table(tiny)
     values = table.values.copy()
