@@ -19,6 +19,10 @@ NAMES = (
 """What `track_scalars` makes."""
 
 
+ROUNDING = 1e-12
+"""Smaller differences of a sum of that size are none."""
+
+
 def track_scalars(
     derived: DerivedQuantities, heat: Heat, rises: tuple[Array, Array], contact: Mask, element_area: float
 ) -> dict[str, float]:
@@ -43,7 +47,9 @@ def track_scalars(
         scalars[f"flash_temperature_max_{body}_K"] = peak_value(flash, averages=False) if flash.max() > 0.0 else 0.0
         scalars[f"warm_up_time_{body}_s"] = math.nan if track is None else track.roller.warm_up_time
     bulge = sum(track.entry_bulge(flux) for track, flux in zip(tracks, into, strict=True) if track is not None)
-    scalars["recirculation_bulge_um"] = float(np.ptp(np.asarray(bulge)[columns])) * 1e6
+    crown = np.asarray(bulge)[columns]
+    # A track that is expanded evenly has rounding for a crown.
+    scalars["recirculation_bulge_um"] = 1e6 * float(np.ptp(crown)) if np.ptp(crown) > ROUNDING * np.abs(crown).max() else 0.0
     scalars["thermal_crown_ratio"] = sum(
         track.crown(flux, derived.lateral_curvature)
         for track, flux in zip(tracks, into, strict=True) if track is not None

@@ -48,8 +48,8 @@ WIDER = 1.5
 """Where there is one coarser grid only, nothing tells how fast a value converges: its estimate is made this much wider."""
 
 USUAL = 32.0
-"""Estimates of extrapolated values fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular
-the finer a grid is; this is the N at which their weights hold."""
+"""Estimates fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular the finer a grid is: of
+extrapolated values from this N, at which their weights hold; of others from twice as many elements."""
 
 TOP = 8.0
 """Times 1/N⁴: error of the largest pressure, as the parabola through the highest elements of a smooth top finds it."""
@@ -167,6 +167,7 @@ def _common_signs(
         "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
         "narrow": 1.0 / max(slipping, 1.0) ** 2,
         "long": max(ratio - 1.0, 0.0) / elements,
+        "departure": 0.0 if math.isnan(summary["gamma_p"]) else abs(summary["gamma_p"] - 1.0) / elements,
         "near_limit": min(1.0, 1.0 / elements**2 / max(1.0 - carried, 1e-3)) if forced else 0.0,
     }
 
@@ -192,5 +193,5 @@ def _estimate(
         own = {"steady": abs(last) * ratio, "last": abs(last), "before": abs(before)}
     weights = WEIGHTS.get(name, OTHERWISE)
     total = sum(getattr(weights, sign) * size for sign, size in {**own, **common}.items())
-    finer = math.sqrt(USUAL / elements) if name in EXTRAPOLATED else 1.0
+    finer = math.sqrt(USUAL / elements if name in EXTRAPOLATED else min(1.0, 2.0 * USUAL / elements))
     return max(total * finer * (1.0 if known else WIDER), FLOOR)

@@ -37,6 +37,8 @@ class Weights:
     """1/m² with m elements in a row that slip, at most 1: what happens in so narrow a zone is hardly resolved."""
     long: float = 0.0
     """(a/b − 1)/N for contacts elongated along rolling, whose elements are long, too."""
+    departure: float = 0.0
+    """|γ_p − 1|/N: where the border of the contact departs from Hertz's, it is found anew on each grid."""
     near_limit: float = 0.0
     """1/N² over 1 − F/μW where a force is prescribed: close to μW the creepage grows without bound."""
 
@@ -47,7 +49,7 @@ FORCE = Weights(extrapolated=0.45, smooth=0.14, last=1.0, before=0.16, forces=0.
                 narrow=0.0002, long=0.0006)
 CREEPAGE = Weights(extrapolated=0.4, smooth=0.05, last=0.75, before=0.17, forces=0.003, second=0.6, dissimilar=0.1,
                    narrow=0.01, long=0.0115, near_limit=0.04)
-AREA = Weights(last=0.3, before=0.2, dissimilar=0.024)
+AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2)
 PRESSURE = Weights(last=1.15, before=0.03, forces=0.14, first=0.0003, second=0.012, dissimilar=0.001)
 STICK = Weights(last=0.35, before=0.075, forces=0.25, first=0.025, second=0.3, narrow=0.02, long=0.009, near_limit=0.01)
 SHEAR = Weights(last=0.6, steady=0.15, before=0.03, first=0.035, dissimilar=0.35, narrow=1.3, near_limit=0.25)
