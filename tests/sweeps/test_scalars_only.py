@@ -180,7 +180,7 @@ def test_rows_are_found_faster_than_they_are_written(tmp_path: Path) -> None:
     numbers = tuple(float(i) for i in range(len(NUMBERS)))
     began = time.process_time()
     for first in range(0, 10_000, 250):
-        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "8x8")) for i in range(250)])
+        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "", "8x8")) for i in range(250)])
     written = time.process_time() - began
     began = time.process_time()
     assert file.finished().all()

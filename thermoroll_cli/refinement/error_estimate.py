@@ -165,6 +165,7 @@ def _common_signs(
         "first": 1.0 / elements,
         "second": 1.0 / elements**2,
         "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
+        "profile": 1.0 / elements if derived.problem.geometry.has_profile else 0.0,
         "narrow": 1.0 / max(slipping, 1.0) ** 2,
         "long": max(ratio - 1.0, 0.0) / elements,
         "departure": 0.0 if math.isnan(summary["gamma_p"]) else abs(summary["gamma_p"] - 1.0) / elements,

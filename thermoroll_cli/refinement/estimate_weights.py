@@ -33,6 +33,8 @@ class Weights:
     """1/N²: a zone of slip or stick smaller than an element."""
     dissimilar: float = 0.0
     """1/N for bodies of unlike elasticity, whose tractions begin like √s ln s."""
+    profile: float = 0.0
+    """1/N for bodies with profiles: each grid samples the curvature elsewhere."""
     narrow: float = 0.0
     """1/m² with m elements in a row that slip, at most 1: what happens in so narrow a zone is hardly resolved."""
     long: float = 0.0
@@ -49,7 +51,7 @@ FORCE = Weights(extrapolated=0.45, smooth=0.14, last=1.0, before=0.16, forces=0.
                 narrow=0.0002, long=0.0006)
 CREEPAGE = Weights(extrapolated=0.4, smooth=0.05, last=0.75, before=0.17, forces=0.003, second=0.6, dissimilar=0.1,
                    narrow=0.01, long=0.0115, near_limit=0.04)
-AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2)
+AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2, profile=0.08)
 PRESSURE = Weights(last=1.15, before=0.03, forces=0.14, first=0.0003, second=0.012, dissimilar=0.001)
 STICK = Weights(last=0.35, before=0.075, forces=0.25, first=0.025, second=0.3, narrow=0.02, long=0.009, near_limit=0.01)
 SHEAR = Weights(last=0.6, steady=0.15, before=0.03, first=0.035, dissimilar=0.35, narrow=1.3, near_limit=0.25)
@@ -57,7 +59,7 @@ FLUX = Weights(last=0.05, steady=0.4, before=0.03, forces=0.075, first=0.0005, n
 TEMPERATURE = Weights(last=0.75, before=0.05, forces=0.004, first=0.0003, narrow=0.4, long=0.0007, near_limit=0.02)
 EXPANSION = Weights(last=0.85, before=0.22, forces=0.7, second=6.6, dissimilar=0.19, narrow=0.05, long=0.037, near_limit=0.02)
 SHARE = Weights(last=1.3, before=0.4, forces=0.002)
-APPROACH = Weights(last=0.2, steady=0.7, before=0.09, first=0.0005)
+APPROACH = Weights(last=0.2, steady=0.7, before=0.09, first=0.0005, profile=0.012)
 OTHERWISE = Weights(last=0.2, steady=0.75, before=0.45)
 
 WEIGHTS = {
