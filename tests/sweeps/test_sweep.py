@@ -98,7 +98,8 @@ def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
 def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
     scalars = [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT]
-    assert list(serial.rows[0]) == [KEY, "status", "reason", "unbounded", *scalars, *states, "work.grid", "work.applications", "file"]
+    assert list(serial.rows[0]) == [
+        KEY, "status", "reason", "unbounded", *scalars, *states, "work.grid", "work.applications", "file"]
     for row in serial.rows:
         assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / 19.5
         assert row["speed_solved_m_s"] == "100.0"
