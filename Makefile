@@ -16,7 +16,7 @@ help:
 	@echo "make check    ruff and mypy"
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
-	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (an hour)"
+	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (half an hour of CPU time)"
 	@echo "make bench    measure run time against error, write benchmarks/ and docs/benchmarks.md (minutes)"
 
 install: $(VENV)/.installed

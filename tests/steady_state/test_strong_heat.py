@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scripts.stress.stress_cases import stress_case
 from tests.support.scenes import STEEL, reference, rolling, solved
 from thermoroll_cli.model.problem import Geometry, Heating
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.solver_options import RefinementOptions, SolverOptions
+from thermoroll_cli.solvers.solver_options import LimitOptions, RefinementOptions, SolverOptions
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 
@@ -137,3 +138,11 @@ def test_a_contact_that_grows_gets_room():
 def test_a_contact_that_keeps_its_size_keeps_its_domain():
     result = solved(sliding(11.28, 64))
     assert result.work["extent"] == result.work["extent_coupled"] == 2.2 and not result.warnings
+
+
+def test_a_domain_does_not_follow_a_contact_that_the_iteration_lost():
+    """On grids of a few elements it shrank until the coordinates of its elements were one number."""
+    lost = stress_case(922).problem
+    result = solve(lost, options=SolverOptions(limit=LimitOptions(halvings=0)))
+    assert not result.converged
+    assert np.diff(result.x).min() > 1e-6 * np.abs(result.x).max()

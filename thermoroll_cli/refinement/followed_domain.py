@@ -22,6 +22,9 @@ WAY = 0.25
 """More of it on sides that the contact has touched: it is on its way there."""
 WORTH = 0.5
 """A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements."""
+SMALLEST = 1e-3
+"""Side of a domain over Hertz's semi-axis, below which it does not follow: the iteration has lost its contact, and soon the
+coordinates of its elements would not differ."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,8 @@ def _around(home: Discretisation, state: SteadyState) -> Domain | None:
         return None
     low_x, high_x = _span(grid.x, grid.dx, np.flatnonzero(inside.any(axis=1)))
     low_y, high_y = _span(grid.y, grid.dy, np.flatnonzero(inside.any(axis=0)))
+    if high_x - low_x < SMALLEST * derived.scales.semi_axis_x or high_y - low_y < SMALLEST * derived.scales.semi_axis_y:
+        return None
     if derived.mirror is not None and derived.heat_mirrors:
         # But for rounding it is its own mirror image, and is solved as such.
         high_y = max(high_y, -low_y)
