@@ -17,6 +17,9 @@ from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
 
+UNFELT = 1e-200
+"""A smaller response of the force to a free creepage is none."""
+
 
 @dataclass(frozen=True)
 class Iterate:
@@ -218,7 +221,8 @@ class Linearisation:
         free = list(newton.free)
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
-            self.schur_inverse = np.linalg.pinv(schur)
+            # A response without size has no inverse: pinv makes zero of zero, but overflows at what is almost zero.
+            self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
 
     @staticmethod
     def _times(block: tuple[AnyArray, ...], v: AnyArray) -> AnyArray:
