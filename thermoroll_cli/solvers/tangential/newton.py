@@ -17,7 +17,7 @@ from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
 from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
 
-UNFELT = 1e-200
+UNFELT = 1e-30
 """A smaller response of the force to a free creepage is none."""
 
 
@@ -221,7 +221,7 @@ class Linearisation:
         free = list(newton.free)
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
-            # A response without size has no inverse: pinv makes zero of zero, but overflows at what is almost zero.
+            # A response without size has no inverse: pinv makes zero of zero, but overflows single precision at almost zero.
             self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
 
     @staticmethod
