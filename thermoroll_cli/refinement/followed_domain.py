@@ -22,7 +22,7 @@ WAY = 0.25
 """More of it on sides that the contact has touched: it is on its way there."""
 WORTH = 0.5
 """A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements."""
-SMALLEST = 1e-3
+SMALLEST = 0.02
 """Side of a domain over Hertz's semi-axis, below which it does not follow: the iteration has lost its contact, and soon the
 coordinates of its elements would not differ."""
 
