@@ -49,7 +49,8 @@ def track_scalars(
     bulge = sum(track.entry_bulge(flux) for track, flux in zip(tracks, into, strict=True) if track is not None)
     crown = np.asarray(bulge)[columns]
     # A track that is expanded evenly has rounding for a crown.
-    scalars["recirculation_bulge_um"] = 1e6 * float(np.ptp(crown)) if np.ptp(crown) > ROUNDING * np.abs(crown).max() else 0.0
+    height = float(np.ptp(crown))
+    scalars["recirculation_bulge_um"] = 1e6 * height if height > ROUNDING * np.abs(crown).max() else 0.0
     scalars["thermal_crown_ratio"] = sum(
         track.crown(flux, derived.lateral_curvature)
         for track, flux in zip(tracks, into, strict=True) if track is not None

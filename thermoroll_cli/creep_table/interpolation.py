@@ -106,9 +106,9 @@ class Interpolant:
         """`QUANTITIES` (4, n) at X ≥ 0, Y ≥ 0, Z of `scaled` (3, n), for ratios a/b (n,) or one for all (1,)."""
         out = np.empty((COLUMNS, scaled.shape[1]))
         # In the order of a/b neighbours in a chunk read the same part of the table: a third of the time was waiting for memory.
-        order = np.argsort(aspect_ratio) if len(aspect_ratio) > CHUNK else np.arange(scaled.shape[1])
+        order = np.argsort(aspect_ratio) if len(aspect_ratio) > CHUNK else None
         for i in range(0, scaled.shape[1], CHUNK):
-            part = order[i : i + CHUNK]
+            part = slice(i, i + CHUNK) if order is None else order[i : i + CHUNK]
             out[:, part] = self._look_up(aspect_ratio if len(aspect_ratio) == 1 else aspect_ratio[part], scaled[:, part])
         size = np.hypot(out[0], out[1])
         share = np.clip((size - BY_COMPONENTS) / (BY_SIZE - BY_COMPONENTS), 0.0, 1.0)

@@ -118,10 +118,15 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
         return values
     for name in EXTRAPOLATED:
         before, middle, last = (level.get(name, math.nan) for level in levels[-3:])
-        settled = name not in RELATIVE or abs(last - middle) < SETTLED * abs(last)
-        if given.get(name) is None and settled and converges_one_way(middle - before, last - middle):
+        if given.get(name) is None and _extrapolates(name, middle - before, last - middle, abs(last)):
             values[name] = last + (last - middle) / 3.0
     return values
+
+
+def _extrapolates(name: str, before: float, last: float, size: float) -> bool:
+    """Whether a scalar of that `size` is extrapolated after these two changes, in the same unit."""
+    settled = name not in RELATIVE or abs(last) < SETTLED * size
+    return name in EXTRAPOLATED and settled and converges_one_way(before, last)
 
 
 def converges_one_way(before: float, last: float) -> bool:
@@ -186,8 +191,7 @@ def _estimate(
     before = (values[-2] - values[-3]) / scale if known else 0.0
     if abs(last) + abs(before) < UNCHANGED and name not in BETWEEN_ELEMENTS:
         return FLOOR
-    settled = name not in RELATIVE or abs(last) < SETTLED
-    if extrapolated and name in EXTRAPOLATED and settled and converges_one_way(before, last):
+    if extrapolated and _extrapolates(name, before, last, abs(values[-1]) / scale):
         own = {"extrapolated": abs(4.0 * last - before) / 3.0, "smooth": abs(last)}
     else:
         ratio = min(1.0, abs(last / before)) if before else 1.0
