@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
+import signal
 import subprocess
 import sys
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -207,19 +210,38 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
         build_table(replace(plan, poisson_ratio=0.3), path, resume=True)
 
 
-def test_a_cluster_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
+def test_a_cluster_that_loses_a_worker_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
     import distributed
 
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as cluster:
         path = tmp_path / "t.h5"
+
+        def kill_one() -> None:
+            while not (journal_path(path).exists() and journal_path(path).stat().st_size > 1000):
+                time.sleep(0.005)
+            os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
+
+        killer = threading.Thread(target=kill_one, daemon=True)
+        killer.start()
         done = call("table", *TINY, "-o", path, "--checks", "30", "-q", "--dask", cluster.scheduler_address)
+        assert not killer.is_alive()
     assert done.returncode == 0, done.stderr
     found, wanted = read_table(path), read_table(tiny)
     # Products of matrices are rounded otherwise where workers have another number of threads for them.
     np.testing.assert_allclose(found.values, wanted.values, atol=1e-6)
     assert found.quality.rms == pytest.approx(wanted.quality.rms, rel=1e-5)
+
+
+def test_without_a_cluster(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "t.h5"
+    done = call("table", *TINY, "-o", path, "--jobs", "2", "--dask", "tcp://127.0.0.1:1")
+    assert (done.returncode, "the cluster decides" in done.stderr) == (2, True)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    done = call("table", *TINY, "-o", path, "--dask", "tcp://127.0.0.1:1")
+    assert (done.returncode, "pip install 'thermoroll[dask]'" in done.stderr) == (2, True)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_holes_are_told_and_filled_from_their_neighbours(tiny: Path, tmp_path: Path) -> None:

@@ -67,8 +67,7 @@ def table(
         raise typer.Exit(_query(query, (longitudinal, lateral, spin), (semi_axes, modulus, friction, load), outside.value,
                                 csv=csv, as_json=as_json))
     plan = _plan(aspect, nodes, poisson, accuracy, checks)
-    if jobs > 1 and dask:
-        raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
+    options.check_cluster(dask, jobs)
     built = _build(plan, output, jobs=jobs, dask=dask, resume=resume, quiet=quiet)
     if csv is not None:
         from thermoroll_cli.creep_table.table_file import write_csv

@@ -60,6 +60,19 @@ def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
         raise typer.BadParameter(str(cause), param_hint="--set") from None
 
 
+def check_cluster(address: str, jobs: int) -> None:
+    """End the program (usage) if a cluster is asked for that cannot be used, or one whose workers are counted here."""
+    if jobs > 1 and address:
+        raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
+    if address:
+        from thermoroll_cli.sweeps.cluster import NoDask, check_dask
+
+        try:
+            check_dask()
+        except NoDask as cause:
+            raise typer.BadParameter(str(cause), param_hint="--dask") from None
+
+
 def tell_invalid(errors: Sequence[CaseError], closing: str = "") -> int:
     """Tell all findings of all invalid cases, each once. Returns the exit code for invalid cases."""
     colour = streams.coloured(sys.stderr)

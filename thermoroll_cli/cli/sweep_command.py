@@ -118,17 +118,9 @@ def _asked(
     both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
     if both is not None:
         raise typer.BadParameter(f"{both} is swept with --over", param_hint="--set")
-    if jobs > 1 and dask:
-        raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
+    options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    if dask:
-        from thermoroll_cli.sweeps.cluster import NoDask, check_dask
-
-        try:
-            check_dask()
-        except NoDask as cause:
-            raise typer.BadParameter(str(cause), param_hint="--dask") from None
     return axes, overrides
 
 

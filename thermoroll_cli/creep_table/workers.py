@@ -79,11 +79,20 @@ def _in_processes(
 
 
 def _on_cluster(plan: TablePlan, pending: Mapping[int, Task], address: str) -> Generator[tuple[int, Array]]:
-    from concurrent.futures import as_completed
+    from thermoroll_cli.sweeps.cluster import answer_from, check_dask, executor_at
+    from thermoroll_cli.sweeps.processes import completed
 
-    from thermoroll_cli.sweeps.cluster import executor_at
+    check_dask()
+    import distributed
 
     with executor_at(address) as (executor, _):
-        futures = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        running = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}
+        while running:
+            for future in completed(running):
+                try:
+                    with answer_from(address):
+                        values = future.result()
+                except distributed.KilledWorker:
+                    raise OSError("several workers of the cluster died of the same points (killed, or out of memory); "
+                                  "--resume continues") from None
+                yield running.pop(future), values

@@ -47,6 +47,17 @@ def executor_at(address: str) -> Iterator[tuple[Any, Any]]:
         yield executor, client
 
 
+@contextlib.contextmanager
+def answer_from(address: str) -> Iterator[None]:
+    """While the result of a task is taken: raises OSError if the workers lack this program, or the scheduler went away."""
+    try:
+        yield
+    except ImportError as cause:
+        raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
+    except CancelledError:
+        raise OSError(f"the Dask scheduler at {address} went away; --resume continues") from None
+
+
 def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) -> Iterator[Outcome]:
     """Have `stretches` solved by the cluster whose scheduler is at `address`, and yield what becomes of each point, with
     the content of its file: the workers need not see our folder, so a stretch comes back as a whole.
@@ -63,11 +74,9 @@ def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) ->
             for future in completed(running):
                 stretch = running.pop(future)
                 try:
-                    yield from future.result()
+                    with answer_from(address):
+                        outcomes = future.result()
                 except distributed.KilledWorker:
                     reason = "several workers of the cluster died of its stretch (killed, or out of memory)"
-                    yield from (Outcome(point.number, reason) for point in stretch.pending)
-                except ImportError as cause:
-                    raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
-                except CancelledError:
-                    raise OSError(f"the Dask scheduler at {address} went away; --resume continues the sweep") from None
+                    outcomes = [Outcome(point.number, reason) for point in stretch.pending]
+                yield from outcomes

@@ -5,12 +5,12 @@ from __future__ import annotations
 import multiprocessing
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
 from thermoroll_cli.files.result.scalar_file import ScalarRow
-from thermoroll_cli.sweeps.cluster import check_dask, executor_at
+from thermoroll_cli.sweeps.cluster import answer_from, check_dask, executor_at
 from thermoroll_cli.sweeps.points import PointMaker
 from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
 from thermoroll_cli.sweeps.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
@@ -111,13 +111,10 @@ def rows_on_cluster(maker: PointMaker, parts: Iterable[Part], address: str) -> I
             for future in completed(running):
                 task = running.pop(future)
                 try:
-                    solved = future.result()
+                    with answer_from(address):
+                        solved = future.result()
                 except distributed.KilledWorker:
                     yield tuple(tasks.after_death(task))
                     continue
-                except ImportError as cause:
-                    raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
-                except CancelledError:
-                    raise OSError(f"the Dask scheduler at {address} went away; --resume continues the sweep") from None
                 tasks.size.learn(len(task), solved.seconds)
                 yield solved.rows
