@@ -10,9 +10,11 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,6 +22,7 @@ import pytest
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.sweeps.cluster import answer_from
 from thermoroll_cli.sweeps.table import OVER_LIMIT
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\n'
@@ -265,6 +268,18 @@ def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.Monkey
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")
         assert f"no Dask scheduler at {address}" in done.stderr
+
+
+def test_what_a_cluster_answers_instead_of_a_result() -> None:
+    import distributed
+
+    for raised, told in (
+        (distributed.KilledWorker("task", SimpleNamespace(address="x"), 3), "workers of the cluster died .* --resume"),
+        (ModuleNotFoundError("No module named 'pyfftw'"), "lack a package of thermoroll: No module named 'pyfftw'"),
+        (CancelledError(), "scheduler at tcp://x went away; --resume"),
+    ):
+        with pytest.raises(OSError, match=told), answer_from("tcp://x"):
+            raise raised
 
 
 def test_dask_is_an_extra(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -79,20 +79,13 @@ def _in_processes(
 
 
 def _on_cluster(plan: TablePlan, pending: Mapping[int, Task], address: str) -> Generator[tuple[int, Array]]:
-    from thermoroll_cli.sweeps.cluster import answer_from, check_dask, executor_at
+    from thermoroll_cli.sweeps.cluster import answer_from, executor_at
     from thermoroll_cli.sweeps.processes import completed
-
-    check_dask()
-    import distributed
 
     with executor_at(address) as (executor, _):
         running = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}
         while running:
             for future in completed(running):
-                try:
-                    with answer_from(address):
-                        values = future.result()
-                except distributed.KilledWorker:
-                    raise OSError("several workers of the cluster died of the same points (killed, or out of memory); "
-                                  "--resume continues") from None
+                with answer_from(address):
+                    values = future.result()
                 yield running.pop(future), values

@@ -21,6 +21,14 @@ class NoDask(Exception):
         super().__init__("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
 
 
+class WorkersDied(OSError):
+    """Dask gave a task up because several workers died of it."""
+
+    def __init__(self) -> None:
+        super().__init__("several workers of the cluster died of the same points (killed, or out of memory); "
+                         "--resume continues")
+
+
 def check_dask() -> None:
     """Raises NoDask if clusters cannot be used."""
     import importlib.util
@@ -49,9 +57,13 @@ def executor_at(address: str) -> Iterator[tuple[Any, Any]]:
 
 @contextlib.contextmanager
 def answer_from(address: str) -> Iterator[None]:
-    """While the result of a task is taken: raises OSError if the workers lack this program, or the scheduler went away."""
+    """While the result of a task is taken: raises WorkersDied, OSError (no program there, no scheduler)."""
+    import distributed
+
     try:
         yield
+    except distributed.KilledWorker:
+        raise WorkersDied from None
     except ImportError as cause:
         raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
     except CancelledError:
@@ -65,9 +77,6 @@ def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) ->
     Dask itself repeats what a dead worker was at, and gives a task up that several workers died of. Raises NoDask,
     OSError (no scheduler there, or it went away; workers without this package).
     """
-    check_dask()
-    import distributed
-
     with executor_at(address) as (executor, _):
         running = {executor.submit(solve_away, stretch, command_line): stretch for stretch in stretches}
         while running:
@@ -76,7 +85,7 @@ def on_cluster(stretches: Sequence[Stretch], address: str, command_line: str) ->
                 try:
                     with answer_from(address):
                         outcomes = future.result()
-                except distributed.KilledWorker:
+                except WorkersDied:
                     reason = "several workers of the cluster died of its stretch (killed, or out of memory)"
                     outcomes = [Outcome(point.number, reason) for point in stretch.pending]
                 yield from outcomes

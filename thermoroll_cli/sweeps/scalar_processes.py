@@ -10,7 +10,7 @@ from concurrent.futures.process import BrokenProcessPool
 from itertools import islice
 
 from thermoroll_cli.files.result.scalar_file import ScalarRow
-from thermoroll_cli.sweeps.cluster import answer_from, check_dask, executor_at
+from thermoroll_cli.sweeps.cluster import WorkersDied, answer_from, executor_at
 from thermoroll_cli.sweeps.points import PointMaker
 from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
 from thermoroll_cli.sweeps.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
@@ -96,9 +96,6 @@ def rows_in_processes(
 def rows_on_cluster(maker: PointMaker, parts: Iterable[Part], address: str) -> Iterator[tuple[ScalarRow, ...]]:
     """As `rows_in_processes` by the Dask cluster whose scheduler is at `address`; Dask itself repeats what a dead worker was
     at. Raises NoDask, OSError (no scheduler there, or it went away; workers without this package)."""
-    check_dask()
-    import distributed
-
     tasks = Tasks(parts)
     with executor_at(address) as (executor, client):
         running: dict[Future[Solved], Task] = {}
@@ -113,7 +110,7 @@ def rows_on_cluster(maker: PointMaker, parts: Iterable[Part], address: str) -> I
                 try:
                     with answer_from(address):
                         solved = future.result()
-                except distributed.KilledWorker:
+                except WorkersDied:
                     yield tuple(tasks.after_death(task))
                     continue
                 tasks.size.learn(len(task), solved.seconds)
