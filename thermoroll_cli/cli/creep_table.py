@@ -14,6 +14,7 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.environment import rare_collections
 
 if TYPE_CHECKING:
     import numpy as np
@@ -94,6 +95,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
         if (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
             streams.note(f"thermoroll: {path} is built already")
             return there
+    rare_collections()
     progress = TallyProgress(quiet=quiet)
     try:
         built = build_table(plan, path, jobs=jobs, dask=dask, resume=resume, report=progress, note=progress.note)

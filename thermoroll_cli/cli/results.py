@@ -11,6 +11,7 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.environment import rare_collections
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.result.compare import Comparison, Pair
@@ -47,6 +48,7 @@ def plot(
     stored = [read_result(path) for path in results]
     if output is not None:
         options.check_writable(output)
+    rare_collections()
     for stem, result in zip(stems, stored, strict=True):
         written = write_figures(result, stem, image_format=image_format.value, normalised=normalised)
         if quiet:

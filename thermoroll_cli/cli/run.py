@@ -6,7 +6,6 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,6 +14,8 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
+from thermoroll_cli.environment import rare_collections
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
 
 
-@dataclass(frozen=True)
+@frozen
 class _Wishes:
     """How the results are wanted."""
 
@@ -127,6 +128,7 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
         steps=lambda: make_plan(problem).steps,
         at_most=problem.numerics.accuracy is not None,
     )
+    rare_collections()
     try:
         result = solve(problem, threads=wishes.threads, report=progress)
     finally:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import Progress, duration
+from thermoroll_cli.environment import rare_collections
 
 if TYPE_CHECKING:
     from thermoroll_cli.creep_table.build import BuildProgress
@@ -59,6 +60,7 @@ def solve_scalars_only(sweep: ScalarSweep, *, as_json: bool, picture: Path | Non
     from thermoroll_cli.files.case.case import CaseError
     from thermoroll_cli.sweeps.scalars_only import FILE_NAME, TABLE_NAME, run_scalars_only
 
+    rare_collections()
     progress = TallyProgress(quiet=quiet)
     try:
         tally = run_scalars_only(sweep, report=progress, note=progress.note)

@@ -13,6 +13,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.sweep_progress import SweepProgress
+from thermoroll_cli.environment import rare_collections
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
@@ -89,6 +90,7 @@ def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> list[
     """The rows of all points, reported as they are solved."""
     from thermoroll_cli.sweeps.sweep import run_sweep
 
+    rare_collections()
     progress = SweepProgress(len(sweep.points), quiet=quiet, verbose=verbose)
     printer = _JsonPrinter(sweep.axes) if as_json else None
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.exact.elliptic import complete_elliprd
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.model.derived import DerivedQuantities
@@ -40,7 +40,7 @@ LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 """A contact to solve for; the scaling laws make all others of it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PointValues:
     """`values` (4, n) of `QUANTITIES` with nan where `converged` (n,) is False; `errors` (n,) is the estimated error of the
     forces over μW."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from thermoroll_cli.creep_table.point_solver import BATCH, STANDARD_ACCURACY
 from thermoroll_cli.creep_table.scaling import LAW
 from thermoroll_cli.creep_table.values import DEFAULT_POISSON, Axes
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 TASK_POINTS = 4 * BATCH
@@ -18,7 +19,7 @@ CHECK_POINTS = 25
 SEED = 20
 
 
-@dataclass(frozen=True)
+@frozen
 class TablePlan:
     """What is to be built, and at how many random points (`checks`) it is compared with the solver."""
 
@@ -47,7 +48,7 @@ class TablePlan:
         return tasks
 
 
-@dataclass(frozen=True)
+@frozen
 class GridTask:
     """Points first … last − 1 of one ellipse of the table."""
 
@@ -60,7 +61,7 @@ class GridTask:
         return axes.scaled(self.first, self.last)
 
 
-@dataclass(frozen=True)
+@frozen
 class CheckTask:
     """`count` random points, uniform in m/(1 + m) and over the directions.
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from thermoroll_cli.creep_table.scaling import directions, magnitude
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 LARGEST_MAGNITUDE = 1e4
@@ -23,7 +24,7 @@ FEWEST = 5
 """Nodes that a cubic spline with free ends needs."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Axes:
     """`aspect_ratios` a/b, increasing; numbers of evenly spaced `magnitudes` u, `directions` v and `spins` w (`scaling`)."""
 
@@ -75,7 +76,7 @@ class Axes:
         return np.asarray(sizes[level] * directions(self.v[v], self.w[w]))
 
 
-@dataclass(frozen=True)
+@frozen
 class Quality:
     """Of forces over μW: estimated errors of the solver over all points, and differences between table and solver at `points`
     random ones that are not in the table (nan: not measured)."""
@@ -87,7 +88,7 @@ class Quality:
     largest: float = math.nan
 
 
-@dataclass(frozen=True)
+@frozen
 class TableValues:
     """`values` (ellipses, 4, magnitudes, directions, spins) of `QUANTITIES`, nan where a point has no solution (a hole);
     `errors` of the forces, the same without the quantities; Poisson's ratio and the accuracy that was asked for."""

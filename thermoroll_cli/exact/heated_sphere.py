@@ -18,12 +18,12 @@ load belongs to a: the radius is found from it. The unknown constant of u goes w
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -36,7 +36,7 @@ SMALLEST = 0.02
 """Radius over Hertz's below which no state is looked for."""
 
 
-@dataclass(frozen=True)
+@frozen
 class HeatedSphere:
     """`radius` of the contact (m), `radius_cold` without heat (m), `peak_cold` (Pa), pressure `coefficients` c_k (Pa),
     `normal_force` (N), `contact_modulus` E* (Pa)."""

@@ -14,17 +14,17 @@ that loses digits near the circle or the line).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli.exact.elliptic import complete_elliprd, complete_elliprf
+from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@frozen
 class HertzContact:
     """A solved Hertz contact (consistent units, SI in this program).
 
@@ -193,7 +193,7 @@ def _log_aspect_ratio(log_curvature_ratio: float) -> float:
     return t
 
 
-@dataclass(frozen=True)
+@frozen
 class LineContact:
     """A solved Hertz contact of parallel cylinders, per unit length along y.
 

@@ -18,11 +18,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipk, ellipkm1
+
+from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
 
@@ -33,7 +34,7 @@ PUBLISHED_CENTRE_PRESSURE = 1.31
 """p(0) over the Hertz peak pressure of the same load in that case."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SpenceContact:
     """Frictional indentation by a sphere; dimensionless.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 TAIL = 5.4
@@ -16,7 +16,7 @@ TOLERANCE = 1e-10
 """What may be left beyond the last node and what may be lumped into the first, in Eα/(1−ν) · q dx/k."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Steps:
     """Steps of the two rules: in the logarithm of u (`outer`), in that of t/(u−t) (`inner`), and the longest one in units of
     √u/P, where Gaussians of width √u pass by (`passing`). Errors fall exponentially with them."""

@@ -8,14 +8,14 @@ and, where pressure moves the surface along and shear moves it up and down, from
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 
-@dataclass(frozen=True)
+@frozen
 class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa: all that the tangential kernel needs of the materials."""
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from thermoroll_cli.frozen import frozen
 
 
 class Domain(NamedTuple):
@@ -19,7 +20,7 @@ class Domain(NamedTuple):
     centre_x: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Grid:
     """`nx` × `ny` rectangular elements of `dx` × `dy` (m), centred on x = `centre_x`, y = `centre`; arrays are indexed
     [ix, iy]."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 DENSE_OFFSETS = 12
@@ -14,7 +14,7 @@ DENSE_OFFSETS = 12
 OFFSET_GROWTH = 1.12
 
 
-@dataclass(frozen=True)
+@frozen
 class OffsetSamples:
     """Sampled offsets x × y, and the number of table entries that each stands for."""
 

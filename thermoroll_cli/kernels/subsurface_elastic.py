@@ -21,11 +21,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -54,7 +54,7 @@ def traction_y_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio
     return between_corners(x, y, z, aspect, lambda corner: corner.twisted.of_traction(poisson_ratio)[list(TWISTED)])
 
 
-@dataclass(frozen=True)
+@frozen
 class Corner:
     """The primitive functions at offsets x (n, 1), y (1, m) from a corner and depth z."""
 

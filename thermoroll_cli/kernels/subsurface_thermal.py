@@ -23,11 +23,11 @@ the outer rule the inner one gives a function of x alone for each depth, so that
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.drift_rules import FAST, TAIL, Steps, inner_rule, outer_rule
 from thermoroll_cli.kernels.subsurface_elastic import TWISTED, Corner, between_corners
@@ -94,7 +94,7 @@ def _check(depths: Array, peclet_x: float, peclet_y: float) -> None:
         raise ValueError("depths must ascend from 0 or deeper")
 
 
-@dataclass(frozen=True)
+@frozen
 class _Inner:
     """Nodes t of the inner rule at one u, and the weights (3, depths, nodes) of H, Ψ and ∂_z Ψ."""
 
@@ -102,7 +102,7 @@ class _Inner:
     weights: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class _Superposition:
     """The double integral over the Gaussians, without −T: P_x > 0."""
 

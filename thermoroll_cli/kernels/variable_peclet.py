@@ -20,12 +20,13 @@ Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form: wh
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.chebyshev import chebyshev, node_positions, series_matrix
 from thermoroll_cli.kernels.offset_samples import OffsetSamples, graded_offsets, spanning_columns, truncated
@@ -48,7 +49,7 @@ BLOCK = 1 << 15
 """Sources whose weights are computed together, to bound memory."""
 
 
-@dataclass(frozen=True)
+@frozen
 class VariablePecletKernel:
     """Expansion K_P ≈ offset(P) + Σ_k tables[k] weights(P)[k] for 0 ≤ P ≤ peclet_max, with the material moving to +x.
 

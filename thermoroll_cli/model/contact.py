@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array, Mask
 
 
-@dataclass(frozen=True)
+@frozen
 class Pressure:
     """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m),
     and what had closed the gap beforehand, `offset` (m, up to a constant; None: nothing).
@@ -40,7 +40,7 @@ class Pressure:
         return self.pressure if self.whole_elements is None else self.whole_elements
 
 
-@dataclass(frozen=True)
+@frozen
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the creepages
     in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N)."""
@@ -73,7 +73,7 @@ class Traction:
         return math.isinf(self.residual)
 
 
-@dataclass(frozen=True)
+@frozen
 class Contact:
     """A complete state, with the fields (nx, ny) that act back on the contact; None where one does not take part.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from thermoroll_cli.exact.hertz import HertzContact
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.grid import Domain, Grid
 from thermoroll_cli.model.peak import peak_value
 from thermoroll_cli.model.problem import Geometry
@@ -28,7 +28,7 @@ OVERLAP_SHARE = 0.5
 """Square of the half-width along rolling over that of the rigid overlap: ½ below a sphere (Hertz), less below a cylinder."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of what
     it spans along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
@@ -90,7 +90,7 @@ def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: flo
     return found
 
 
-@dataclass(frozen=True)
+@frozen
 class _Box:
     half_x: float
     low: float

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.kernels.grid import Grid
@@ -31,7 +31,7 @@ SAMPLES = 65
 """Places across the contact at which the size of the differential slip is looked up."""
 
 
-@dataclass(frozen=True)
+@frozen
 class DerivedQuantities:
     """A problem with its derived constants (SI)."""
 

@@ -14,10 +14,10 @@ between equal spheres, much for a ball in a groove. Terms of the order of u_z/R 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.model.surface import surfaces
@@ -30,7 +30,7 @@ ROUNDING = 1e-12
 """Differential slip of this size over the saturation creepage comes from the rounding of radii."""
 
 
-@dataclass(frozen=True)
+@frozen
 class DifferentialSlip:
     """Whether d(y) takes part, or `why_not`."""
 

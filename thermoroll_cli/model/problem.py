@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Literal
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.profile import Profile
 
 PecletMode = Literal["rolling", "sliding", "stationary"]
@@ -18,7 +18,7 @@ STANDARD_ACCURACY = 1e-3
 """Relative accuracy aimed at where a case asks for none."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Material:
     """An isotropic body. Thermal constants are None in a purely mechanical problem (SI units)."""
 
@@ -42,7 +42,7 @@ class Material:
         return None not in (self.conductivity, self.expansion, self.diffusivity)
 
 
-@dataclass(frozen=True)
+@frozen
 class Geometry:
     """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf."""
 
@@ -69,7 +69,7 @@ class Geometry:
         return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
 
 
-@dataclass(frozen=True)
+@frozen
 class Motion:
     """Rolling speed in m/s and what drives the slip.
 
@@ -87,7 +87,7 @@ class Motion:
     differential_slip: bool = True
 
 
-@dataclass(frozen=True)
+@frozen
 class Recirculation:
     """A body that turns and brings its heated track back: its `width` (m), contacts per turn, and either `convection`
     (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
@@ -98,7 +98,7 @@ class Recirculation:
     resistance: float | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Heating:
     """How frictional heat is treated.
 
@@ -134,7 +134,7 @@ class Heating:
         return self.partition == "matched" and self.bulk_difference != 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Numerics:
     """Discretisation wishes: either a grid (elements per side) or a relative accuracy, and the domain side in
     Hertz semi-axes (`extent` = domain side / semi-axis, so 2.2 covers the contact with 5 % to spare on each side)."""
@@ -149,7 +149,7 @@ class Numerics:
         return self.accuracy or STANDARD_ACCURACY
 
 
-@dataclass(frozen=True)
+@frozen
 class SubsurfaceRequest:
     """What to compute below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None: by
     the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, and which
@@ -162,7 +162,7 @@ class SubsurfaceRequest:
     fields: KeptFields = "plane"
 
 
-@dataclass(frozen=True)
+@frozen
 class Problem:
     """A complete steady-state rolling contact problem in SI units.
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from thermoroll_cli.frozen import frozen
 
 Interpolation = Literal["cubic", "linear"]
 
 
-@dataclass(frozen=True)
+@frozen
 class Profile:
     """Height of a surface over the lateral coordinate, positive out of the body, in m; beyond its ends there is no material.
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import pathlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.problem import Problem
 
 if TYPE_CHECKING:
@@ -99,7 +100,7 @@ HERTZ_SCALARS: dict[str, str] = {
 """Scalars that belong to the inputs and not to a state."""
 
 
-@dataclass(frozen=True)
+@frozen
 class State:
     """One steady state on a grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny)), `x` and `y` the element
     centres in m, `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or nan."""
@@ -113,7 +114,7 @@ class State:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
 
 
-@dataclass(frozen=True)
+@frozen
 class Result:
     """Outcome of one solve.
 

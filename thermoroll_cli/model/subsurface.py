@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import AnyArray
 
 
-@dataclass(frozen=True)
+@frozen
 class Peak:
     """A largest value and where it is (SI)."""
 
@@ -22,7 +23,7 @@ class Peak:
     z: float = math.nan
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyStresses:
     """One body: `fields` (nz, nx, ny) as asked for, `plane` (nz, nx) at y = `plane_y`, `below_stressed` and `below_heated`
     (nz,), lines into the depth below the most stressed and the hottest point of the surface (SI, names of
@@ -38,7 +39,7 @@ class BodyStresses:
     fields: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@frozen
 class Subsurface:
     """Stresses below the surface: the `bodies`, all `scalars` and their `error` (names of `SUBSURFACE_SCALARS`; errors as
     `error_scale` says), and what a person should know, `warnings`."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.problem import Geometry
 from thermoroll_cli.model.profile import Profile
@@ -20,7 +20,7 @@ SYMMETRIC = 1e-9
 """Heights on both sides that differ by less than this part of their range are those of a symmetric profile."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Surface:
     """One body's surface over y (m): `shape(y, n)` is the height out of the body (n = 0), its slope or second derivative."""
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.view import StateView
 
 Array = NDArray[np.float64]
@@ -33,7 +32,7 @@ WINDOW, FEWEST = 4, 6
 """Elements up to this far away are fitted, and fewer are not fitted at all."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Borders:
     """Border of the contact (closed lines) and between stick and slip (to be clipped by the contact)."""
 

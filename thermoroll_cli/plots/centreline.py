@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, real_minus
@@ -27,7 +27,7 @@ ISOTHERMAL, COUPLED = ("#0072b2", "solid"), ("#d55e00", (0, (4.0, 1.4)))
 LIMIT = "friction limit μp"
 
 
-@dataclass(frozen=True)
+@frozen
 class Curve:
     """One line of a diagram, in SI units: `values` at `x`."""
 

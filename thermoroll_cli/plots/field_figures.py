@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
 from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, few_ticks, new_figure, real_minus
@@ -40,7 +40,7 @@ REMARK_ROW, SMALL_PER_INCH = 0.13, 16
 LOWER, UPPER = "lower body", "upper body"
 
 
-@dataclass(frozen=True)
+@frozen
 class Panel:
     """One map: the number of its state, its values in SI units, its reported maximum (of the peak, which may rise above the
     largest element), the words above it, and whether the maximum grows with every refinement."""
@@ -52,7 +52,7 @@ class Panel:
     unbounded: bool = False
 
 
-@dataclass(frozen=True)
+@frozen
 class PanelGrid:
     """Rows and columns of panels, and the size of one in inches. `true_shape` is False where a very long contact
     is drawn shorter than it is."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.borders import Array, Borders, Lines, borders_of
 from thermoroll_cli.plots.units import axes_scales
 from thermoroll_cli.plots.view import RunView
@@ -28,7 +28,7 @@ ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
 """About so many arrows on a map, at least and at most so far apart (inches)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Frame:
     """What all maps of one run share: coordinates of each state in drawn units, axis labels, the borders of each state in these
     units, the window around the contacts (left, right, bottom, top), and how many units of x a unit of y is (1 for

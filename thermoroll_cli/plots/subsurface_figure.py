@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.subsurface import BodyStresses, Peak
 from thermoroll_cli.plots.centreline import draw_lines_legend
 from thermoroll_cli.plots.headline import add_headline
@@ -37,7 +37,7 @@ ROOM = 1.25
 STRONGEST = "#e8262a"
 
 
-@dataclass(frozen=True)
+@frozen
 class _Scale:
     """Factors from SI to drawn lengths and stresses, and their labels."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.sweep_columns import Column, with_value
 
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
@@ -21,7 +21,7 @@ ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": 
 """Look of a peak that has no limit."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Line:
     """The points of one combination of the further swept quantities, in the order of the first one; `missed` are the values
     of the first one that did not converge."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.result import Result
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class Stored(Protocol):
     def subsurface(self) -> Mapping[str, BodyStresses]: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class StateView:
     """Fields (SI) at the element centres `x`, `y` (m) and scalars (public names) of one state, and what a picture calls it."""
 
@@ -64,7 +64,7 @@ class StateView:
         return None if x is None or y is None else np.hypot(x, y)
 
 
-@dataclass(frozen=True)
+@frozen
 class RunView:
     """One result as the pictures see it; lengths and fields in SI units.
 

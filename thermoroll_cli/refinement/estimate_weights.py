@@ -8,10 +8,10 @@ times as fine grids, so that the median of estimate over true error is as small 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from thermoroll_cli.frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Weights:
     """Weights of the signs of error; N counts elements over 1.1 diameters of the contact."""
 

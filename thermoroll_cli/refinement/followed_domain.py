@@ -3,11 +3,10 @@ where the bodies are hot."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Domain
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
@@ -27,7 +26,7 @@ SMALLEST = 0.02
 coordinates of its elements would not differ."""
 
 
-@dataclass(frozen=True)
+@frozen
 class FollowedState:
     """A coupled state with the `discretisation` it lives on, and the transforms spent on domains that were left."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.plausibility import plausibility_warnings
 from thermoroll_cli.model.problem import Problem, SubsurfaceRequest
@@ -17,7 +18,7 @@ HALF_SPACE_LIMIT = 0.3
 """Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Plan:
     """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
     before solving; `memory_bytes` and `seconds` are estimates for the finest grid."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from thermoroll_cli.assessment.scalars import state_of
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.result import State
 from thermoroll_cli.refinement.plan import Plan
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.refinement.followed_domain import FollowedState
 
 
-@dataclass(frozen=True)
+@frozen
 class RefinementLevel:
     """The state without thermal deformation and, where there is any, the one with it; each with its reported form.
 

@@ -12,10 +12,11 @@ The first of these that exists is taken:
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.contact import Contact, Traction
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
@@ -24,7 +25,7 @@ from thermoroll_cli.steady_state.fixed_point import Fields, unknowns_of
 from thermoroll_cli.steady_state.friction import friction_before_heat
 
 
-@dataclass(frozen=True)
+@frozen
 class Starts:
     """Sources of first guesses on one grid: the next `coarser` grid of the same problem, the `previous` problem of a sweep on
     this grid, and that problem's next coarser grid."""

@@ -5,7 +5,7 @@ What belongs to a formula (difference coefficients, quadrature) stays with it, u
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from thermoroll_cli.frozen import frozen
 
 UPSTREAM_WEIGHTS = (0.7 / 6 + 0.3 / 2, -0.7 - 0.3 * 2, 0.7 / 2 + 0.3 * 3 / 2, 0.7 / 3)
 """∂u/∂x over u at rows −2 … 1, times dx: 0.7 of the third-order and 0.3 of the second-order upstream formula. Their errors in
@@ -13,7 +13,7 @@ the dissipated heat have opposite signs, and both damp odd–even modes: Re D̂ 
 monotone (docs/numerics.md)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class NormalOptions:
     """Active sets and conjugate gradients of the normal problem."""
 
@@ -29,7 +29,7 @@ class NormalOptions:
     """Conjugate gradients per such pass, which start from the solution with whole elements."""
 
 
-@dataclass(frozen=True)
+@frozen
 class HeatedContactOptions:
     """How the active sets and the steps in heat are chosen."""
 
@@ -50,7 +50,7 @@ class HeatedContactOptions:
     """Residual at which states on the way are solved, relative to the elastic displacement."""
 
 
-@dataclass(frozen=True)
+@frozen
 class RollingOptions:
     """Newton's method for the tangential problem, its linear systems, and what it knows of borders inside elements."""
 
@@ -103,7 +103,7 @@ class RollingOptions:
     """Whether the gradient at the leading edge is taken as known at all."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Tolerances:
     """Relative: residual of the tractions, residual gap over approach, change of what acts back on the contact.
 
@@ -118,7 +118,7 @@ class Tolerances:
         return Tolerances(factor * self.tangential, factor * self.normal, factor * self.coupling)
 
 
-@dataclass(frozen=True)
+@frozen
 class FixedPointOptions:
     """How the fixed point is iterated. The defaults are those of heat, which may move the surfaces by half of the approach."""
 
@@ -172,7 +172,7 @@ more from the first on, its tractions matter to a few per cent, and what has not
 elements of the border."""
 
 
-@dataclass(frozen=True)
+@frozen
 class RefinementOptions:
     """The sequence of grids, and when it ends."""
 
@@ -206,7 +206,7 @@ class RefinementOptions:
     """Whether integrals are extrapolated from the last three grids."""
 
 
-@dataclass(frozen=True)
+@frozen
 class LimitOptions:
     """The search for the largest speed that has a steady state, where the wanted one has none."""
 
@@ -224,7 +224,7 @@ class LimitOptions:
     """Times that it is: to twice the speed that was found from a cold start at most."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SolverOptions:
     """All of them. `heat` and `shear` are for fixed points with and without heat acting back."""
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
@@ -45,7 +46,7 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
 line in `turn` and a line here."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SteadyState:
     """The best state found, with the turns that it took and what the inner solvers did in them; `residual` is what its
     turn has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led to

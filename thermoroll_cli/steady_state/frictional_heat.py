@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Mask
 from thermoroll_cli.model.problem import Heating
@@ -23,7 +23,7 @@ SLOW_PECLET = 0.03
 """Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Heat:
     """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`."""
 

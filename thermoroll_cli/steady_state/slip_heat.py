@@ -14,11 +14,10 @@ elements depend on that.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.elastic import ShearCompliance
 from thermoroll_cli.kernels.thermal_slope import slopes
@@ -37,7 +36,7 @@ WHOLE = 0.8
 """Covered fraction from which the last element but one counts as covered."""
 
 
-@dataclass(frozen=True)
+@frozen
 class _Onset:
     """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, FIRST + 1), and which of them are `inside`.
     There root-like slip times μp has the means `weight`, centred at the distance `centre` from the border in elements, and

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Mask
 from thermoroll_cli.kernels.mirror import Parities, unfolded
 
 
-@dataclass(frozen=True)
+@frozen
 class Window:
     """Rows and columns of a grid of `grid` elements; with `mirror` (the parities of vector components across y = 0) the
     columns begin at y > 0 and stand for both sides."""

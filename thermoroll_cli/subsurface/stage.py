@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.problem import BODIES, KeptFields, SubsurfaceRequest
@@ -20,7 +20,7 @@ from thermoroll_cli.subsurface.superposition import ElasticLayers, LayerTransfor
 from thermoroll_cli.subsurface.surface_load import SurfaceLoad, recirculating, surface_loads
 
 
-@dataclass(frozen=True)
+@frozen
 class SolvedGrid:
     """A steady state on one grid."""
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import SubsurfaceRequest
 from thermoroll_cli.subsurface.layers import depths_of
@@ -17,7 +17,7 @@ SIDEWAYS = 0.5
 """Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SubsurfacePlan:
     """Stages that run and those that are skipped, with reasons; numbers known before; memory and time on one core."""
 

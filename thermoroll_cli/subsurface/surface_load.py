@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.model.contact import Contact
 from thermoroll_cli.model.derived import DerivedQuantities
@@ -13,7 +12,7 @@ TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
 """τ points along the slip of the lower body: it brakes the lower body and drives the upper one."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SurfaceLoad:
     """Loads on one body, averages over elements, and what its material makes of them (SI, arrays (nx, ny)).
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from thermoroll_cli.frozen import frozen
 
 Number = int | float
 
@@ -19,7 +20,7 @@ _DIGITS = 12
 """Significant digits of computed values: 0.3, not 0.30000000000000004."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Axis:
     """A dotted key of the case and the values it takes, in their order."""
 

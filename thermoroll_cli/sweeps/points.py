@@ -7,11 +7,11 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 
 from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case.case_source import CaseSource, parse_source
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.model.problem import Problem
 from thermoroll_cli.sweeps.axis import Axis, Number
@@ -21,7 +21,7 @@ LONGEST_STRETCH = 5
 less to solve again where a sweep is resumed."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Point:
     """One combination: its `number` (from 1) in the sweep, the `name` of its result file without .h5, the swept
     `values`, and the case. Plain enough to be sent to a process that has read no case file."""
@@ -38,7 +38,7 @@ class Point:
         return identity(self.case_json)
 
 
-@dataclass(frozen=True)
+@frozen
 class Stretch:
     """Neighbouring points, solved one after the other by one worker.
 
@@ -67,7 +67,7 @@ def identity(case_json: str) -> str:
     return json.dumps(content, sort_keys=True)
 
 
-@dataclass(frozen=True)
+@frozen
 class PointMaker:
     """Makes the points of a sweep one by one, so that a hundred thousand of them need not be held at once.
 

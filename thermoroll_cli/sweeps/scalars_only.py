@@ -16,6 +16,7 @@ import numpy as np
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
 from thermoroll_cli.files.case.case import CaseError
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, TEXTS, ResultFileError, ScalarFile, ScalarRow
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.subsurface_names import scalars_below
 from thermoroll_cli.sweeps.lock import sole_sweep
 from thermoroll_cli.sweeps.points import PointMaker, identity, stretch_numbers
@@ -31,7 +32,7 @@ MANY = 2000
 """Points whose checking takes long enough to be told."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ScalarSweep:
     """The points of `maker`, to be solved into `folder`; the rest as in `Sweep`."""
 

@@ -6,9 +6,10 @@ import contextlib
 import pathlib
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.axis import Axis
 from thermoroll_cli.sweeps.lock import sole_sweep
@@ -23,7 +24,7 @@ SECONDS_BETWEEN_TABLES = 2.0
 """A table of thousands of points takes longer to write than some points to solve."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Sweep:
     """`points` (all of them checked) along `axes`, to be solved into `folder`.
 

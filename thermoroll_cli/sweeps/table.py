@@ -12,6 +12,7 @@ from typing import Any
 
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
 from thermoroll_cli.sweeps.axis import Axis
@@ -28,7 +29,7 @@ WORK = ("grid", "applications")
 """What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Row:
     """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, its numbers are
     nan for a point that has no `file`."""

@@ -6,7 +6,6 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
@@ -21,6 +20,7 @@ from thermoroll_cli.files.case.case_source import (
 )
 from thermoroll_cli.files.case.case_validation import validate
 from thermoroll_cli.files.case.profile_checks import geometry_si
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model import problem as si
 
 __all__ = ["Case", "CaseError", "Finding", "Override"]
@@ -30,7 +30,7 @@ PYTHON = "with_values"
 """Where errors of `Case.with_values` are."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Case:
     """A valid case: `settings` in the units of the case file with all defaults filled in, and the `text` they
     come from. `name` is what result files are called."""

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, RecirculationTable, TwoMaterials
 from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.frozen import frozen
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Conflict:
     """Keys that do not go together: the message stands at `path` and may refer to `other`."""
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from thermoroll_cli.files.case.toml_positions import Span
+from thermoroll_cli.frozen import frozen
 
 _SNIPPET_WIDTH = 100
 
 
-@dataclass(frozen=True)
+@frozen
 class Finding:
     """One error: where it is, which key and value, what is allowed, what would help.
 

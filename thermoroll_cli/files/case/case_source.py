@@ -8,12 +8,13 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import waiting
 
 SIZE_LIMIT = 1 << 16
@@ -39,7 +40,7 @@ _RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class Override:
     """A key given beside the case file: `text` is how it was written there, `origin` what errors call that place."""
 
@@ -67,7 +68,7 @@ class Override:
         return cls(path, _toml_value(written.strip()), text)
 
 
-@dataclass(frozen=True)
+@frozen
 class CaseSource:
     """A parsed case text with its overrides applied to `content`; knows where every key was written."""
 

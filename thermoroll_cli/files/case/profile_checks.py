@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from thermoroll_cli.files.case.case_model import PROFILES, GeometryTable, ProfileTable, Settings
 from thermoroll_cli.files.case.profile_file import point_fault, profile_of
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.problem import Geometry
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
@@ -17,7 +17,7 @@ RELIEVE = ('of a measured profile give more; of a roller relieve the ends, by a 
            "fall off: at sharp ends the pressure has no limit")
 
 
-@dataclass(frozen=True)
+@frozen
 class Fault:
     """`key` of the table at which the message stands; empty: the table itself."""
 

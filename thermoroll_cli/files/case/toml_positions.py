@@ -5,7 +5,8 @@ from __future__ import annotations
 import bisect
 import re
 import tomllib
-from dataclasses import dataclass
+
+from thermoroll_cli.frozen import frozen
 
 KeyPath = tuple[str | int, ...]
 
@@ -22,7 +23,7 @@ _STRING = re.compile(
 )
 
 
-@dataclass(frozen=True)
+@frozen
 class Span:
     """A stretch of characters on one line; line and column count from 1."""
 
@@ -31,7 +32,7 @@ class Span:
     length: int
 
 
-@dataclass(frozen=True)
+@frozen
 class Entry:
     """Where a key stands, and its value. A table has its header in both."""
 
@@ -53,7 +54,7 @@ def locate_keys(text: str) -> dict[KeyPath, Entry]:
     return scanner.entries
 
 
-@dataclass(frozen=True)
+@frozen
 class Duplicate:
     """A key or table that a text has twice: its path, and where it stands the first and the second time."""
 

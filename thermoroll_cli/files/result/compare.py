@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.stored import StoredResult
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.error_scale import (
     BELOW_THE_SURFACE,
     CREEPAGES,
@@ -29,7 +29,7 @@ _FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lo
 _NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings", "patches", "unbounded")
 
 
-@dataclass(frozen=True)
+@frozen
 class Pair:
     """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
     state the numbers of contact elements; None means it is missing there.
@@ -49,7 +49,7 @@ class Pair:
         return math.isnan(self.difference) or self.difference <= rtol
 
 
-@dataclass(frozen=True)
+@frozen
 class Comparison:
     """All rows and the verdict. Fields on different grids and scalars that only one file names are not compared and do not
     count (`notes` says so)."""
@@ -136,7 +136,7 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-@dataclass(frozen=True)
+@frozen
 class _Place:
     """Fields of one state and where they live (m)."""
 

@@ -14,7 +14,6 @@ import os
 import pathlib
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from thermoroll_cli.environment import provenance
 from thermoroll_cli.files.atomic import WriteError, replacing
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
 
@@ -45,7 +45,7 @@ BLOCK = 512
 Coordinates = Mapping[str, Sequence[int | float]]
 
 
-@dataclass(frozen=True)
+@frozen
 class ScalarRow:
     """The row of point `number` (from 1): `numbers` in the order of `ScalarFile.numbers`, with nan for those that are left out
     at the end, `texts` in that of `TEXTS`."""
@@ -55,7 +55,7 @@ class ScalarRow:
     texts: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@frozen
 class ScalarFile:
     """A file at `path` for the points of `coordinates`, the last of which varies fastest; `identity` tells the case apart.
     `offsets` are the places of the columns in the file; `below` are the scalars below the surface among them."""

@@ -6,11 +6,13 @@ import json
 import os
 import pathlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from thermoroll_cli.frozen import frozen
 
 if TYPE_CHECKING:
     import h5py
@@ -32,7 +34,7 @@ class ResultFileError(OSError):
     """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
 
 
-@dataclass(frozen=True)
+@frozen
 class StoredResult:
     """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from thermoroll_cli.frozen import frozen
 
 Vector = NDArray[Any]
 
@@ -15,7 +16,7 @@ CANCELLED = 0.1
 """Gram–Schmidt is repeated where it leaves less than this of a vector (Daniel et al. 1976)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class KrylovSolution:
     """`step` solves the system to relative residual `residual` in `iterations`; `image` is the expensive part of the
     operator applied to `step`, combined from the iterations and therefore free."""

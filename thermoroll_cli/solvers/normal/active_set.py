@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.kernels.convolution import Convolution, even_length, multiply, periodic_symbol
 from thermoroll_cli.kernels.elastic import normal_table
@@ -15,7 +16,7 @@ from thermoroll_cli.solvers.normal.contact_border import border_elements
 from thermoroll_cli.solvers.solver_options import NormalOptions
 
 
-@dataclass(frozen=True)
+@frozen
 class NormalSolution:
     """`pressure` in Pa and `gap`, `displacement` in m on the grid; `approach` in m; `residual` is the rms of the remaining
     gap on the contact over the approach; `touches_rim` tells that the contact reaches the edge of the domain."""
@@ -33,7 +34,7 @@ class NormalSolution:
     history: tuple[float, ...] = field(default=())
 
 
-@dataclass(frozen=True)
+@frozen
 class _Iterate:
     pressure: Array
     displacement: Array
@@ -44,7 +45,7 @@ class _Iterate:
     history: list[float]
 
 
-@dataclass(frozen=True)
+@frozen
 class RefinedContact:
     """A solution whose border elements carry the load of their covered part: `pressure` as element averages in Pa, `covered`
     fraction of each element, `displacement` and `gap` in m, `approach` in m."""

@@ -17,17 +17,18 @@ step starting from the last active set, which it only has to shrink.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.solvers.algorithms.krylov import Vector, gmres
 from thermoroll_cli.solvers.normal.active_set import NormalSolver
 from thermoroll_cli.solvers.solver_options import HeatedContactOptions
 
 
-@dataclass(frozen=True)
+@frozen
 class HeatedContact:
     """`pressure` (Pa) and its own `expansion` E[w p] (m, up to a constant), (nx, ny); `residual` is the rms of what remains
     of the gap over the elastic displacement; `reached` is the part of the heat at which this is the state (1: all of it)."""

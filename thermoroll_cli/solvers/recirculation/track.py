@@ -22,10 +22,10 @@ the present pass adds is the half-space's response. Where ε is large both terms
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.solvers.recirculation.kernel_functions import bulge_sum, cylinder_factor, pass_sum, surface_slope
@@ -40,7 +40,7 @@ ROOT_STEPS = 60
 """Newton steps at most, for all roots at once."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Roller:
     """A body that turns (SI): `radius` R > 0 along rolling, `width` B, `passes` Z per turn, speed of its surface; either
     `convection` h (W/m²K) or `resistance` R_th (K/W); its thermal constants with `free_expansion` (1 + ν)α. The track of a

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import AnyArray, Mask
 from thermoroll_cli.solvers.algorithms.batch_krylov import batch_gmres
 from thermoroll_cli.solvers.solver_options import RollingOptions
@@ -25,7 +26,7 @@ ROUNDS = 2
 """How often Newton goes on from the slip computed afresh in double precision."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BatchSolution:
     """`traction` (Pa), `slip` s/V, both (B, 2, n, m), `stick` (B, n, m), `residual` and `converged` (B,), each as in
     `TangentialSolution`; `newton_steps` (B,)."""

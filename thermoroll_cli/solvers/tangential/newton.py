@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import AnyArray, Mask
 from thermoroll_cli.solvers.algorithms.krylov import gmres
 from thermoroll_cli.solvers.solver_options import RollingOptions
@@ -21,7 +22,7 @@ UNFELT = 1e-30
 """A smaller response of the force to a free creepage is none."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Iterate:
     """One iterate with everything the next Newton step needs."""
 

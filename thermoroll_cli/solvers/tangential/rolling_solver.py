@@ -8,11 +8,12 @@ Eq. 12 are needed, because the slip equation is discretised and not its integral
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array, Mask
 from thermoroll_cli.solvers.solver_options import RollingOptions
 from thermoroll_cli.solvers.tangential.newton import Iterate, Newton
@@ -25,7 +26,7 @@ Start = tuple[Array, tuple[float, float]]
 __all__ = ["RollingSolver", "Start", "TangentialProblem", "TangentialSolution"]
 
 
-@dataclass(frozen=True)
+@frozen
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 
 
-@dataclass(frozen=True)
+@frozen
 class TangentialProblem:
     """Data on the contact's bounding box (n, m).
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
@@ -16,7 +16,7 @@ from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
 
 
-@dataclass(frozen=True)
+@frozen
 class HeatedBody:
     """One body as its surface sees the heat: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
     material passes through the contact."""
@@ -28,7 +28,7 @@ class HeatedBody:
     speed_y: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class DividedHeat:
     """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the lower body takes the part `share` at every point, and
     the flux `exchanged` that leaves the upper body for the lower one besides, of either sign (None: nothing does). `total`

@@ -13,11 +13,12 @@ crosses.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.solvers.algorithms.krylov import Vector, gmres
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
@@ -28,7 +29,7 @@ APPLICATIONS = 150
 """Most applications of `ThermalResponse.temperature_gap`: elongated contacts take up to ten times the usual."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Partition:
     """`heat` as it divides; `mismatch` is the largest difference of both surface temperatures (bulk included) inside the
     contact, relative to the largest rise or difference of bulk temperatures; `applications` those of `temperature_gap`."""

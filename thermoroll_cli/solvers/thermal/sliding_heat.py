@@ -14,11 +14,12 @@ both agree; otherwise they differ in proportion to the Péclet number, and not a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.convolution import Convolution, Spectrum
 from thermoroll_cli.kernels.grid import Grid
@@ -32,7 +33,7 @@ RANGES_KEPT = 2
 """Expansions kept per kind: a slip speed that moves back and forth over the end of a range needs both."""
 
 
-@dataclass(frozen=True)
+@frozen
 class _Expansion:
     """`kernel` without its tables, whose spectra these are."""
 
