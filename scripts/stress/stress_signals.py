@@ -1,4 +1,4 @@
-"""Stop runs and sweeps by signals at random moments: each must end with its exit code, soon, and leave nothing behind.
+"""Stop runs, sweeps and tables by signals at random moments: each must end with its exit code, soon, and leave nothing behind.
 
     python -m scripts.stress.stress_signals [--signals N] [--seed N] [--write]
 """
@@ -21,6 +21,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from scripts.signals import give_children_default_signals
+from thermoroll_cli import CreepForceTable
 from thermoroll_cli.files.result.hdf5 import read_result
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -29,10 +30,13 @@ PLACE = ("<!-- signals -->\n", "<!-- end of signals -->")
 
 COMMAND = (sys.executable, "-m", "thermoroll_cli")
 OVER = ("--over", "creepage.longitudinal=5e-4:3e-3:6", "--set", "numerics.grid=32")
+TABLE = ("--aspect", "1", "--accuracy", "1e-2", "--nodes", "8,7,7", "--checks", "100", "-o", "table.h5")
 PROGRAMS: dict[str, tuple[str, ...]] = {
     "run": ("run", "case.toml", "--set", "numerics.grid=192"),
     "sweep": ("sweep", "case.toml", *OVER),
     "sweep --jobs 2": ("sweep", "case.toml", *OVER, "--jobs", "2"),
+    "table": ("table", *TABLE),
+    "table --jobs 2": ("table", *TABLE, "--jobs", "2"),
 }
 """A second or two of work each, with pictures."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -163,6 +167,10 @@ def _faults(code: int, number: signal.Signals, told: str, folder: pathlib.Path) 
             yield f"left {path.name}"
         elif path.suffix == ".h5" and not read_result(path).converged:
             yield f"{path.name} is no result"
+    # What is left of a table is its journal, for --resume; its own name has what is whole.
+    for path in folder.glob("*.h5"):
+        CreepForceTable.read(path)
+    yield from (f"left {path.name}" for path in folder.glob(".*"))
 
 
 def table(found: Sequence[Stop]) -> str:
