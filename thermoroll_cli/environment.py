@@ -39,7 +39,6 @@ def no_plugins() -> None:
 
 def provenance() -> dict[str, str]:
     """What results depend on besides this program: versions of Python and the libraries that compute, and the platform."""
-    import importlib.metadata
     import platform
 
     import h5py
@@ -51,11 +50,20 @@ def provenance() -> dict[str, str]:
     return {
         "python_version": platform.python_version(),
         "numpy_version": numpy.__version__,
-        # Not loaded for this: few runs need it.
-        "scipy_version": importlib.metadata.version("scipy"),
+        "scipy_version": _scipy_version(),
         "fftw_version": pyfftw.fftw_version,
         "pyfftw_version": pyfftw.__version__,
         "h5py_version": h5py.__version__,
         "hdf5_version": h5py.version.hdf5_version,
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
     }
+
+
+def _scipy_version() -> str:
+    """SciPy's version from the file that states it: few runs need SciPy, and its metadata are a hundred pages of licences."""
+    import importlib.util
+    import runpy
+
+    package = importlib.util.find_spec("scipy")
+    assert package is not None and package.origin is not None
+    return str(runpy.run_path(os.path.join(os.path.dirname(package.origin), "version.py"))["version"])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.exact.gauss import gauss_legendre
 from thermoroll_cli.exact.hertz import HertzContact
 
 Array = NDArray[np.float64]
@@ -19,7 +20,7 @@ def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tup
     Both are integrated in closed form along x and by Gauss points across each row.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
-    nodes, weights = np.polynomial.legendre.leggauss(ROW_POINTS)
+    nodes, weights = gauss_legendre(ROW_POINTS)
     low = np.clip(y_edges[:-1], -b, b)
     high = np.clip(y_edges[1:], -b, b)
     share = (high - low) / np.diff(y_edges)  # part of each row's width inside the ellipse

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipk, ellipkm1
 
+from thermoroll_cli.exact.gauss import gauss_legendre
 from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
@@ -122,7 +123,7 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
     pressure, _ = tractions(friction)
 
     # sphere of unit radius: the penetration grows by D b db with the radius b, and gap r²/2 closes as punches approach
-    node, gauss = np.polynomial.legendre.leggauss(20)
+    node, gauss = gauss_legendre(20)
     q = 0.5 * (node + 1.0)
     outside = _ring_integrals(_kernel_0, 1.0 / (1.0 - q**2), edge) @ pressure
     rate = 0.5 / float(np.sum((1.0 - outside) * (1.0 - q**2) * q * gauss))
@@ -149,7 +150,7 @@ def _ring_integrals(
     kernel: Callable[[FloatArray, FloatArray], FloatArray], r: FloatArray, edge: FloatArray
 ) -> FloatArray:
     """∫ kernel(r_i, s) ds over each ring, shape (r, rings), with nodes graded towards the logarithm at s = r."""
-    node, gauss = np.polynomial.legendre.leggauss(10)
+    node, gauss = gauss_legendre(10)
     t = 0.5 * (node + 1.0)
     # every ring in two parts, both measured from the point nearest to r
     nearest = np.clip(r[:, None], edge[:-1], edge[1:])

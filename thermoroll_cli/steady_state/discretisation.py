@@ -18,13 +18,13 @@ from thermoroll_cli.solvers.normal.active_set import NormalSolver
 from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
 from thermoroll_cli.solvers.solver_options import SolverOptions
 from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
-from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.steady_state.frictional_heat import Heat, divide
 from thermoroll_cli.steady_state.traction import TractionSolver
 
 if TYPE_CHECKING:
     from thermoroll_cli.solvers.recirculation.response import RecirculatingResponse
     from thermoroll_cli.solvers.recirculation.track import Roller, Track
+    from thermoroll_cli.solvers.thermal.sliding_heat import SlidingKernels
 
 
 
@@ -198,6 +198,8 @@ class Discretisation:
 
     @cached_property
     def _sliding(self) -> SlidingKernels:
+        from thermoroll_cli.solvers.thermal.sliding_heat import SlidingKernels
+
         return SlidingKernels(self.grid)
 
     def heat_response(self, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
@@ -206,6 +208,8 @@ class Discretisation:
         lower, upper = self.derived.heated_bodies(*creepage)
         problem = self.derived.problem
         if problem.heating.peclet == "sliding":
+            from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
+
             return SlidingHeatResponse(self._sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._heat is None or self._heat.bodies != (lower, upper):
             self._heat = HeatResponse(self.grid, lower, upper)

@@ -22,7 +22,6 @@ from thermoroll_cli.solvers.algorithms.anderson import Anderson
 from thermoroll_cli.solvers.solver_options import FixedPointOptions, Tolerances
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
-from thermoroll_cli.steady_state.heated_pressure import heated_step
 from thermoroll_cli.steady_state.turn import turn
 
 Fields = dict[str, Any]
@@ -226,6 +225,8 @@ class _Mixing:
             return after
         if self._balanced and before.expansion is not None:
             tolerance = max(self._options.normal_share * residual, self._options.closest_balance)
+            from thermoroll_cli.steady_state.heated_pressure import heated_step
+
             step = heated_step(self._discretisation, before, after, tolerance)
             self.heat_reached = step.reached
             self.unbalanced += not step.converged

@@ -12,7 +12,6 @@ from thermoroll_cli.model.contact import Mask
 from thermoroll_cli.model.problem import Heating
 from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.solvers.thermal.partition import Partition, match
-from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
 
 if TYPE_CHECKING:
     from thermoroll_cli.solvers.recirculation.track import Track
@@ -83,6 +82,8 @@ def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Ma
 
 def account(heat: Heat) -> dict[str, dict[str, float]]:
     """What the response took: terms and error of sliding Péclet numbers, applications and mismatch of a matched partition."""
+    from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
+
     result: dict[str, dict[str, float]] = {}
     if isinstance(heat.response, SlidingHeatResponse):
         result["sliding"] = heat.response.report()
@@ -96,6 +97,8 @@ def sideways_warning(heat: Heat, slip: Array) -> str:
     or an empty text.
 
     `slip` has the shape (2, nx, ny)."""
+    from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
+
     total = float(heat.flux.sum())
     if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
         return ""

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.case_model import MaterialTable, RecirculationTable, Settings, SubsurfaceTable
+from thermoroll_cli.files.case.case_model import MaterialTable, RecirculationTable, Settings, SubsurfaceTable, Table
 from thermoroll_cli.files.case.case_source import (
     STANDARD_INPUT,
     CaseSource,
@@ -78,7 +78,7 @@ class Case:
             for key, value in values.items()
         ]
         apply_overrides(content, overrides)
-        source = CaseSource(self.name, self.text, content, overrides=tuple(overrides))
+        source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
         return Case(self.name, self.text, validate(source))
 
     @property
@@ -103,7 +103,7 @@ class Case:
         return json.dumps(content, ensure_ascii=False, allow_nan=False)
 
     def _content(self) -> dict[str, Any]:
-        content = self.settings.model_dump(mode="python", exclude_none=True)
+        content = _given(self.settings)
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
         return {key: value for key, value in content.items() if value not in ("", {})}
@@ -113,6 +113,12 @@ def case_name(path: str | os.PathLike[str]) -> str:
     """What the results of the case at `path` are called: the file name without its last suffix."""
     name = os.fspath(path)
     return "stdin" if name == STANDARD_INPUT else os.path.splitext(os.path.basename(name))[0]
+
+
+def _given(table: Table) -> dict[str, Any]:
+    """The keys and tables in `table` that are not left out. For this alone pydantic would have to build a serializer first."""
+    given = {key: value for key, value in table if value is not None}
+    return {key: _given(value) if isinstance(value, Table) else value for key, value in given.items()}
 
 
 def _toml(content: dict[str, Any]) -> str:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, RecirculationTable, TwoMaterials
-from thermoroll_cli.files.case.toml_positions import KeyPath
 from thermoroll_cli.frozen import frozen
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case.toml_positions import KeyPath
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""

@@ -8,14 +8,16 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import field, replace
+from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
 from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import waiting
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
@@ -70,13 +72,14 @@ class Override:
 
 @frozen
 class CaseSource:
-    """A parsed case text with its overrides applied to `content`; knows where every key was written."""
+    """A parsed case text with its overrides applied to `content`; knows where every key was written where the
+    content is that of the text (`located`)."""
 
     name: str
     text: str
     content: dict[str, Any]
-    entries: dict[KeyPath, Entry] = field(default_factory=dict)
     overrides: tuple[Override, ...] = ()
+    located: bool = True
 
     def finding(self, path: KeyPath, message: str, *, allowed: str = "", hint: str = "", at_key: bool = False) -> Finding:
         """An error about `path`, placed at its value (or its key), or at the nearest table around it."""
@@ -108,6 +111,13 @@ class CaseSource:
         return f" (line {self.entries[path].key.line})" if path in self.entries else ""
 
     @cached_property
+    def entries(self) -> dict[KeyPath, Entry]:
+        """Where each key stands, looked up when the first error asks."""
+        from thermoroll_cli.files.case.toml_positions import locate_keys
+
+        return locate_keys(self.text) if self.located else {}
+
+    @cached_property
     def _lines(self) -> list[str]:
         return self.text.split("\n")
 
@@ -135,7 +145,7 @@ def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> Ca
         raise CaseError([Finding(message, source=name)]) from None
     if not content and not overrides:
         raise CaseError([Finding("there is nothing in it", source=name, hint="thermoroll init writes a case to start from")])
-    source = CaseSource(name, text, content, locate_keys(text), tuple(overrides))
+    source = CaseSource(name, text, content, tuple(overrides))
     apply_overrides(content, overrides)
     return source
 
@@ -195,6 +205,8 @@ def _decode(name: str, raw: bytes) -> str:
     try:
         return raw.decode("utf-8-sig")  # some editors put a mark in front
     except UnicodeDecodeError as cause:
+        from thermoroll_cli.files.case.toml_positions import Span
+
         before = raw[: cause.start]
         line = before.count(b"\n") + 1
         line_start = before.rfind(b"\n") + 1
@@ -208,6 +220,7 @@ def _decode(name: str, raw: bytes) -> str:
 
 def _syntax_error(name: str, text: str, message: str) -> Finding:
     from thermoroll_cli.files.case.case_hints import broken_syntax
+    from thermoroll_cli.files.case.toml_positions import Span, find_duplicate
 
     lines = text.split("\n")
     if message.startswith(("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate")):

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from thermoroll_cli.files.case import case_hints
 from thermoroll_cli.files.case.allowed_values import allowed_values, nested_table
 from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
@@ -29,8 +28,10 @@ from thermoroll_cli.files.case.case_model import (
 from thermoroll_cli.files.case.case_source import CaseSource
 from thermoroll_cli.files.case.profile_checks import profile_faults, touching
 from thermoroll_cli.files.case.profile_file import ProfileError, read_profile
-from thermoroll_cli.files.case.toml_positions import KeyPath
 from thermoroll_cli.model.problem import STANDARD_ACCURACY
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case.toml_positions import KeyPath
 
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
@@ -170,7 +171,9 @@ class _Checker:
         given = self.source.content.get(name)
         if isinstance(given, dict):
             return given
-        hint = case_hints.missing_table(name)
+        from thermoroll_cli.files.case.case_hints import missing_table
+
+        hint = missing_table(name)
         if name in self.source.content:
             self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=hint)
         elif required and name not in self._meant("", self.source.content):
@@ -179,19 +182,25 @@ class _Checker:
 
     def _table(self, path: KeyPath, model: type[Table], given: dict[str, Any]) -> Any:
         errors = _errors_of(model, given)
+        if not errors:
+            return model.model_validate(given)
         meant = self._meant(".".join(str(part) for part in path), given)
         for error in errors:
             # A misspelt key is one error, not two.
             if not (error["type"] == "missing" and error["loc"][0] in meant):
                 self._invalid_value(path, model, error)
-        return None if errors else model.model_validate(given)
+        return None
 
     def _meant(self, table: str, given: dict[str, Any]) -> set[str]:
         """Keys that are missing only because they are misspelt."""
-        known = case_hints.known_keys(table)
-        return {case_hints.meant_key(table, key) for key in given if key not in known}
+        from thermoroll_cli.files.case.case_hints import known_keys, meant_key
+
+        known = known_keys(table)
+        return {meant_key(table, key) for key in given if key not in known}
 
     def _invalid_value(self, table: KeyPath, model: type[Table], error: Any) -> None:
+        from thermoroll_cli.files.case.case_hints import misspelt_word, wrong_type
+
         table, model, key = _place(table, model, error["loc"])
         value, path = error["input"], (*table, key)
         if error["type"] == "extra_forbidden":
@@ -200,13 +209,15 @@ class _Checker:
             self._note(path, "is missing", allowed=allowed_values(model, key), at_key=True)
         else:
             words = WORDS.get(key, ())
-            hint = case_hints.misspelt_word(value, words)
+            hint = misspelt_word(value, words)
             if not hint and key not in ("title", "peclet", "kind", "interpolation", "file", "points_mm"):
-                hint = case_hints.wrong_type(value)
+                hint = wrong_type(value)
             self._note(path, _message(error), allowed=allowed_values(model, key), hint=hint)
 
     def _unknown(self, path: KeyPath) -> None:
-        hint = case_hints.unknown_key(".".join(str(part) for part in path[:-1]), str(path[-1]))
+        from thermoroll_cli.files.case.case_hints import unknown_key
+
+        hint = unknown_key(".".join(str(part) for part in path[:-1]), str(path[-1]))
         self._note(path, "unknown key", hint=hint, at_key=True)
 
     def _note(self, path: KeyPath, message: str, **details: Any) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import bisect
 import re
 import tomllib
+from functools import lru_cache
 
 from thermoroll_cli.frozen import frozen
 
@@ -40,6 +41,7 @@ class Entry:
     value: Span
 
 
+@lru_cache(maxsize=4)
 def locate_keys(text: str) -> dict[KeyPath, Entry]:
     """Map every key path of `text` (valid TOML with \\n line ends) to its place.
 

@@ -131,17 +131,16 @@ def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
 
 
 def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
+    attributes = group.attrs
     for name, value in summary.items():
         if name in ("isothermal", "error"):
-            subgroup = group.create_group(name)
-            for key, number in value.items():
-                subgroup.attrs[key] = _number(number)
+            _write_summary(group.create_group(name), value)
         elif isinstance(value, (Mapping, list, tuple)):
             label(group, **{name: json.dumps(value, default=_plain)})
         elif isinstance(value, str):
             label(group, **{name: value})
         else:
-            group.attrs[name] = _number(value)
+            attributes[name] = _number(value)
 
 
 def _write_history(group: h5py.Group, history: Mapping[str, ArrayLike]) -> None:

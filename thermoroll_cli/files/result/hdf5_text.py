@@ -17,9 +17,10 @@ becomes an error message, where the HDF5 library would otherwise crash or hang o
 
 def label(item: h5py.HLObject, **texts: str) -> None:
     """Attributes of `item` that are texts."""
+    attributes = item.attrs
     for name, text in texts.items():
         content = fixed_text(text)
-        item.attrs.create(name, content, dtype=content.dtype)
+        attributes.create(name, content, dtype=content.dtype)
 
 
 def fixed_text(value: str) -> NDArray[Any]:
