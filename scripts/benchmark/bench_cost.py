@@ -20,6 +20,7 @@ from thermoroll_cli.refinement.solve import solve
 
 GRIDS = (64, 128, 256, 512, 1024)
 UNIT = 512
+ALL_IMPORTS = "import numpy, h5py, typer; from pydantic import BaseModel, TypeAdapter; TypeAdapter(int)"
 IMPORTS = "import numpy, scipy.special, pyfftw, h5py, matplotlib.figure"
 
 
@@ -220,7 +221,8 @@ def startup(runs: int) -> dict[str, Any]:
 
 
 def plain_start(runs: int) -> dict[str, Any]:
-    """`thermoroll run --no-plots` of a mechanical case as a whole process against `import numpy, h5py`, in turn."""
+    """`thermoroll run --no-plots` of a mechanical case as a whole process against `import numpy, h5py`, in turn; and against
+    what else it imports of others, and what it takes to read a case."""
     case = (ROOT / "cases" / "table1.toml").read_text() + "\n"
     program = str(pathlib.Path(sys.executable).parent / "thermoroll")
     with tempfile.TemporaryDirectory() as folder:
@@ -228,6 +230,8 @@ def plain_start(runs: int) -> dict[str, Any]:
         path.write_text(case)
         run = [program, "run", str(path), "--no-plots", "-o", folder, "--set", "thermal.heat=false", "--set"]
         commands = {"imports": [sys.executable, "-c", "import numpy, h5py"],
+                    "imports, Typer, pydantic": [sys.executable, "-c", ALL_IMPORTS],
+                    "thermoroll validate": [program, "validate", str(path)],
                     **{f"N = {n}": [*run, f"numerics.grid={n}"] for n in (32, 64, 128)}}
         cpu: dict[str, list[float]] = {name: [] for name in commands}
         for _ in range(runs + 1):

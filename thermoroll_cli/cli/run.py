@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import shlex
 import sys
 from collections import Counter
@@ -166,7 +167,7 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
     """Every picture that a run of `case` may write; none where nothing is called like one, which costs no import."""
-    if not any(folder.glob("*_*.*")):
+    if not any(folder.glob(f"{glob.escape(case.name)}_*.*")):
         return
     from thermoroll_cli.plots.run_figures import PICTURES
 
