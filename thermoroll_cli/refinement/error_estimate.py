@@ -82,6 +82,9 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
               for name in SCALARS}
     if summary["gamma_st"] == 0.0 and _slides_for_sure(derived):
         errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
+    if derived.problem.heating.partition != "matched":
+        # Each body takes its share of the heat, and exchanges none with the other.
+        errors |= {name: errors["Q_F_W"] for name in ("heat_into_lower_W", "heat_into_upper_W") if not math.isnan(errors[name])}
     top = TOP / elements**4
     if _slides_at_the_top(summary, derived, top):
         of_pressure = errors["pressure_max_MPa"]
@@ -163,6 +166,10 @@ def _common_signs(
         creepage = math.hypot(summary["creepage_longitudinal"], summary["creepage_lateral"], motion.spin * scales.mean_radius)
         share = min(1.0, creepage / derived.saturation_creepage * math.sqrt(max(ratio, 1.0))) if limit else 0.0
         slipping = max(slipping, STRIP * share * elements)
+    # Tractions turn about the pole of spin within the elements that stick there, at least one.
+    pole = limit > 0.0 and motion.spin != 0.0 and derived.dissimilar
+    across = max(1.0, elements * math.sqrt(summary["gamma_st"]))
+    missed = summary["gamma_st"] == 0.0 and not _slides_for_sure(derived)
     carried = math.hypot(summary["force_x_N"], summary["force_y_N"]) / limit if limit else 0.0
     forced = motion.force_x is not None or motion.force_y is not None
     return {
@@ -170,6 +177,8 @@ def _common_signs(
         "first": 1.0 / elements,
         "second": 1.0 / elements**2,
         "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
+        "pole": derived.problem.friction * abs(derived.dundurs_beta) / across if pole else 0.0,
+        "missed": 1.0 / elements if missed else 0.0,
         "profile": 1.0 / elements if derived.problem.geometry.has_profile else 0.0,
         "narrow": 1.0 / max(slipping, 1.0) ** 2,
         "long": max(ratio - 1.0, 0.0) / elements,
