@@ -28,6 +28,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
+from thermoroll_cli.plots.png import png
 from thermoroll_cli.plots.run_figures import write_figures
 from thermoroll_cli.plots.sweep_columns import with_value, words_of
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, write_sweep_figure
@@ -230,6 +231,19 @@ def test_the_resolution_for_print(tmp_path: pathlib.Path) -> None:
     with Image.open(write_figures(synthetic.result((16, 16), tangential=False), tmp_path / "a")[0]) as image:
         assert image.info["dpi"] == pytest.approx((200, 200), abs=0.1)
         assert image.width > 700
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (40, 17)])
+def test_the_file_of_a_picture_holds_its_pixels(tmp_path: pathlib.Path, shape: tuple[int, int]) -> None:
+    from PIL import Image
+
+    pixels = np.random.default_rng(7).integers(0, 256, (*shape, 3), dtype=np.uint8)
+    (tmp_path / "a.png").write_bytes(png(pixels, 100.0))
+    with Image.open(tmp_path / "a.png") as image:
+        image.verify()
+    with Image.open(tmp_path / "a.png") as image:
+        assert image.mode == "RGB" and image.info["dpi"] == pytest.approx((100, 100), abs=0.1)
+        assert np.array_equal(np.asarray(image), pixels)
 
 
 # Borders, layout, units
