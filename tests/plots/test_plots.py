@@ -233,6 +233,25 @@ def test_the_resolution_for_print(tmp_path: pathlib.Path) -> None:
         assert image.width > 700
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_letters_drawn_as_a_shape_stand_where_text_does(side: str) -> None:
+    from thermoroll_cli.plots.lettering import Column
+
+    lines, boxes = "Hertz peak pressure (MPa)\n\nγ_st ± 0.5 µm²", []
+    with sheet.style():
+        for shape in (True, False):
+            figure = sheet.new_figure(3.0, 1.0)
+            column = Column(0.5, 0.9, lines, size=7.5, pitch=0.2, ha=side, transform=figure.transFigure)
+            if shape:
+                figure.add_artist(column)
+            else:
+                figure.text(0.5, 0.9, lines, fontsize=7.5, va="top", ha=side, linespacing=0.2 * 72.0 / 7.5)
+            figure.canvas.draw()
+            ink = np.argwhere(np.asarray(figure.canvas.buffer_rgba())[:, :, 0] < 128)  # type: ignore[attr-defined]
+            boxes.append([*ink.min(axis=0), *ink.max(axis=0)])
+    assert boxes[0] == pytest.approx(boxes[1], abs=5.0)  # pixels, of 200 to an inch
+
+
 @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (40, 17)])
 def test_the_file_of_a_picture_holds_its_pixels(tmp_path: pathlib.Path, shape: tuple[int, int]) -> None:
     from PIL import Image

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.4, 0.35, 0.65
 DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.65
 WIDTH, TOP = 10.6, 0.4
-TABLE_LEFT, TABLE_SIZE, TABLE_SPACING, ROW, REMARK_ROW = 6.2, 7.5, 1.85, 0.194, 0.17
+TABLE_LEFT, TABLE_SIZE, ROW, REMARK_ROW = 6.2, 7.5, 0.194, 0.17
 REMARK_LENGTH, REMARK_LINES = 76, 5
 """Characters on a line below the table, and lines that one remark may take."""
 COLUMNS = (0.0, 2.75, 3.5, 4.25)
@@ -163,13 +163,12 @@ def _rows(view: RunView) -> Rows:
 
 
 def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) -> None:
-    # One text a column: a text for each cell would double the time of the whole sheet.
+    from thermoroll_cli.plots.lettering import Column
+
     for number, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "right"), strict=True)):
         text = "\n".join(row[number] for row in rows)
-        add_text(
-            figure, TABLE_LEFT + place, height - TOP, text, ha=side, va="top",
-            fontsize=TABLE_SIZE, linespacing=TABLE_SPACING,
-        )  # fmt: skip
+        figure.add_artist(Column((TABLE_LEFT + place) / WIDTH, 1.0 - TOP / height, text, size=TABLE_SIZE, pitch=ROW, ha=side,
+                                 transform=figure.transFigure))
     y = height - TOP - (len(rows) + 1) * ROW
     for text in remarks:
         add_text(figure, TABLE_LEFT, y, text, va="baseline", fontsize=7.0, color="0.25")
