@@ -50,16 +50,16 @@ class Weights:
     """1/N² over 1 − F/μW where a force is prescribed: close to μW the creepage grows without bound."""
 
 
-WORK = Weights(extrapolated=0.23, smooth=0.12, last=1.0, before=0.17, forces=0.01, dissimilar=0.11, narrow=0.015, long=0.0038,
+WORK = Weights(extrapolated=0.23, smooth=0.11, last=1.0, before=0.17, forces=0.01, dissimilar=0.11, narrow=0.01, long=0.0038,
                near_limit=0.09)
 BODY_HEAT = Weights(extrapolated=1.0, smooth=0.4, last=1.7, dissimilar=0.66, narrow=0.0035)
 """With matched temperatures: bodies can exchange much more heat than is made."""
-FORCE = Weights(extrapolated=0.28, smooth=0.24, last=0.95, before=0.038, forces=0.038, second=0.0002, dissimilar=0.019,
+FORCE = Weights(extrapolated=0.28, smooth=0.21, last=0.95, before=0.038, forces=0.034, second=0.0002, dissimilar=0.019,
                 narrow=0.00045, long=0.0009, departure=0.06)
 CREEPAGE = Weights(extrapolated=1.15, smooth=0.2, last=1.3, before=0.2, dissimilar=0.11, long=0.009, departure=0.28,
                    near_limit=0.012)
 AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2, profile=0.08)
-PRESSURE = Weights(last=1.15, before=0.03, forces=0.14, first=0.0003, second=0.012, dissimilar=0.001, pole=0.07)
+PRESSURE = Weights(last=1.15, before=0.03, forces=0.14, first=0.0003, second=0.012, dissimilar=0.003, pole=0.07)
 STICK = Weights(last=0.3, forces=0.36, first=0.004, second=2.2, missed=0.25, dissimilar=0.076, narrow=0.006, long=0.017,
                 departure=0.8, near_limit=0.001)
 SHEAR = Weights(last=0.6, steady=0.15, before=0.03, first=0.035, dissimilar=0.35, narrow=1.3, near_limit=0.25)
@@ -69,7 +69,7 @@ EXPANSION = Weights(last=1.0, steady=0.35, before=0.23, forces=1.1, first=0.01, 
                     long=0.02, near_limit=0.025)
 FLASH = Weights(steady=2.5, before=0.35, dissimilar=0.003)
 SHARE = Weights(last=1.5, before=0.45, forces=0.002)
-APPROACH = Weights(last=0.23, steady=0.8, before=0.1, first=0.0005, profile=0.012)
+APPROACH = Weights(last=0.22, steady=0.78, before=0.1, first=0.0005, profile=0.012)
 OTHERWISE = Weights(last=0.2, steady=0.75, before=0.45)
 
 WEIGHTS = {
