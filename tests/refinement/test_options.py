@@ -108,7 +108,7 @@ def test_the_best_state_is_returned_with_its_residual_where_turns_run_out() -> N
     stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation), options.tolerances)
     assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
     assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
-    result = solve(article_4_1(16), options=replace(options, limit=replace(options.limit, halvings=0)))
+    result = solve(article_4_1(16), options=replace(options, limit=replace(options.limit, lowerings=0)))
     assert not result.converged and "thermal coupling stopped after 3 iterations" in result.reason
 
 

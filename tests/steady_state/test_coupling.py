@@ -284,7 +284,7 @@ def test_realistic_rolling_hardly_bulges():
 def test_where_no_steady_state_is_found_is_told_not_hidden():
     """Not converged, with a reason that says what was found, what failed, and what to do; and finite fields. The bracket of the
     speed is a coarse one here: a step of bisection more says nothing else."""
-    search = LimitOptions(coarse=(16, 16), bisections=1)
+    search = LimitOptions(coarse=(16, 16), attempts=1)
     result = solve(article_4_1(32, 5000.0), options=SolverOptions(limit=search))
     assert not result.converged and result.status == "not_converged"
     assert "no steady state found beyond V" in result.reason

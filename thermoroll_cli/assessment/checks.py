@@ -80,7 +80,7 @@ def _not_coupled(coupled: SteadyState) -> str:
     if coupled.heat_reached < 1.0:
         share = 100.0 * coupled.heat_reached
         return (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
-                "heat: raising the heat failed at the smallest step, which does not show that there is no steady state; lower "
+                "heat: raising it further failed, which does not show that there is no steady state; lower "
                 "the speed or the creepage, or try a finer numerics.grid")
     return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
             "approach: no steady state was found, which does not show that there is none; try a finer or coarser "

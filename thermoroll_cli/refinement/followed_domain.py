@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from thermoroll_cli.frozen import frozen
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.grid import Domain
-from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
@@ -57,12 +56,15 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
     return FollowedState(home, state, left_behind)
 
 
-def next_home(discretisation: Discretisation, coarser: RefinementLevel | None) -> Discretisation:
-    """Where the coupled state of a grid is begun: on its own domain, or around the contact of the `coarser` grid if that has
+def next_home(starts: Starts) -> Discretisation:
+    """Where the coupled state of a grid is begun: on its own domain, or around the contact that it is started from if that has
     been followed."""
-    if coarser is None or coarser.coupled is None or coarser.home is coarser.discretisation:
+    discretisation, source = starts.discretisation, starts.of_coupled
+    if source is None or source.coupled is None or source.home is source.discretisation:
         return discretisation
-    around = _around(coarser.home, coarser.coupled) if coarser.coupled.converged else coarser.home.followed
+    around = source.home.followed
+    if source is starts.coarser and source.coupled.converged:
+        around = _around(source.home, source.coupled)
     return discretisation if around is None else _on_domain(discretisation, around)
 
 

@@ -75,12 +75,12 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
+        def solver(options: SolverOptions) -> Callable[[Problem], Result]:
+            one = Solver(self.threads, options)
+            return lambda problem: one._solve(problem, report)[0]
+
         result, too_hot = self._solve(problem, report)
-        if too_hot:
-            raised = Solver(self.threads, self.options)
-            result = last_steady_state(problem, result, lambda p: Solver(self.threads, self.options)._solve(p, report)[0],
-                                       lambda p: raised._solve(p, report)[0], self.options.limit)
-        return result
+        return last_steady_state(problem, result, solver, self.options) if too_hot else result
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
         """One attempt, and whether it failed for too much heat."""
@@ -121,7 +121,7 @@ class Solver:
             followed = None
             if plan.runs("deformation"):
                 with stopwatch("coupling"):
-                    followed = followed_state(starts, next_home(discretisation, coarser), isothermal, tolerances)
+                    followed = followed_state(starts, next_home(starts), isothermal, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
                                     "residual": followed.state.residual})
             with stopwatch("temperature"):

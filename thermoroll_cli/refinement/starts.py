@@ -52,10 +52,15 @@ class Starts:
     def coupled(self, isothermal: Contact, home: Discretisation) -> Contact:
         """First guess of the state with thermal deformation on `home`, which may have another domain than the `isothermal` one
         beside it."""
-        for source in (self.coarser, self.previous):
-            if source is not None and source.coupled is not None:
-                return self.moved(home, source.home, source.coupled.contact)
-        return self.moved(home, self.discretisation, isothermal)
+        source = self.of_coupled
+        if source is None or source.coupled is None:
+            return self.moved(home, self.discretisation, isothermal)
+        return self.moved(home, source.home, source.coupled.contact)
+
+    @property
+    def of_coupled(self) -> RefinementLevel | None:
+        """The level that the coupled state is started from, if there is one."""
+        return next((level for level in (self.coarser, self.previous) if level is not None and level.coupled is not None), None)
 
     @staticmethod
     def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:

@@ -46,6 +46,8 @@ class HeatedContactOptions:
     """A step in heat that was found lets the next one be so much longer; one that was not is halved."""
     smallest_step: float = 1.0 / 256.0
     """Part of the heat below which a step is not halved any more: there is no steady state beyond."""
+    most_applications: int = 1000
+    """Applications of A − E after which the heat is not raised any further: one to four hundred take it to where it gets."""
     on_the_way: float = 1e-4
     """Residual at which states on the way are solved, relative to the elastic displacement."""
 
@@ -122,8 +124,9 @@ class Tolerances:
 class FixedPointOptions:
     """How the fixed point is iterated. The defaults are those of heat, which may move the surfaces by half of the approach."""
 
-    depth: int = 4
-    """Turns that Anderson's mixing remembers: more gain nothing, because the turns are not solved that closely."""
+    depth: int = 8
+    """Turns that Anderson's mixing remembers: the turns are not solved so closely that more would gain anything. Strong heat of
+    contacts that partly stick needs them: the article's case goes to twice the speed that it does with four."""
     first_damping: float = 0.7
     """Part of the first change that is taken: a bulge and its pressure push each other further than they end up."""
     max_turns: int = 60
@@ -148,6 +151,9 @@ class FixedPointOptions:
     gain: float = 0.5
     """An iteration stagnates if after `patience` turns the `recent` ones have not brought the residual below `gain` times the
     least one before them. Close to the thermo-elastic limit a dozen turns may pass without any gain."""
+    close: int = 4
+    """The same number of turns where the residual is below what is accepted then: nothing but elements of the border that come
+    and go is left."""
     dampings: int = 5
     """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half
     of what it has in reserve is lost."""
@@ -160,7 +166,7 @@ class FixedPointOptions:
     border_element: float = 0.3
     """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
     surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
-    heated_element: float = 0.2
+    heated_element: float = 1.0
     """The same for heat, over the variation of the expansion and the elements of the contact."""
 
 
@@ -212,16 +218,30 @@ class LimitOptions:
 
     coarse: tuple[int, int] = (32, 32)
     """Grid of the search: fine enough that the limit moves by less than the last step of the bracket on finer ones."""
-    halvings: int = 14
-    """Speeds down to 1/16000 of the wanted one are tried."""
-    bisections: int = 5
-    """Of the logarithm of the bracket: the limit is found to 2 %."""
-    retreats: tuple[float, ...] = (1.0, 0.9, 0.7)
+    little: float = 0.3
+    """Bulge over the approach, by the plan's bound, from which speed is raised."""
+    lowered_by: float = 4.0
+    """Factor by which speed is lowered until the bulge is so little, and where that is not enough. Then it is raised by this
+    factor, and by its root after each failure."""
+    lowerings: int = 7
+    """Speeds down to 1/16000 of the wanted one are tried; 0: nothing is searched for."""
+    resolution: float = 0.02
+    """Part of the speed by which it is no longer raised."""
+    attempts: int = 12
+    """Speeds tried on the way up at most."""
+    retreats: tuple[float, ...] = (1.0, 0.95, 0.8)
     """Parts of that speed tried on the wanted grid, which may have its limit a little earlier."""
     raised_by: float = 1.12
     """From there the speed is raised by this factor, each state begun with the one before; by its root after a failure."""
     raises: int = 6
     """Times that it is: to twice the speed that was found from a cold start at most."""
+    most_work: float = 5.0
+    """Work of raising the speed over that of the state that it began with: from then on it is not raised any more."""
+    patience: int = 12
+    recent: int = 7
+    """As in `FixedPointOptions`, for the search: starts are close, and what fails is given up."""
+    most_moves: int = 3
+    """As in `RefinementOptions`, likewise."""
 
 
 @frozen

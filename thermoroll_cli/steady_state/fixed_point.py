@@ -119,13 +119,15 @@ def _iterated(
         if least == math.inf or (solved and history[-1] < least):
             best, residual = replace(after, **unknowns_of(state)), history[-1]
             least = residual if solved else math.inf
-        if not changes or least <= limit or rim or _stagnates(history, options):
+        if not changes or least <= limit or rim:
+            break
+        enough = _indifferent(discretisation, best, limit, options)
+        if _stagnates(history, options, close=least <= enough):
+            limit = enough
             break
         state = mixing.next(state, after, changes, history[-1])
         if mixing.unbalanced > options.unbalanced:
             break
-    if _stagnates(history, options):
-        limit = _indifferent(discretisation, best, limit, options)
     return SteadyState(
         _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
@@ -180,10 +182,11 @@ def _root_mean_square(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _stagnates(history: list[float], options: FixedPointOptions) -> bool:
-    """Whether the last turns of a long iteration have gained too little to go on."""
-    recent = options.recent
-    return len(history) > options.patience and min(history[-recent:]) > options.gain * min(history[:-recent])
+def _stagnates(history: list[float], options: FixedPointOptions, *, close: bool) -> bool:
+    """Whether the last turns of a long iteration have gained too little to go on; `close` to what its grid allows it need not
+    have been long."""
+    patience, recent = (options.close, options.close) if close else (options.patience, options.recent)
+    return len(history) > patience and min(history[-recent:]) > options.gain * min(history[:-recent])
 
 
 def _indifferent(discretisation: Discretisation, state: Contact, limit: float, options: FixedPointOptions) -> float:

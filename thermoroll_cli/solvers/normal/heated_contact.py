@@ -134,16 +134,23 @@ class HeatedContactSolver:
         """The state at full heat: tried at once from `pressure`, else by raising the heat from none.
 
         Where a step fails it is halved. The state at the highest heat that was reached is returned; below 1, a further
-        `smallest_step` of the heat has no state that the iteration finds."""
+        `smallest_step` of the heat has no state that the iteration finds, or none within `most_applications`."""
         options, before = self.options, self.applications
         found = self.solve(pressure, tolerance)
         sets, steps = found.active_sets, 1
         if found.converged:
             return found
+        if found.residual <= options.on_the_way:
+            # Only elements of the border came and went, for a gap that is closed: no heat need be raised for that.
+            found = self.solve(pressure, options.on_the_way)
+            sets, steps = sets + found.active_sets, steps + 1
+            if found.converged:
+                return replace(found, applications=self.applications - before, active_sets=sets, steps=steps)
         reached = self.solve(pressure, options.on_the_way, 0.0)
         sets, steps = sets + reached.active_sets, steps + 1
         step = 0.25
-        while reached.reached < 1.0 and step >= options.smallest_step and reached.converged:
+        while (reached.reached < 1.0 and step >= options.smallest_step and reached.converged
+               and self.applications - before < options.most_applications):
             heat = min(1.0, reached.reached + step)
             found = self.solve(reached.pressure, options.on_the_way, heat)
             sets, steps = sets + found.active_sets, steps + 1
