@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.frozen import frozen
+from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
 from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, few_ticks, new_figure, real_minus
@@ -188,22 +189,19 @@ def _figure(
     head = HEAD if grid.true_shape else HEAD + NOTE_ROOM
     height = foot + grid.rows * room + head
     figure = new_figure(width, height)
-    image = None
     for place, panel in enumerate(panels):
         row, column = divmod(place, grid.columns)
         x = LEFT + column * (slot + GAP) + (slot - grid.width) / 2
         axes = add_axes(figure, x, foot + (grid.rows - 1 - row) * room, grid.width, grid.height)
-        image = draw_map(axes, frame, panel.values * scale.factor, state=panel.state, colours=colours, limits=limits,
-                         clipped=not whole_domain, whole_domain=whole_domain)
+        draw_map(axes, frame, panel.values * scale.factor, state=panel.state, colours=colours, limits=limits,
+                 clipped=not whole_domain, whole_domain=whole_domain)
         if arrows:
             draw_arrows(axes, view, frame, panel.state, (grid.width, grid.height))
         axes.set_title(separator.join(filter(None, (panel.words, _extremes(panel, scale.factor)))), y=1.0, pad=4.0)
         _label_sides(axes, frame, grid, lowest=row == grid.rows - 1, leftmost=column == 0)
     bar_height = grid.rows * room - title_room
-    bar = add_axes(figure, width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height)
-    if image is not None:
-        figure.colorbar(image, cax=bar, label=label)
-    few_ticks(bar, y=max(3, min(8, int(bar_height / 0.4))))
+    draw_colour_bar(figure, (width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height), colours, limits,
+                    max(3, min(8, int(bar_height / 0.4))), label)
     add_headline(figure, view, note="" if grid.true_shape else "axes not to scale")
     _legend(figure, entries, entry_columns, legend_foot)
     for row, text in enumerate(reversed(remarks)):

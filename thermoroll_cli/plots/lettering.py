@@ -21,6 +21,11 @@ MIDDLE = 0.36
 """Height above the baseline, over the size, that stands in the middle of a line: half that of a capital letter."""
 
 
+def width_of(text: str) -> float:
+    """Width of a line of text in units of its size."""
+    return float(sum(_letter(letter)[0] for letter in text))
+
+
 class Column(Text):
     """Lines of text below each other, each `pitch` inches from the next, from the top left or right of it. A shape among
     pixels; text in files that can hold text."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from thermoroll_cli.model.problem import Geometry
 from thermoroll_cli.model.profile import Profile
+from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
 from thermoroll_cli.plots.units import PRESSURE, unit_for
@@ -77,14 +78,14 @@ def _pressure_map(figure: Figure, view: RunView, pressure: Any, across: Any, alo
              (view.x[0] - half_x) * along.factor, (view.x[-1] + half_x) * along.factor)
     shown = np.ma.masked_where(pressure <= 0.0, pressure * scale.factor)
     axes.set_facecolor("0.92")
-    image = axes.imshow(shown, origin="lower", extent=sides, aspect="auto", cmap=PRESSURE.colours, vmin=0.0,
-                        interpolation="nearest")
+    top = float(shown.max())
+    axes.imshow(shown, origin="lower", extent=sides, aspect="auto", cmap=PRESSURE.colours, vmin=0.0, vmax=top,
+                interpolation="nearest")
     axes.set_xlabel(across.label("y"))
     axes.set_ylabel(along.label("x"))
     few_ticks(axes, 8, 4)
-    bar = add_axes(figure, LEFT + WIDTH + BAR_GAP, FOOT, BAR_WIDTH, MAP)
-    figure.colorbar(image, cax=bar, label=scale.label("pressure p"))
-    few_ticks(bar, y=4)
+    draw_colour_bar(figure, (LEFT + WIDTH + BAR_GAP, FOOT, BAR_WIDTH, MAP), PRESSURE.colours, (0.0, top), 4,
+                    scale.label("pressure p"))
 
 
 def _patches(axes: Any, patches: Any, factor: float) -> None:

@@ -24,6 +24,9 @@ DPI = 200
 
 FORMATS = ("png", "svg", "pdf")
 
+ROUND = [1, 2, 2.5, 5, 10]
+"""Steps of round numbers, up to powers of ten."""
+
 STYLE: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 8.0,
@@ -95,13 +98,28 @@ def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
         if intervals > 1:
-            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
+            axis.set_major_locator(MaxNLocator(intervals, steps=ROUND, min_n_ticks=2))
         elif intervals == 1:
             # A single number tells no scale: on a short axis the outermost two of the round numbers stand alone.
             low, high = sorted(axis.get_view_interval())
-            ticks = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
+            ticks = MaxNLocator(4, steps=ROUND).tick_values(low, high)
             inside = [tick for tick in ticks if low <= tick <= high]
             axis.set_major_locator(FixedLocator([inside[0], inside[-1]] if len(inside) > 1 else inside))
+
+
+def round_numbers(low: float, high: float, intervals: int) -> tuple[list[float], list[str], str]:
+    """Round numbers from `low` to `high` (low < high) with at most `intervals` between them; how they are written, and the
+    power of ten that stands beside them all, "" in most cases."""
+    from matplotlib.ticker import MaxNLocator, ScalarFormatter
+
+    locator, formatter = MaxNLocator(intervals, steps=ROUND, min_n_ticks=2), ScalarFormatter()
+    near = 1e-9 * (high - low)
+    numbers = [float(number) for number in locator.tick_values(low, high) if low - near <= number <= high + near]
+    formatter.create_dummy_axis()
+    assert formatter.axis is not None
+    formatter.axis.set_view_interval(low, high)
+    formatter.axis.set_data_interval(low, high)
+    return numbers, formatter.format_ticks(numbers), formatter.get_offset()
 
 
 def one_line(text: str, length: int) -> str:

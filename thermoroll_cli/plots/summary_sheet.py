@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
 from thermoroll_cli.plots.centreline import centreline_words, curves_of, draw_diagram, draw_legend
+from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
@@ -121,7 +122,7 @@ def _draw_map(
     axes = add_axes(figure, x, y, width, height)
     scale, label = quantity.scale(view, max(span[1], -span[0]), normalised)
     colours, limits = colours_of(quantity, (span[0] * scale.factor, span[1] * scale.factor))
-    image = draw_map(
+    draw_map(
         axes,
         frame,
         values * scale.factor,
@@ -136,9 +137,7 @@ def _draw_map(
     words = ", ".join(filter(None, (label, body)))
     # Maps that stand close together have short names.
     axes.set_title(words if box[2] > 1.5 else words.removeprefix(quantity.words).strip(), y=1.0, pad=3.0)
-    bar = add_axes(figure, x + width + 0.1, y, 0.1, height)
-    figure.colorbar(image, cax=bar)
-    few_ticks(bar, y=max(2, min(8, int(height / 0.4))))
+    draw_colour_bar(figure, (x + width + 0.1, y, 0.1, height), colours, limits, max(2, min(8, int(height / 0.4))))
     return axes
 
 
