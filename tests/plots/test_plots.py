@@ -28,7 +28,6 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
-from thermoroll_cli.plots.png import png
 from thermoroll_cli.plots.run_figures import write_figures
 from thermoroll_cli.plots.sweep_columns import with_value, words_of
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, write_sweep_figure
@@ -250,19 +249,6 @@ def test_letters_drawn_as_a_shape_stand_where_text_does(side: str) -> None:
             ink = np.argwhere(np.asarray(figure.canvas.buffer_rgba())[:, :, 0] < 128)  # type: ignore[attr-defined]
             boxes.append([*ink.min(axis=0), *ink.max(axis=0)])
     assert boxes[0] == pytest.approx(boxes[1], abs=5.0)  # pixels, of 200 to an inch
-
-
-@pytest.mark.parametrize("shape", [(1, 1), (3, 5), (40, 17)])
-def test_the_file_of_a_picture_holds_its_pixels(tmp_path: pathlib.Path, shape: tuple[int, int]) -> None:
-    from PIL import Image
-
-    pixels = np.random.default_rng(7).integers(0, 256, (*shape, 3), dtype=np.uint8)
-    (tmp_path / "a.png").write_bytes(png(pixels, 100.0))
-    with Image.open(tmp_path / "a.png") as image:
-        image.verify()
-    with Image.open(tmp_path / "a.png") as image:
-        assert image.mode == "RGB" and image.info["dpi"] == pytest.approx((100, 100), abs=0.1)
-        assert np.array_equal(np.asarray(image), pixels)
 
 
 # Borders, layout, units

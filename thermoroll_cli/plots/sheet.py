@@ -12,8 +12,6 @@ import warnings
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from thermoroll_cli.interruption import import_in_steps, safe_point
 
 if TYPE_CHECKING:
@@ -49,7 +47,7 @@ STYLE: dict[str, Any] = {
 }
 
 # What would make two files of the same picture differ.
-_NO_DATES = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_NO_DATES = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 @contextlib.contextmanager
@@ -150,13 +148,15 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
     if image_format not in FORMATS:
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
     safe_point()
+    content = io.BytesIO()
+    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if image_format == "png" else {}
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
-        content = _content(figure, image_format)
+        figure.savefig(content, format=image_format, metadata=_NO_DATES[image_format], **options)
     temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
-        temporary.write_bytes(content)
+        temporary.write_bytes(content.getbuffer())
         os.replace(temporary, path)
     except BaseException as cause:
         temporary.unlink(missing_ok=True)
@@ -164,19 +164,3 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
             raise OSError(cause.errno, f"cannot write {path}: {cause.strerror or cause}") from cause
         raise
     return path
-
-
-def _content(figure: Figure, image_format: str) -> bytes:
-    """What is to be written of `figure`."""
-    if image_format == "png":
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-        from thermoroll_cli.plots.png import png
-
-        canvas = figure.canvas
-        assert isinstance(canvas, FigureCanvasAgg)
-        canvas.draw()
-        return png(np.asarray(canvas.buffer_rgba())[:, :, :3], DPI)
-    content = io.BytesIO()
-    figure.savefig(content, format=image_format, metadata=_NO_DATES[image_format])
-    return content.getvalue()
