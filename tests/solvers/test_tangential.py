@@ -162,6 +162,16 @@ def test_false_slip_does_not_wander_through_the_stick_area(spin):
     assert result.work["applications"] <= 450
 
 
+def test_false_slip_of_whole_rows_does_not_shrink_by_an_element_a_step():
+    """A band of slip along a contact 17 times as long as wide: rows slipped falsely beside others that stick, and took 3400
+    applications to come back."""
+    contact = rolling(grid=80, geometry=Geometry(-6.601, 0.10551, 3.3005, 0.21103), body=elastic(0.5, 1.0124e9),
+                      load=0.5473, friction=0.0014306, creepage=(0.0, 0.0), spin=2.718e-4)
+    result = solved(replace(contact, motion=replace(contact.motion, differential_slip=True)))
+    assert result.converged
+    assert result.work["applications"] <= 1200
+
+
 # --- the operator -------------------------------------------------------------------------------------------------
 
 

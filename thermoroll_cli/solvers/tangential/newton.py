@@ -128,11 +128,12 @@ class Newton:
                         float(np.linalg.norm(full)) / self.reference)
 
     def without_false_slip(self, state: Iterate) -> Iterate:
-        """`state` with slip that one or two elements have alone between sticking ones of their row taken for stick.
+        """`state` with slip that one or two elements, or rows, have alone between sticking ones taken for stick.
 
         Material that sticks keeps what it was given upstream: such slip moves down its row by an element a step, and the
         residual falls with 1/N of it. The norm is that of the other equations, which ask for no slip there."""
-        lone = _lone(self.contact & ~state.stick, self.sticking(state))
+        slip, stick = self.contact & ~state.stick, self.sticking(state)
+        lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
         if not lone.any():
             return state
         residual = state.residual.copy()
@@ -276,7 +277,7 @@ class Linearisation:
 
 
 def _lone(slip: Mask, stick: Mask) -> Mask:
-    """Where one or two of `slip`, (n, m), stand between elements of `stick` along x."""
+    """Where one or two of `slip` stand between elements of `stick` along the first axis."""
     lone = np.zeros_like(slip)
     lone[1:-1] = slip[1:-1] & stick[:-2] & stick[2:]
     pairs = slip[1:-2] & slip[2:-1] & stick[:-3] & stick[3:]
