@@ -52,6 +52,7 @@ class Discretisation:
         self.rolling = TractionSolver(self.grid, threads, self.options.rolling)
         self._heat: HeatResponse | None = None
         self._tracks: dict[Roller, Track] = {}
+        self._returning: RecirculatingResponse | None = None
         self._heats: list[tuple[Traction, Heat]] = []
         self.coarser: Discretisation | None = None
         """The grid before, from which the isothermal pressure is started where it is not known in closed form."""
@@ -225,7 +226,10 @@ class Discretisation:
         rollers = self.derived.rollers(creepage)
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in rollers if r is not None}
         lower, upper = (None if r is None else self._tracks[r] for r in rollers)
-        return RecirculatingResponse(passing, (lower, upper), bulging=self.derived.crown_matters)
+        found = RecirculatingResponse(passing, (lower, upper), bulging=self.derived.crown_matters)
+        if self._returning is None or not self._returning.is_like(found):
+            self._returning = found
+        return self._returning
 
     def heat_flux(self, tangential: Traction) -> Array:
         """Frictional heat flux q in W/m², (nx, ny)."""
@@ -242,7 +246,8 @@ class Discretisation:
             # others: half covered ones are the whole contact on average.
             inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
             slope = self.derived.problem.motion.speed * tangential.heat_slope
-            known = divide(heating, response, self.heat_flux(tangential), inside, slope)
+            before = self._heats[-1][1].into.exchanged if self._heats else None
+            known = divide(heating, response, self.heat_flux(tangential), inside, slope, before)
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
 

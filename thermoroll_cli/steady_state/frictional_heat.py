@@ -72,11 +72,14 @@ class Heat:
         return self.response.temperatures(self.into)
 
 
-def divide(heating: Heating, response: ThermalResponse, flux: Array, contact: Mask, slope: Array | None = None) -> Heat:
+def divide(
+    heating: Heating, response: ThermalResponse, flux: Array, contact: Mask, slope: Array | None = None,
+    start: Array | None = None,
+) -> Heat:
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
-    `heating.partition` says."""
+    `heating.partition` says; `start` as in `match`."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope), response)
+        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope, start), response)
     return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
 
 
@@ -87,7 +90,7 @@ def account(heat: Heat) -> dict[str, dict[str, float]]:
     result: dict[str, dict[str, float]] = {}
     if isinstance(heat.response, SlidingHeatResponse):
         result["sliding"] = heat.response.report()
-    if heat.partition.applications:
+    if heat.into.exchanged is not None:
         result["partition"] = {"applications": heat.partition.applications, "mismatch": heat.partition.mismatch}
     return result
 

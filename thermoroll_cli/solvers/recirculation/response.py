@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from thermoroll_cli.kernels.arrays import Array, Mask
@@ -11,8 +13,10 @@ from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalRes
 
 RANK = 12
 """Most patterns across the track that the preconditioner of a matched partition knows; four to eight matter."""
-NEGLIGIBLE = 1e-3
-"""Patterns weaker than this, relative, it does not know."""
+NEGLIGIBLE = 0.03
+"""Patterns weaker than this, relative, it does not know: each costs as much as half an application."""
+CHANGED = 0.1
+"""Share of a contact's elements that may come and go before the patterns are inverted for it anew."""
 
 
 class RecirculatingResponse:
@@ -22,7 +26,12 @@ class RecirculatingResponse:
 
     def __init__(self, passing: ThermalResponse, tracks: tuple[Track | None, Track | None], *, bulging: bool = True) -> None:
         self.passing, self.tracks, self.bulging = passing, tracks, bulging
-        self._patterns: tuple[Array, Array] | None = None
+        self._patterns: tuple[Mask, Array, Array] | None = None
+
+    def is_like(self, other: RecirculatingResponse) -> bool:
+        """Whether both are made of the same responses."""
+        same = all(one is another for one, another in zip(self.tracks, other.tracks, strict=True))
+        return same and self.passing is other.passing and self.bulging == other.bulging
 
     @property
     def matched_share(self) -> float | None:
@@ -73,12 +82,14 @@ class RecirculatingResponse:
         total = sum(track.temperature for track in self.tracks if track is not None)
         return np.asarray(total)
 
-    def gap_patterns(self, columns: Mask) -> tuple[Array, Array]:
-        """Left and right patterns u, v, each (ny, n), with `temperature_gap` ≈ that of the present pass + u vᵀ (sum over
-        rows), on the `columns` (ny,) that the contact has."""
-        inside = np.flatnonzero(columns)
-        left, strength, right = np.linalg.svd(self._returning[np.ix_(inside, inside)])
-        n = min(RANK, int(np.count_nonzero(strength > NEGLIGIBLE * strength[0])))
-        u, v = np.zeros((len(columns), n)), np.zeros((len(columns), n))
-        u[inside], v[inside] = left[:, :n] * strength[:n], right[:n].T
-        return u, v
+    def gap_patterns(self, contact: Mask, inverted: Callable[[Array], Array]) -> tuple[Array, Array]:
+        """As `ThermalResponse`, with u and v from the singular vectors on the columns that the contact has."""
+        known = self._patterns
+        if known is None or np.count_nonzero(known[0] ^ contact) > CHANGED * np.count_nonzero(contact):
+            inside = np.flatnonzero(contact.any(axis=0))
+            left, strength, right = np.linalg.svd(self._returning[np.ix_(inside, inside)])
+            n = min(RANK, int(np.count_nonzero(strength > NEGLIGIBLE * strength[0])))
+            u, v = np.zeros((contact.shape[1], n)), np.zeros((contact.shape[1], n))
+            u[inside], v[inside] = left[:, :n] * strength[:n], right[:n].T
+            known = self._patterns = contact.copy(), np.stack([inverted(contact * one) for one in u.T]), v
+        return known[1], known[2]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -76,9 +77,12 @@ class ThermalResponse(Protocol):
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
 
-    def gap_patterns(self, columns: NDArray[np.bool_]) -> tuple[Array, Array] | None:
-        """What `gap_symbol` lacks on the `columns` (ny,) of a contact, if anything does: u and v, (ny, n), with which u vᵀ acts
-        on fluxes summed over rows and adds the same to all rows."""
+    def gap_patterns(
+        self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]
+    ) -> tuple[Array, Array] | None:
+        """What `gap_symbol` lacks on the `contact` (nx, ny), if anything does: u vᵀ acts on fluxes summed over rows and adds
+        the same to all rows. Returns what the inverse of the symbol, `inverted`, makes of the n patterns u on the contact, or
+        on one that is nearly the same, (n, nx, ny), and v, (ny, n)."""
 
 
 class HeatResponse:
@@ -159,7 +163,7 @@ class HeatResponse:
             self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
 
-    def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
+    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
         """As `ThermalResponse`: nothing is lacking."""
         return None
 

@@ -14,6 +14,7 @@ both agree; otherwise they differ in proportion to the Péclet number, and not a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -150,7 +151,7 @@ class SlidingHeatResponse:
             self._symbol = self._kernels.convolution.spectrum(table)
         return self._kernels.convolution, self._symbol
 
-    def gap_patterns(self, columns: NDArray[np.bool_]) -> None:
+    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
         """As `ThermalResponse`: nothing that is known is lacking."""
         return None
 
