@@ -7,6 +7,7 @@ plain padded transform. Plans use FFTW_ESTIMATE, so results repeat bit by bit.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ import numpy as np
 from thermoroll_cli.kernels.arrays import Array
 from thermoroll_cli.kernels.fftw import fftw
 from thermoroll_cli.kernels.padded import PaddedPlane, Spectrum
+
+SUMMED = 40
+"""Sides of a quarter plane up to which its cosines and sines are summed: FFTW takes much longer to plan such a transform."""
 
 
 class Convolution:
@@ -118,6 +122,10 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     """Cosine (parity 1) or sine (−1) transforms of type I of a quarter plane, axis 0 across and axis 1 along, not normalised.
 
     Odd kernels vanish on their axes and where two images meet. Two sines have the factor (−i)² = −1."""
+    if max(quarter.shape) <= SUMMED:
+        waves = [_waves(length - 1, parity) for length, parity in zip(quarter.shape, (across, along), strict=True)]
+        sums: Array = waves[0] @ quarter @ waves[1].T
+        return -sums if along < 0 and across < 0 else sums
     result = np.zeros_like(quarter)
     inner = tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
     part = quarter[inner]
@@ -131,6 +139,22 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     plan.execute()
     result[inner] = -target if along < 0 and across < 0 else target
     return result
+
+
+@lru_cache(maxsize=32)
+def _waves(last: int, parity: int) -> Array:
+    """The transform of type I as a matrix (last + 1, last + 1), of cosines or of sines; sines have zeros at both ends."""
+    steps = np.arange(last + 1)
+    # Of angles within one period, so that all are as exact as the first.
+    angles = np.pi / max(last, 1) * (np.outer(steps, steps) % max(2 * last, 1))
+    waves: Array = 2.0 * (np.cos(angles) if parity > 0 else np.sin(angles))
+    ends = [0, last]
+    if parity > 0:
+        waves[:, ends] *= 0.5
+    else:
+        waves[ends], waves[:, ends] = 0.0, 0.0
+    waves.setflags(write=False)
+    return waves
 
 
 def blocks(rows: int, length: int) -> list[slice]:
