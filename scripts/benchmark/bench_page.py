@@ -203,7 +203,7 @@ def _plain_start(measured: dict[str, Any], machine: str) -> str:
     text += ("Processor time of `thermoroll run --no-plots` for `cases/table1.toml` without heat, against "
              "`python -c \"import numpy, h5py\"`. The second row imports Typer and pydantic as well, which read the command "
              "line and the case; `thermoroll validate` needs no NumPy. The rest are modules of the program itself, FFTW, the "
-             "solve on three grids, of which planning the transforms is a fifth, and the file.\n\n")
+             "solve on three grids, and the file.\n\n")
     return text + _table(("what", "processor s", "/ imports"), [
         [name, _seconds(r["cpu_seconds"]), f"{r['cpu_ratio']:.2f}"] for name, r in measured.items()])
 
