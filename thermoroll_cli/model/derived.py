@@ -105,9 +105,19 @@ class DerivedQuantities:
     def differential_slip(self) -> DifferentialSlip:
         """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
         half_lengths = self.scales.semi_axis_x, self.scales.semi_axis_y
-        across = self.scales.centre + half_lengths[1] * np.linspace(-1.0, 1.0, SAMPLES)
-        return resolved(self.problem, across, half_lengths, self.saturation_creepage,
+        return resolved(self.problem, self._across, half_lengths, self.saturation_creepage,
                         self.problem.numerics.wanted_accuracy)
+
+    @property
+    def creepage_variation(self) -> tuple[float, float]:
+        """By how much spin, and differential slip, change the creepage across the contact at most."""
+        spin = abs(self.problem.motion.spin) * max(self.scales.semi_axis_x, self.scales.semi_axis_y)
+        return spin, float(np.abs(self.differential_slip(self._across)).max())
+
+    @property
+    def _across(self) -> Array:
+        """Places across the contact, in m."""
+        return np.asarray(self.scales.centre + self.scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES))
 
     @property
     def has_traction(self) -> bool:

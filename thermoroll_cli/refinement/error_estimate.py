@@ -142,14 +142,13 @@ def _slides_for_sure(derived: DerivedQuantities) -> bool:
     problem, motion = derived.problem, derived.problem.motion
     if not derived.has_traction:
         return True  # nothing resists: there is no stick to be found
-    if motion.creepage_x is None or motion.creepage_y is None or motion.spin or derived.dissimilar:
-        return False
-    if problem.geometry.has_profile or derived.differential_slip.active:
+    if motion.creepage_x is None or motion.creepage_y is None or derived.dissimilar or problem.geometry.has_profile:
         return False
     lower, upper = problem.lower, problem.upper
     constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
     along, across = full_slip_creepages(derived.hertz, problem.friction, *constants)
-    return math.hypot(motion.creepage_x / along, motion.creepage_y / across) > SURE
+    varies = sum(derived.creepage_variation) / min(along, across)
+    return math.hypot(motion.creepage_x / along, motion.creepage_y / across) - varies > SURE
 
 
 def _common_signs(
@@ -169,7 +168,12 @@ def _common_signs(
     # Tractions turn about the pole of spin within the elements that stick there, at least one.
     pole = limit > 0.0 and motion.spin != 0.0 and derived.dissimilar
     across = max(1.0, elements * math.sqrt(summary["gamma_st"]))
-    missed = summary["gamma_st"] == 0.0 and not _slides_for_sure(derived)
+    missed = 0.0
+    if summary["gamma_st"] == 0.0 and not _slides_for_sure(derived):
+        # A patch of stick is the smaller, the faster creepage grows around it: from a point with spin, else from a line.
+        saturation = derived.saturation_creepage
+        by_spin, by_shape = (saturation / max(saturation, part) for part in derived.creepage_variation)
+        missed = min(1.0 / elements, by_spin**2, by_shape)
     carried = math.hypot(summary["force_x_N"], summary["force_y_N"]) / limit if limit else 0.0
     forced = motion.force_x is not None or motion.force_y is not None
     return {
@@ -178,7 +182,7 @@ def _common_signs(
         "second": 1.0 / elements**2,
         "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
         "pole": derived.problem.friction * abs(derived.dundurs_beta) / across if pole else 0.0,
-        "missed": 1.0 / elements if missed else 0.0,
+        "missed": missed,
         "profile": 1.0 / elements if derived.problem.geometry.has_profile else 0.0,
         "narrow": 1.0 / max(slipping, 1.0) ** 2,
         "long": max(ratio - 1.0, 0.0) / elements,

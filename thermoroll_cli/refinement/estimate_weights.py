@@ -37,7 +37,8 @@ class Weights:
     """μ|β| over the elements that stick side by side, at most that: where unlike bodies spin, the tractions turn about a point,
     and there the pressure grows like ln N."""
     missed: float = 0.0
-    """1/N where no element sticks though some may: finer grids can find a patch of stick."""
+    """1/N where no element sticks though some may: finer grids can find a patch of stick. Spin of c times the saturation
+    creepage leaves it at most 1/c², differential slip 1/c."""
     profile: float = 0.0
     """1/N for bodies with profiles: each grid samples the curvature elsewhere."""
     narrow: float = 0.0
@@ -61,7 +62,7 @@ CREEPAGE = Weights(extrapolated=1.15, smooth=0.2, last=1.3, before=0.2, dissimil
 AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2, profile=0.08)
 PRESSURE = Weights(last=1.15, before=0.03, forces=0.14, first=0.0003, second=0.012, dissimilar=0.003, pole=0.07)
 STICK = Weights(last=0.3, forces=0.36, first=0.004, second=2.2, missed=0.25, dissimilar=0.076, narrow=0.006, long=0.017,
-                departure=0.8, near_limit=0.001)
+                departure=0.15, near_limit=0.001)
 SHEAR = Weights(last=0.6, steady=0.15, before=0.03, first=0.035, dissimilar=0.35, narrow=1.3, near_limit=0.25)
 FLUX = Weights(last=0.065, steady=0.43, before=0.037, forces=0.18, narrow=4.6, near_limit=0.038)
 TEMPERATURE = Weights(last=0.75, before=0.05, forces=0.004, first=0.0003, narrow=0.4, long=0.0007, near_limit=0.02)
