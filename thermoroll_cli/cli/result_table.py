@@ -44,7 +44,7 @@ _BRIEF = {
 """Meanings for narrow terminals, of the names that do not speak for themselves."""
 _NARROWEST = 9
 """A header is not broken into less."""
-_HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
+_HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|s|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
 """A word of a name; the last one with its unit."""
 
 

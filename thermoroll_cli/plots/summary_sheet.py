@@ -174,7 +174,7 @@ def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) 
         y -= REMARK_ROW
 
 
-_UNITS = ("W_mm2", "rad_mm", "m_s", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N")
+_UNITS = ("W_mm2", "rad_mm", "m_s", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N", "s")
 _SHORT = {
     "partition_mean": "heat share of the lower body",
     "thermal_displacement_max_um": "maximum thermal displacement",
