@@ -107,7 +107,7 @@ def _raised(problem: Problem, bracket: _Bracket, solve: Solve, options: LimitOpt
         attempt = solve(at_speed(problem, higher))
         bracket = bracket.after(higher, attempt)
         allowed -= work_of(attempt)
-        factor = factor if attempt.converged else factor**0.5
+        factor = factor if attempt.converged else (higher / bracket.speed) ** 0.5
         if bracket.speed == wanted or allowed < 0.0 or factor < 1.0 + options.resolution:
             break
     return bracket

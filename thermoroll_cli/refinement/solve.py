@@ -94,7 +94,9 @@ class Solver:
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         too_hot = heat_failures(last.isothermal, last.home, last.coupled)
-        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=options.extrapolated)
+        # A coarser grid on which no steady state was found tells nothing about the order in which errors fall.
+        found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
+        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._previous = levels

@@ -6,7 +6,7 @@ The first of these that exists is taken:
                         2. the coarser grid
                         3. nothing: Hertz's pressure and full stick
     coupled state       1. the coarser grid: a heated contact changes more from problem to problem than from grid to grid
-                        2. the previous problem on this grid
+                        2. the previous problem on this grid, before a coarser grid that did not converge
                         3. the isothermal state
 """
 
@@ -59,8 +59,10 @@ class Starts:
 
     @property
     def of_coupled(self) -> RefinementLevel | None:
-        """The level that the coupled state is started from, if there is one."""
-        return next((level for level in (self.coarser, self.previous) if level is not None and level.coupled is not None), None)
+        """The level that the coupled state is started from, if there is one: one that has converged before one that has not."""
+        known = [(level, level.coupled) for level in (self.coarser, self.previous) if level is not None]
+        states = sorted((not state.converged, place) for place, (_, state) in enumerate(known) if state is not None)
+        return known[states[0][1]][0] if states else None
 
     @staticmethod
     def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:

@@ -159,6 +159,8 @@ class FixedPointOptions:
     of what it has in reserve is lost."""
     unbalanced: int = 2
     """How often a turn may find no pressure in balance with its heat: the first turns have the slip of another contact."""
+    raised: int = 4
+    """How often the heat may be raised from none for that: later turns should begin with the pressure of the last."""
     closest_balance: float = 1e-8
     """Residual, over the elastic displacement, below which no pressure in balance with its heat is solved."""
     indifferent: float = 10.0

@@ -126,7 +126,7 @@ def _iterated(
             limit = enough
             break
         state = mixing.next(state, after, changes, history[-1])
-        if mixing.unbalanced > options.unbalanced:
+        if mixing.unbalanced > options.unbalanced or mixing.raised > options.raised:
             break
     return SteadyState(
         _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
@@ -219,7 +219,7 @@ class _Mixing:
         self._balanced = balanced
         self.dampings = 0
         self.heat_reached = 1.0
-        self.unbalanced = 0
+        self.unbalanced = self.raised = 0
 
     def next(self, before: Contact, after: Contact, changes: Fields, residual: float) -> Contact:
         """State of the next turn: mixed unknowns, and the pressure and tractions of the last."""
@@ -233,6 +233,7 @@ class _Mixing:
             step = heated_step(self._discretisation, before, after, tolerance)
             self.heat_reached = step.reached
             self.unbalanced += not step.converged
+            self.raised += step.raised
             if step.converged:
                 changes = changes | {"expansion": step.expansion - before.expansion}
                 after = replace(after, normal=replace(after.normal, whole_elements=step.pressure))

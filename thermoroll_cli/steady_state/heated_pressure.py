@@ -25,13 +25,15 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 @frozen
 class HeatedStep:
     """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next turn with; `reached` is the part of
-    the heat at which such a state was found, `applications` what it took."""
+    the heat at which such a state was found, `applications` what it took; `raised` tells that the heat had to be raised from
+    none."""
 
     pressure: Array
     expansion: Array
     reached: float
     applications: int
     converged: bool
+    raised: bool
 
 
 def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedStep:
@@ -58,4 +60,4 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     found = solver.continued(normal.pressure, tolerance)
     # A contact that is not even found without heat shows nothing about the heat.
     reached = found.reached if found.reached > 0.0 else 1.0
-    return HeatedStep(found.pressure, found.expansion + rest, reached, found.applications, found.converged)
+    return HeatedStep(found.pressure, found.expansion + rest, reached, found.applications, found.converged, found.raised)

@@ -31,7 +31,8 @@ from thermoroll_cli.solvers.solver_options import HeatedContactOptions
 @frozen
 class HeatedContact:
     """`pressure` (Pa) and its own `expansion` E[w p] (m, up to a constant), (nx, ny); `residual` is the rms of what remains
-    of the gap over the elastic displacement; `reached` is the part of the heat at which this is the state (1: all of it)."""
+    of the gap over the elastic displacement; `reached` is the part of the heat at which this is the state (1: all of it),
+    `raised` whether it was raised to it from none."""
 
     pressure: Array
     expansion: Array
@@ -41,6 +42,7 @@ class HeatedContact:
     steps: int
     reached: float
     converged: bool
+    raised: bool = False
 
     @property
     def contact(self) -> Mask:
@@ -163,4 +165,4 @@ class HeatedContactSolver:
             found = self.solve(reached.pressure, tolerance)
             sets, steps, reached = sets + found.active_sets, steps + 1, found if found.converged else reached
         return replace(reached, applications=self.applications - before, active_sets=sets, steps=steps,
-                       converged=reached.converged and reached.reached == 1.0)
+                       converged=reached.converged and reached.reached == 1.0, raised=True)

@@ -25,8 +25,9 @@ from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, ThermalRes
 
 MISMATCH = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""
-APPLICATIONS = 150
-"""Most applications of `ThermalResponse.temperature_gap`: elongated contacts take up to ten times the usual."""
+APPLICATIONS, RESTART = 600, 300
+"""Most applications of `ThermalResponse.temperature_gap`, and after how many GMRES begins anew: elongated contacts take up to
+ten times the usual, and conduction where parts stick and others slip at Péclet numbers of thousands several hundred."""
 
 
 @frozen
@@ -81,7 +82,8 @@ def match(
     while applications < APPLICATIONS and np.abs(mismatch).max() > MISMATCH * peak:
         # GMRES measures the root mean square, the mismatch is a maximum: a few times larger, so it may take two goes.
         wanted = 0.2 * MISMATCH * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
-        solution = gmres(gap, _as_it_is, precondition, mismatch, min(wanted, 0.1), APPLICATIONS - applications)
+        solution = gmres(gap, _as_it_is, precondition, mismatch, min(wanted, 0.1),
+                         min(RESTART, APPLICATIONS - applications))
         applications += solution.iterations
         exchange += solution.step
         mismatch = mismatch - solution.image
