@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
-from thermoroll_cli.refinement.stages import bulge_bound
 from thermoroll_cli.solvers.solver_options import LimitOptions, SolverOptions
 
 Solve = Callable[[Problem], Result]
@@ -36,19 +34,18 @@ def last_steady_state(
 ) -> Result:
     """The state at the largest speed for which one is found, instead of `failed`; marked as not converged, with the reason.
 
-    On one coarse grid speed is raised from one that makes little heat, each state begun with the one before; the wanted grid is
-    solved at the largest speed found so, and goes on from there if it is finer. Where that reaches the wanted speed, it is the
-    result. The whole takes a bounded number of solutions, and of work (`LimitOptions`). `solver` makes one for given options.
-    Returns `failed` where nothing is found.
+    On one coarse grid speed is lowered until there is a state, and raised from there, each state begun with the one before; the
+    wanted grid is solved at the largest speed found so, and goes on from there if it is finer. Where that reaches the wanted
+    speed, it is the result. The whole takes a bounded number of solutions, and of work (`LimitOptions`). `solver` makes one
+    for given options. Returns `failed` where nothing is found.
     """
     limit = options.limit
     # Not finer than what is asked for: then the bracket would take longer than the solution.
     nx, ny = (min(pair) for pair in zip(problem.numerics.grid or limit.coarse, limit.coarse, strict=True))
     coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent))
-    # An iteration that fails is given up early.
+    # A contact that leaves its domains is given up early.
     few = replace(options, refinement=replace(options.refinement, most_moves=limit.most_moves))
-    alone = replace(few, heat=replace(options.heat, patience=limit.patience, recent=limit.recent),
-                    refinement=replace(few.refinement, sequence=False))
+    alone = replace(few, refinement=replace(few.refinement, sequence=False))
     search, solve, finer = solver(alone), solver(few), coarse.numerics.grid != problem.numerics.grid
     bracket = _searched(coarse, failed, search, limit)
     if bracket is not None:
@@ -71,7 +68,7 @@ def last_steady_state(
 def _searched(coarse: Problem, failed: Result, solve: Solve, options: LimitOptions) -> _Bracket | None:
     """The bracket of the largest speed on the `coarse` grid; None where no speed tried has a state."""
     wanted = coarse.motion.speed
-    low, high, why = _cool_speed(coarse, options), wanted, failed.reason
+    low, high, why = wanted / options.lowered_by, wanted, failed.reason
     for _ in range(options.lowerings):
         attempt = solve(at_speed(coarse, low))
         if attempt.converged:
@@ -111,17 +108,6 @@ def _raised(problem: Problem, bracket: _Bracket, solve: Solve, options: LimitOpt
         if bracket.speed == wanted or allowed < 0.0 or factor < 1.0 + options.resolution:
             break
     return bracket
-
-
-def _cool_speed(problem: Problem, options: LimitOptions) -> float:
-    """A speed below the one of `problem` at which heat is estimated to bulge the contact little."""
-    speed = problem.motion.speed
-    for _ in range(options.lowerings):
-        speed /= options.lowered_by
-        derived = DerivedQuantities(at_speed(problem, speed))
-        if bulge_bound(derived) < options.little * derived.scales.approach:
-            break
-    return speed
 
 
 def work_of(result: Result) -> float:

@@ -220,13 +220,10 @@ class LimitOptions:
 
     coarse: tuple[int, int] = (32, 32)
     """Grid of the search: fine enough that the limit moves by less than the last step of the bracket on finer ones."""
-    little: float = 0.3
-    """Bulge over the approach, by the plan's bound, from which speed is raised."""
     lowered_by: float = 4.0
-    """Factor by which speed is lowered until the bulge is so little, and where that is not enough. Then it is raised by this
-    factor, and by its root after each failure."""
-    lowerings: int = 7
-    """Speeds down to 1/16000 of the wanted one are tried; 0: nothing is searched for."""
+    """Factor by which speed is lowered until there is a state. Then it is raised by this factor at most."""
+    lowerings: int = 9
+    """Speeds down to 1/260000 of the wanted one are tried; 0: nothing is searched for."""
     resolution: float = 0.02
     """Part of the speed by which it is no longer raised."""
     attempts: int = 12
@@ -239,11 +236,8 @@ class LimitOptions:
     """Times that it is: to twice the speed that was found from a cold start at most."""
     most_work: float = 5.0
     """Work of raising the speed over that of the state that it began with: from then on it is not raised any more."""
-    patience: int = 12
-    recent: int = 7
-    """As in `FixedPointOptions`, for the search: starts are close, and what fails is given up."""
-    most_moves: int = 3
-    """As in `RefinementOptions`, likewise."""
+    most_moves: int = 6
+    """As in `RefinementOptions`, for the search: starts are close, and what fails is given up."""
 
 
 @frozen
