@@ -44,7 +44,8 @@ def verification(folder: Folder, grid: int) -> Numbers:
 
 
 def _row(what: str, against: str, difference: str, test: str) -> Row:
-    return [what, against, difference, f"`tests/{test}.py`"]
+    (path,) = (ROOT / "tests").rglob(f"{test}.py")
+    return [what, against, difference, f"`{path.relative_to(ROOT).as_posix()}`"]
 
 
 def _kernels() -> list[Row]:

@@ -203,6 +203,22 @@ def test_documents_that_are_named_exist() -> None:
     assert not [(where, found) for where, found in named if found not in there]
 
 
+def test_tests_that_are_named_exist() -> None:
+    """Files with their folder or without; functions in the file that they are said to be in, or in the last one named."""
+    there = {path.relative_to(ROOT).as_posix(): path.read_text() for path in ROOT.glob("tests/**/test_*.py")}
+    missing = []
+    for where, text in texts():
+        if not where.endswith(".md"):
+            continue
+        content = ""
+        for name, function in re.findall(r"`((?:tests/[\w/]*)?test_\w+\.py)?(?:::)?(test_\w+)?`", text):
+            if name:
+                content = next((found for path, found in there.items() if f"/{path}".endswith(f"/{name}")), "")
+            if (name and not content) or (function and f"def {function}(" not in content):
+                missing.append((where, name, function))
+    assert not missing
+
+
 def test_nothing_speaks_of_what_only_its_authors_know() -> None:
     speaks = re.compile(r"\bprototype\b|\bthe contract\b|\b[Ii]ssue #?\d|/work/|paper\.txt")
     found = [(where, line) for where, text in texts() for line in text.splitlines() if speaks.search(line)]
