@@ -56,7 +56,7 @@ WORK = Weights(extrapolated=0.23, smooth=0.11, last=1.0, before=0.17, forces=0.0
 BODY_HEAT = Weights(extrapolated=1.0, smooth=0.4, last=1.7, dissimilar=0.66, narrow=0.0035)
 """With matched temperatures: bodies can exchange much more heat than is made."""
 FORCE = Weights(extrapolated=0.28, smooth=0.21, last=0.95, before=0.038, forces=0.034, second=0.0002, dissimilar=0.019,
-                narrow=0.00045, long=0.0009, departure=0.06)
+                narrow=0.00045, long=0.0009, departure=0.01)
 CREEPAGE = Weights(extrapolated=1.15, smooth=0.2, last=1.3, before=0.2, dissimilar=0.11, long=0.009, departure=0.28,
                    near_limit=0.012)
 AREA = Weights(last=0.3, before=0.2, dissimilar=0.024, departure=0.2, profile=0.08)
