@@ -60,8 +60,8 @@ def last_steady_state(
         reason = "" if estimated else ("a steady state was found on this grid alone, begun with those of lower speeds, which "
                                        "does not tell how large its errors are: try a finer or coarser numerics.grid")
         return replace(bracket.found, problem=problem, converged=estimated, reason=reason)
-    reason = (f"no steady state found beyond V = {bracket.speed:.3g} m/s (asked for {problem.motion.speed:g} m/s); the fields "
-              f"and scalars are those at {bracket.speed:.3g} m/s. At {bracket.high:.3g} m/s: {bracket.why}")
+    reason = (f"no steady state found beyond V = {bracket.speed:.4g} m/s (asked for {problem.motion.speed:g} m/s); the fields "
+              f"and scalars are those at {bracket.speed:.4g} m/s. At {bracket.high:.4g} m/s: {bracket.why}")
     return replace(bracket.found, problem=problem, converged=False, reason=reason)
 
 
