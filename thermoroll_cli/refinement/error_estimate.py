@@ -156,24 +156,8 @@ def _common_signs(
 ) -> dict[str, float]:
     """The signs of error that all scalars of a state share (names of `Weights`)."""
     motion, scales = derived.problem.motion, derived.scales
-    ratio = scales.semi_axis_x / scales.semi_axis_y
     limit = derived.problem.traction_limit
     changes = [abs(levels[-1][name] - levels[-2][name]) / error_scale(name, summary) for name in RESULTANTS] if limit else [0.0]
-    slipping = (1.0 - summary["gamma_st"]) * elements
-    if slipping < FEW:
-        # The zone of slip may be narrower than an element: in strip theory its share is the creepage's of saturation.
-        creepage = math.hypot(summary["creepage_longitudinal"], summary["creepage_lateral"], motion.spin * scales.mean_radius)
-        share = min(1.0, creepage / derived.saturation_creepage * math.sqrt(max(ratio, 1.0))) if limit else 0.0
-        slipping = max(slipping, STRIP * share * elements)
-    # Tractions turn about the pole of spin within the elements that stick there, at least one.
-    pole = limit > 0.0 and motion.spin != 0.0 and derived.dissimilar
-    across = max(1.0, elements * math.sqrt(summary["gamma_st"]))
-    missed = 0.0
-    if summary["gamma_st"] == 0.0 and not _slides_for_sure(derived):
-        # A patch of stick is the smaller, the faster creepage grows around it: from a point with spin, else from a line.
-        saturation = derived.saturation_creepage
-        by_spin, by_shape = (saturation / max(saturation, part) for part in derived.creepage_variation)
-        missed = min(1.0 / elements, by_spin**2, by_shape)
     carried = math.hypot(summary["force_x_N"], summary["force_y_N"]) / limit if limit else 0.0
     forced = motion.force_x is not None or motion.force_y is not None
     return {
@@ -181,14 +165,43 @@ def _common_signs(
         "first": 1.0 / elements,
         "second": 1.0 / elements**2,
         "dissimilar": 1.0 / elements if derived.dissimilar else 0.0,
-        "pole": derived.problem.friction * abs(derived.dundurs_beta) / across if pole else 0.0,
-        "missed": missed,
+        "pole": _pole(summary, derived, elements),
+        "missed": _missed(summary, derived, elements),
         "profile": 1.0 / elements if derived.problem.geometry.has_profile else 0.0,
-        "narrow": 1.0 / max(slipping, 1.0) ** 2,
-        "long": max(ratio - 1.0, 0.0) / elements,
+        "narrow": 1.0 / max(_slipping(summary, derived, elements), 1.0) ** 2,
+        "long": max(scales.semi_axis_x / scales.semi_axis_y - 1.0, 0.0) / elements,
         "departure": 0.0 if math.isnan(summary["gamma_p"]) else abs(summary["gamma_p"] - 1.0) / elements,
         "near_limit": min(1.0, 1.0 / elements**2 / max(1.0 - carried, 1e-3)) if forced else 0.0,
     }
+
+
+def _slipping(summary: Mapping[str, float], derived: DerivedQuantities, elements: float) -> float:
+    """Elements in a row that slip."""
+    scales, spin = derived.scales, derived.problem.motion.spin
+    seen = (1.0 - summary["gamma_st"]) * elements
+    if seen >= FEW or derived.problem.traction_limit == 0.0:
+        return seen
+    # The zone of slip may be narrower than an element: in strip theory its share is the creepage's of saturation.
+    creepage = math.hypot(summary["creepage_longitudinal"], summary["creepage_lateral"], spin * scales.mean_radius)
+    elongation = math.sqrt(max(scales.semi_axis_x / scales.semi_axis_y, 1.0))
+    return max(seen, STRIP * min(1.0, creepage / derived.saturation_creepage * elongation) * elements)
+
+
+def _missed(summary: Mapping[str, float], derived: DerivedQuantities, elements: float) -> float:
+    """Share of the contact that may stick though the grid has found no such place."""
+    if summary["gamma_st"] > 0.0 or _slides_for_sure(derived):
+        return 0.0
+    # A patch of stick is the smaller, the faster creepage grows around it: from a point with spin, else from a line.
+    saturation = derived.saturation_creepage
+    by_spin, by_shape = (saturation / max(saturation, part) for part in derived.creepage_variation)
+    return min(1.0 / elements, by_spin**2, by_shape)
+
+
+def _pole(summary: Mapping[str, float], derived: DerivedQuantities, elements: float) -> float:
+    """μ|β| over the elements side by side that stick about the pole of spin, where tractions turn; at least one."""
+    if not (derived.has_traction and derived.problem.motion.spin and derived.dissimilar):
+        return 0.0
+    return derived.problem.friction * abs(derived.dundurs_beta) / max(1.0, elements * math.sqrt(summary["gamma_st"]))
 
 
 def _estimate(
