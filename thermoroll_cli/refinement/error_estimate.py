@@ -80,7 +80,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
     common = _common_signs(levels, summary, derived, elements)
     errors = {name: math.nan if name in given else _estimate(name, levels, summary, common, elements, extrapolated)
               for name in SCALARS}
-    if summary["gamma_st"] == 0.0 and _slides_for_sure(derived):
+    if summary["gamma_st"] == 0.0 and not common["missed"]:
         errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
     if derived.problem.heating.partition != "matched":
         # Each body takes its share of the heat, and exchanges none with the other.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from thermoroll_cli.frozen import frozen
 from thermoroll_cli.model.problem import Numerics, Problem
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.solvers.solver_options import LimitOptions, SolverOptions
@@ -13,7 +14,7 @@ Solve = Callable[[Problem], Result]
 """Solves problems that differ in speed, and remembers the last state that it found as a start."""
 
 
-@dataclass(frozen=True)
+@frozen
 class _Bracket:
     """The state `found` at `speed`, and `why` there is none at the speed `high`."""
 
