@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import os
 
-_THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def one_thread() -> None:
@@ -14,7 +14,7 @@ def one_thread() -> None:
     Its sums depend on the number of threads in their last digits, and results should not; and the vectors here are so short
     that several threads wait for each other longer than they work.
     """
-    for name in _THREADS:
+    for name in THREADS:
         os.environ.setdefault(name, "1")
 
 

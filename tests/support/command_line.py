@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from unittest import mock
 
+from thermoroll_cli.environment import THREADS
+
 MECHANICAL = """\
 title = "Two spheres"
 [material]
@@ -66,8 +68,9 @@ def thermoroll(
 
 
 def environment(changes: Mapping[str, str | None]) -> dict[str, str]:
-    """The environment of this process with `changes`; None removes a variable."""
-    merged = {**os.environ, "PYTHONWARNINGS": "error", **changes}
+    """The environment of this process with `changes`; None removes a variable. How many threads linear algebra gets is left
+    to the command."""
+    merged = {**os.environ, **dict.fromkeys(THREADS), "PYTHONWARNINGS": "error", **changes}
     return {key: value for key, value in merged.items() if value is not None}
 
 
