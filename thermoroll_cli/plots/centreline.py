@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, real_minus
+from thermoroll_cli.plots.sheet import add_axes, new_figure, real_minus
+from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView, StateView
 
@@ -131,9 +132,11 @@ def on_centreline(
 
 
 def draw_diagram(
-    axes: Axes, view: RunView, quantity: Quantity, curves: list[Curve], normalised: bool, *, labelled: bool = True
-) -> str:
-    """Draw `curves` against x and return the label of the vertical axis, which is set already."""
+    axes: Axes, view: RunView, quantity: Quantity, curves: list[Curve], normalised: bool, *, labelled: bool = True,
+    title: str = "",
+) -> None:
+    """Draw `curves` against x, which is `labelled` or left to a diagram below. What they are stands on the left, or above with
+    the rest of the `title` behind it."""
     low, high = limits_of([curve.values for curve in curves], 1.0)
     scale, label = quantity.scale(view, max(high, -low), normalised)
     (factor, x_label), _ = axes_scales(view, normalised)
@@ -144,14 +147,9 @@ def draw_diagram(
         )  # fmt: skip
     axes.set_xlim(min(curve.x[0] for curve in curves) * factor, max(curve.x[-1] for curve in curves) * factor)
     axes.set_ylim(1.06 * low * scale.factor, 1.06 * high * scale.factor)
-    few_ticks(axes, 5, 5)
-    axes.grid(color="0.9", linewidth=0.5)
-    axes.set_axisbelow(True)
-    axes.set_ylabel(label)
-    axes.tick_params(labelbottom=labelled)
-    if labelled:
-        axes.set_xlabel(x_label)
-    return label
+    if title:
+        axes.set_title(label + title, y=1.0, pad=3.0)
+    draw_sides(axes, (5, 5), numbered=(labelled, True), labels=(x_label if labelled else "", "" if title else label), grid=True)
 
 
 def _values(view: RunView, state: StateView, quantity: Quantity) -> list[tuple[str, NDArray[np.float64]]]:

@@ -12,12 +12,12 @@ from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
-from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, few_ticks, new_figure, real_minus
+from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, new_figure, real_minus
+from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView, StateView
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
@@ -63,6 +63,11 @@ class PanelGrid:
     width: float
     height: float
     true_shape: bool
+
+    @property
+    def intervals(self) -> tuple[int, int]:
+        """How many between the numbers along x and y, at most."""
+        return max(1, min(6, int(self.width / 0.45))), max(1, min(6, int(self.height / 0.45)))
 
 
 def pressure_figure(view: RunView, frame: Frame, normalised: bool) -> Figure | None:
@@ -198,7 +203,10 @@ def _figure(
         if arrows:
             draw_arrows(axes, view, frame, panel.state, (grid.width, grid.height))
         axes.set_title(separator.join(filter(None, (panel.words, _extremes(panel, scale.factor)))), y=1.0, pad=4.0)
-        _label_sides(axes, frame, grid, lowest=row == grid.rows - 1, leftmost=column == 0)
+        # Ticks on all maps, numbers and labels on the outer ones.
+        outer = (row == grid.rows - 1, column == 0)
+        draw_sides(axes, grid.intervals, numbered=outer,
+                   labels=(frame.x_label if outer[0] else "", frame.y_label if outer[1] else ""))
     bar_height = grid.rows * room - title_room
     draw_colour_bar(figure, (width - BAR_LABELS - BAR_WIDTH, foot, BAR_WIDTH, bar_height), colours, limits,
                     max(3, min(8, int(bar_height / 0.4))), label)
@@ -207,16 +215,6 @@ def _figure(
     for row, text in enumerate(reversed(remarks)):
         add_text(figure, width / 2, 0.05 + REMARK_ROW * row, text, ha="center", va="bottom", color="0.25", fontsize=7.0)
     return figure
-
-
-def _label_sides(axes: Axes, frame: Frame, grid: PanelGrid, *, lowest: bool, leftmost: bool) -> None:
-    """Ticks on all sides, numbers and labels on the outer ones."""
-    few_ticks(axes, *(max(1, min(6, int(inches / 0.45))) for inches in (grid.width, grid.height)))
-    axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-    if lowest:
-        axes.set_xlabel(frame.x_label)
-    if leftmost:
-        axes.set_ylabel(frame.y_label)
 
 
 def _directions(width: float, *, arrows: bool) -> list[str]:

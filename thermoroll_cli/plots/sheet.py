@@ -47,7 +47,7 @@ STYLE: dict[str, Any] = {
 }
 
 # What would make two files of the same picture differ.
-_NO_DATES = {"png": {"Software": None}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+_NO_DATES = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 @contextlib.contextmanager
@@ -90,34 +90,13 @@ def add_text(figure: Figure, left: float, bottom: float, text: str, **options: A
 
 
 def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
-    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is; limits have to be set). Few of
-    them, also because they are what a picture spends most of its time on."""
-    from matplotlib.ticker import FixedLocator, MaxNLocator
+    """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). Few of them, also because they are
+    what a picture spends most of its time on."""
+    from matplotlib.ticker import MaxNLocator
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
-        if intervals > 1:
+        if intervals:
             axis.set_major_locator(MaxNLocator(intervals, steps=ROUND, min_n_ticks=2))
-        elif intervals == 1:
-            # A single number tells no scale: on a short axis the outermost two of the round numbers stand alone.
-            low, high = sorted(axis.get_view_interval())
-            ticks = MaxNLocator(4, steps=ROUND).tick_values(low, high)
-            inside = [tick for tick in ticks if low <= tick <= high]
-            axis.set_major_locator(FixedLocator([inside[0], inside[-1]] if len(inside) > 1 else inside))
-
-
-def round_numbers(low: float, high: float, intervals: int) -> tuple[list[float], list[str], str]:
-    """Round numbers from `low` to `high` (low < high) with at most `intervals` between them; how they are written, and the
-    power of ten that stands beside them all, "" in most cases."""
-    from matplotlib.ticker import MaxNLocator, ScalarFormatter
-
-    locator, formatter = MaxNLocator(intervals, steps=ROUND, min_n_ticks=2), ScalarFormatter()
-    near = 1e-9 * (high - low)
-    numbers = [float(number) for number in locator.tick_values(low, high) if low - near <= number <= high + near]
-    formatter.create_dummy_axis()
-    assert formatter.axis is not None
-    formatter.axis.set_view_interval(low, high)
-    formatter.axis.set_data_interval(low, high)
-    return numbers, formatter.format_ticks(numbers), formatter.get_offset()
 
 
 def one_line(text: str, length: int) -> str:
@@ -148,15 +127,13 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
     if image_format not in FORMATS:
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {image_format!r}")
     safe_point()
-    content = io.BytesIO()
-    options: dict[str, Any] = {"pil_kwargs": {"compress_level": 1}} if image_format == "png" else {}
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
-        figure.savefig(content, format=image_format, metadata=_NO_DATES[image_format], **options)
+        content = _content(figure, image_format)
     temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
-        temporary.write_bytes(content.getbuffer())
+        temporary.write_bytes(content)
         os.replace(temporary, path)
     except BaseException as cause:
         temporary.unlink(missing_ok=True)
@@ -164,3 +141,19 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
             raise OSError(cause.errno, f"cannot write {path}: {cause.strerror or cause}") from cause
         raise
     return path
+
+
+def _content(figure: Figure, image_format: str) -> bytes:
+    """The file of this format that shows `figure`."""
+    if image_format == "png":
+        import numpy as np
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        from thermoroll_cli.plots.png import png_of
+
+        canvas = FigureCanvasAgg(figure)
+        canvas.draw()
+        return png_of(np.asarray(canvas.buffer_rgba()), figure.dpi)
+    file = io.BytesIO()
+    figure.savefig(file, format=image_format, metadata=_NO_DATES[image_format])
+    return file.getvalue()

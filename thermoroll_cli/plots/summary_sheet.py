@@ -16,7 +16,8 @@ from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
-from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, one_line
+from thermoroll_cli.plots.sheet import add_axes, add_text, new_figure, one_line
+from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView
 
@@ -56,20 +57,16 @@ def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
         row, column = divmod(place, columns)
         corner = (LEFT + column * step_x, height - TOP - 0.15 - box[1] - row * step_y)
         limits = warm if quantity is TEMPERATURE else limits_of([values], 1.0)
-        draw = _draw_map(figure, view, frame, quantity, values, limits, body, (*corner, *box), normalised)
-        lowest = place + columns >= len(maps)
-        if lowest:
-            draw.set_xlabel(frame.x_label, labelpad=1.5)
+        axes = _draw_map(figure, view, frame, quantity, values, limits, body, (*corner, *box), normalised)
+        leftmost, lowest = column == 0, place + columns >= len(maps)
+        sizes = (axes.bbox.width / figure.dpi, axes.bbox.height / figure.dpi)
         # Flat maps below each other share their axis.
-        draw.tick_params(labelleft=column == 0, labelbottom=lowest or columns > 1)
-        if column == 0:
-            draw.set_ylabel(frame.y_label, labelpad=1.5)
+        draw_sides(axes, (max(1, int(sizes[0] / 0.5)), max(1, int(sizes[1] / 0.5))), numbered=(lowest or columns > 1, leftmost),
+                   labels=(frame.x_label if lowest else "", frame.y_label if leftmost else ""), pad=1.5)
     curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
     for place, (quantity, lines) in enumerate(item for item in curves if item[1]):
         axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, foot + DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
-        label = draw_diagram(axes, view, quantity, lines, normalised)
-        axes.set_ylabel("")
-        axes.set_title(f"{label} on {centreline_words(view)}", y=1.0, pad=3.0)
+        draw_diagram(axes, view, quantity, lines, normalised, title=f" on {centreline_words(view)}")
     middle = LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH)
     draw_legend(figure, [curve for _, lines in curves for curve in lines], (middle, foot + 0.02))
     _write_table(figure, rows, remarks, height)
@@ -133,7 +130,6 @@ def _draw_map(
     )
     if quantity is TRACTION:
         draw_arrows(axes, view, frame, number, (width, height))
-    few_ticks(axes, *(max(1, int(inches / 0.5)) for inches in (width, height)))
     words = ", ".join(filter(None, (label, body)))
     # Maps that stand close together have short names.
     axes.set_title(words if box[2] > 1.5 else words.removeprefix(quantity.words).strip(), y=1.0, pad=3.0)
