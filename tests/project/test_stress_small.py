@@ -6,24 +6,33 @@ import numpy as np
 import pytest
 
 from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
-from scripts.stress.stress_cases import BELOW_LIMIT, stress_case
+from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.stress_profiles import run_seed as run_profile_seed
+from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case.case import Case
 
-CASES = 150
+CASES = 100
+BEYOND = (18, 48)
+"""Seeds beyond the limit that have a steady state all the same."""
+HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
 
 
 @pytest.fixture(scope="module")
-def outcomes() -> list[Outcome]:
-    cases = (stress_case(seed, small=True) for seed in range(CASES))
-    # Beyond the limit the largest speed is searched for, which takes many solutions: two of these show that it is done.
-    beyond = 0
-    done = []
-    for case in cases:
-        beyond += not case.below_limit
-        if case.below_limit or beyond <= 2:
-            done.append(outcome_of(case))
-    return done
+def cases() -> list[StressCase]:
+    return [stress_case(seed, small=True) for seed in range(CASES)]
+
+
+@pytest.fixture(scope="module")
+def outcomes(cases: list[StressCase]) -> list[Outcome]:
+    return [outcome_of(case) for case in cases if case.below_limit or case.seed in BEYOND]
+
+
+def test_the_largest_speed_of_a_case_beyond_the_limit_keeps_the_invariants() -> None:
+    """It takes some twenty solutions to find, of random cases several seconds: `make stress` has those."""
+    case = Case.parse(HOT + '[thermal]\npeclet = "stationary"\n')
+    done = outcome_of(StressCase(-1, case, case.problem, 1.0))
+    assert not done.converged and not done.broken, told(done)
+    assert "no steady state found beyond V = " in done.reason
 
 
 def test_nothing_crashes_and_no_invariant_breaks(outcomes: list[Outcome]) -> None:
@@ -36,7 +45,7 @@ def test_what_does_not_converge_has_a_reason(outcomes: list[Outcome]) -> None:
 
 def test_cases_below_the_thermoelastic_limit_converge(outcomes: list[Outcome]) -> None:
     below = [o for o in outcomes if o.below_limit]
-    assert len(below) > 100
+    assert len(below) > 70
     failed = [told(o) for o in below if not o.converged]
     assert len(failed) <= max(1.0, (1.0 - CONVERGED_SHARE) * len(below)), failed
 
@@ -54,8 +63,7 @@ def test_a_seed_always_gives_the_same_case_and_a_file_that_can_be_read() -> None
         assert Case.parse(case.case.to_toml()).problem == case.problem
 
 
-def test_cases_are_spread_over_what_can_be_written() -> None:
-    cases = [stress_case(seed) for seed in range(100)]
+def test_cases_are_spread_over_what_can_be_written(cases: list[StressCase]) -> None:
     problems = [case.problem for case in cases]
     assert {p.heating.peclet for p in problems if p.heating.heat} == {"rolling", "sliding", "stationary"}
     assert any(p.heating.partition == "matched" for p in problems)

@@ -20,7 +20,7 @@ from tests.support.command_line import COMMAND, MECHANICAL, call, environment
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, ScalarFile, ScalarRow
 
 KEYS = ("creepage.longitudinal", "creepage.lateral")
-LATERAL, LONGITUDINAL = 12, 6
+LATERAL, LONGITUDINAL = 8, 6
 SWEEP = ("--over", f"{KEYS[0]}=0.0005:0.006:{LONGITUDINAL}", "--over", f"{KEYS[1]}=0.0001:0.002:{LATERAL}",
          "--set", "numerics.grid=8", "--scalars-only", "--no-plots")  # fmt: skip
 COUNT = LATERAL * LONGITUDINAL
@@ -45,9 +45,20 @@ def data(folder: Path) -> xarray.Dataset:
         return opened.load()
 
 
+def datasets(folder: Path) -> dict[str, np.ndarray]:
+    """All of the file's arrays; xarray takes ten times as long."""
+    found = {}
+    with h5py.File(folder / "sweep.h5") as file:
+        file.visititems(lambda name, item: found.update({name: item[()]} if isinstance(item, h5py.Dataset) else {}))
+    return found
+
+
 def assert_same(folder: Path, serial: Path) -> None:
     assert (folder / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
-    xarray.testing.assert_equal(data(folder), data(serial))
+    mine, other = datasets(folder), datasets(serial)
+    assert list(mine) == list(other)
+    for name, values in other.items():
+        np.testing.assert_array_equal(mine[name], values, err_msg=name)
     assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5"]
 
 
@@ -76,11 +87,12 @@ def test_two_processes_give_the_same_file(case: Path, serial: Path, tmp_path: Pa
     assert_same(tmp_path, serial)
 
 
-def test_a_cluster_that_loses_a_worker_gives_the_same_file(case: Path, serial: Path, tmp_path: Path) -> None:
+def test_a_cluster_that_loses_its_worker_gives_the_same_file(case: Path, serial: Path, tmp_path: Path) -> None:
     import distributed
 
+    # The only one, in whose place another is started.
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+        n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as cluster:
 
         def kill_one() -> None:
@@ -142,9 +154,9 @@ def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path
     more = ("--over", f"{KEYS[1]}=0.0001,0.002,0.003", "--over", f"{KEYS[0]}=0.0005,0.006", *SWEEP[4:])
     done = call("sweep", case, *more, "-o", tmp_path, "--resume")
     assert "4 of 6 points are finished already" in done.stderr
-    old, new = data(serial), data(tmp_path)
-    assert new.force_x_N.shape == (3, 2)
-    np.testing.assert_array_equal(new.force_x_N[:2], old.force_x_N[[0, -1]][:, [0, -1]].T)
+    old, new = datasets(serial)["force_x_N"], datasets(tmp_path)["force_x_N"]
+    assert new.shape == (3, 2)
+    np.testing.assert_array_equal(new[:2], old[[0, -1]][:, [0, -1]].T)
 
 
 def test_what_cannot_be_resumed(case: Path, serial: Path, tmp_path: Path) -> None:
