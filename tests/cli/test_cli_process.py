@@ -123,13 +123,6 @@ def test_full_disk_behind_standard_output() -> None:
         assert "No space left" in done.stderr and "Traceback" not in done.stderr
 
 
-def test_no_home(tmp_path: Path) -> None:
-    (tmp_path / "case.toml").write_text(MECHANICAL)
-    done = thermoroll("run", "case.toml", "-q", cwd=tmp_path, env={"HOME": None, "XDG_CONFIG_HOME": None})
-    assert done.returncode == 0
-    assert list((tmp_path / "results").glob("*.png"))
-
-
 @pytest.mark.parametrize("locale", [{"PYTHONIOENCODING": "ascii"}, {"LC_ALL": "C", "LANG": "C"}])
 def test_terminals_without_unicode(locale: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
@@ -141,7 +134,7 @@ def test_colour_on_terminals_only_and_never_with_no_color(tmp_path: Path) -> Non
     assert "\x1b[1;31merror:" in on_terminal(["validate", "bad.toml"], tmp_path)
     assert "\x1b" not in on_terminal(["validate", "bad.toml"], tmp_path, NO_COLOR="1")
     assert "\x1b" not in on_terminal(["validate", "bad.toml"], tmp_path, TERM="dumb")
-    assert "\x1b" not in thermoroll("validate", "bad.toml", cwd=tmp_path).stderr
+    assert "\x1b" not in call("validate", "bad.toml", cwd=tmp_path).stderr
 
 
 def test_progress_redraws_on_terminals_only(tmp_path: Path) -> None:
@@ -150,7 +143,7 @@ def test_progress_redraws_on_terminals_only(tmp_path: Path) -> None:
     assert "\r\x1b[K" in on_terminal(arguments, tmp_path)
     assert "\r\x1b[K" not in on_terminal([*arguments, "-q"], tmp_path)
     assert "\r\x1b[K" not in on_terminal(arguments, tmp_path, TERM="dumb")
-    assert "\x1b" not in thermoroll(*arguments, cwd=tmp_path).stderr
+    assert "\x1b" not in call(*arguments, cwd=tmp_path).stderr
 
 
 def test_completion_is_offered() -> None:

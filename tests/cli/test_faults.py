@@ -78,8 +78,10 @@ def writing(folder: Path, step: str, *arguments: str) -> Iterator[subprocess.Pop
         process.communicate()
 
 
-@pytest.mark.parametrize("step", ["fsync", "replace"])
-@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143), ("SIGHUP", 129), ("SIGKILL", -9)])
+@pytest.mark.parametrize(("name", "code", "step"), [
+    ("SIGINT", 130, "fsync"), ("SIGTERM", 143, "fsync"), ("SIGHUP", 129, "fsync"), ("SIGKILL", -9, "fsync"),
+    ("SIGTERM", 143, "replace"), ("SIGKILL", -9, "replace"),
+])  # fmt: skip
 def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder: Path) -> None:
     """What has the name of a result is whole: the old file, or the new one if that was being renamed already."""
     results = folder / "results"
@@ -106,7 +108,7 @@ def test_signals_while_a_file_is_written(name: str, code: int, step: str, folder
 def test_killed_at_any_moment(folder: Path) -> None:
     """Whatever has a final name is whole."""
     arguments = [*COMMAND, "run", "case.toml", "-q", "--set", "numerics.grid=32"]
-    for delay in (0.1, 0.3, 0.5, 0.7, 0.9, 1.2):
+    for delay in (0.3, 0.6, 1.0):
         results = folder / "results"
         process = subprocess.Popen(arguments, cwd=folder, stderr=subprocess.PIPE, text=True)
         time.sleep(delay)
@@ -273,8 +275,9 @@ def test_odd_names_everywhere(tmp_path: Path) -> None:
     (place / "fälle #1 (µ=0.3).toml").write_text(MECHANICAL, encoding="utf-8")
     case, out = place / "fälle #1 (µ=0.3).toml", place / "aus gabe"
     sweep = ("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", place / "swe ep")
-    for arguments in (("run", case, "--no-plots", "-o", out), sweep, (*sweep, "--resume")):
-        assert thermoroll(*arguments).returncode == 0
+    assert thermoroll(*sweep).returncode == 0
+    for arguments in (("run", case, "--no-plots", "-o", out), (*sweep, "--resume")):
+        assert call(*arguments).returncode == 0
     result = out / "fälle #1 (µ=0.3).h5"
     assert call("plot", result).returncode == 0
     assert call("compare", result, result).returncode == 0
@@ -301,9 +304,10 @@ def test_names_that_are_not_unicode(tmp_path: Path) -> None:
 @pytest.mark.parametrize("home", [None, "case.toml"])
 def test_a_home_that_is_missing_or_useless(home: str | None, folder: Path) -> None:
     gone = dict.fromkeys(("XDG_CONFIG_HOME", "XDG_CACHE_HOME", "MPLCONFIGDIR", "TMPDIR", "USER", "LOGNAME"))
-    done = thermoroll("run", "case.toml", "-q", cwd=folder, env={**gone, "HOME": home and str(folder / home)})
+    arguments = ("sweep", "case.toml", "--over", "load.normal_N=60,65", "-q")  # which draws one picture
+    done = thermoroll(*arguments, cwd=folder, env={**gone, "HOME": home and str(folder / home)})
     assert (done.returncode, done.stdout) == (0, "")
-    assert list((folder / "results").glob("*.png"))
+    assert (folder / "results" / "sweep.png").exists()
     assert home or done.stderr == ""  # where it keeps its fonts without a home, matplotlib tells by itself
 
 

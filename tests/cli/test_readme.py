@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from tests.support.command_line import PATIENCE, call
-from thermoroll_cli.plots import sheet
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text()
@@ -33,9 +32,8 @@ def run(command: list[str], place: Path) -> subprocess.CompletedProcess[str]:
     return done
 
 
-def test_commands(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands(place: Path) -> None:
     """Every command of the section on commands, in order: in this process, and by a shell where it takes one."""
-    monkeypatch.setattr(sheet, "DPI", 40)
     for line in SHELL[0].splitlines():
         words = shlex.split(line, comments=True)
         if {"||", "|", ">"} & set(words):
