@@ -210,11 +210,12 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
         build_table(replace(plan, poisson_ratio=0.3), path, resume=True)
 
 
-def test_a_cluster_that_loses_a_worker_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
+def test_a_cluster_that_loses_its_worker_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:
     import distributed
 
+    # The only one, in whose place another is started.
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
+        n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as cluster:
         path = tmp_path / "t.h5"
 
