@@ -21,12 +21,13 @@ def png_of(pixels: NDArray[np.uint8], dpi: float) -> bytes:
     rows, columns = pixels.shape[:2]
     # Each row begins with the kind of its filter: none.
     packed = np.zeros((rows, 1 + 3 * columns), dtype=np.uint8)
-    packed[:, 1:] = pixels[:, :, :3].reshape(rows, 3 * columns)
+    for colour in range(3):
+        packed[:, 1 + colour :: 3] = pixels[:, :, colour]
     per_metre = round(dpi / INCH)
     chunks = {
         b"IHDR": struct.pack(">IIBBBBB", columns, rows, 8, 2, 0, 0, 0),
         b"pHYs": struct.pack(">IIB", per_metre, per_metre, 1),
-        b"IDAT": zlib.compress(packed.tobytes(), LEVEL),
+        b"IDAT": zlib.compress(packed.data, LEVEL),
         b"IEND": b"",
     }
     parts = [struct.pack(">I", len(content)) + name + content + struct.pack(">I", zlib.crc32(name + content))
