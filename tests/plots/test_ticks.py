@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.axis import Tick
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from scipy.ndimage import distance_transform_edt
 
+from tests.support import synthetic
 from thermoroll_cli.plots import sheet
+from thermoroll_cli.plots.maps import frame_of
+from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.ticks import draw_sides, round_numbers
+from thermoroll_cli.plots.view import view_of
 
 NEAR = 3.0
 """Pixels, of 200 to an inch, by which a letter may stand elsewhere."""
@@ -56,3 +61,15 @@ def test_a_short_side_has_two_numbers_and_no_others() -> None:
         assert numbers == pytest.approx([-0.2, 0.2]) and words == ["−0.2", "0.2"] and power == ""
         assert round_numbers(0.0, 1.0, 5)[0] == pytest.approx([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
         assert round_numbers(0.0, 7e8, 3)[2] == "1e8"
+
+
+def test_the_sheet_has_no_ticks_of_matplotlib(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They would take a third of its time."""
+    monkeypatch.setattr(sheet, "DPI", 40)
+    seen: list[Tick] = []
+    monkeypatch.setattr(Tick, "draw", lambda tick, renderer: seen.append(tick))
+    view = view_of(synthetic.result((16, 16)))
+    with sheet.style():
+        figure = summary_figure(view, frame_of(view, False), False)
+        figure.canvas.draw()
+    assert len(figure.axes) == 6 and seen == []
