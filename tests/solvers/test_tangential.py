@@ -114,27 +114,25 @@ def test_power_balance_error_is_at_most_a_thousandth_at_128(case):
 
 
 def rms_over_cases(n: int, name: str) -> float:
-    """Root mean square over the seven cases of the difference to N = 256, heat relative."""
+    """Root mean square over the seven cases of the difference to N = 128, heat relative."""
     errors = []
     for case in CASES:
-        value, limit = getattr(rolled(case, n), name), getattr(rolled(case, 256), name)
+        value, limit = getattr(rolled(case, n), name), getattr(rolled(case, 128), name)
         errors.append((value - limit) / (limit if name == "heat" else 1.0))
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-@pytest.mark.parametrize(
-    ("name", "least", "at_64"), [("force_x", 1.5, 2e-4), ("force_y", 1.1, 1e-3), ("moment", 1.6, 4e-4), ("heat", 1.5, 1e-3)]
-)
-def test_forces_and_heat_converge_at_their_order(name, least, at_64):
-    """About second order; F_y with spin is the slowest."""
+@pytest.mark.parametrize(("name", "at_64"), [("force_x", 5e-5), ("force_y", 1e-4), ("moment", 1e-4), ("heat", 2e-4)])
+def test_forces_and_heat_converge_at_their_order(name, at_64):
+    """Extrapolated: beyond the second order of one grid, which against N = 128 looks like 2.2, and first order like 1.4."""
     sides = [16, 24, 32, 48, 64]
     errors = [rms_over_cases(n, name) for n in sides]
-    assert order(sides, errors) > least
+    assert order(sides, errors) > 2.5
     assert errors[-1] < at_64
 
 
 def test_power_balance_error_falls_at_second_order():
-    sides = [32, 64, 128, 256]
+    sides = [32, 64, 128]
     errors = [np.mean([rolled(case, n).power_balance_error for case in CASES]) for n in sides]
     assert order(sides, errors) > 1.7
 
@@ -142,12 +140,11 @@ def test_power_balance_error_falls_at_second_order():
 @pytest.mark.parametrize("case", CASES)
 def test_work_on_the_finest_grid_is_at_most_80_applications(case):
     assert rolled(case, 128).applications <= 80
-    assert rolled(case, 256).applications <= 80
 
 
 def test_work_does_not_grow_with_the_grid():
-    """N = 128 and N = 256 within 20 %, averaged over the seven cases."""
-    coarse, fine = (np.mean([rolled(case, n).applications for case in CASES]) for n in (128, 256))
+    """N = 64 and N = 128 within 20 %, averaged over the seven cases."""
+    coarse, fine = (np.mean([rolled(case, n).applications for case in CASES]) for n in (64, 128))
     assert fine / coarse == pytest.approx(1.0, abs=0.2)
 
 
@@ -273,14 +270,12 @@ COMPUTED = [(row["a_over_b"], row["poisson_ratio"]) for row in reference("kalker
 
 @pytest.mark.parametrize(("aspect", "nu"), COMPUTED)
 def test_kalker_coefficients_match_the_computed_ones(aspect, nu):
-    """Within 0.5 % at N = 128 (C11, C22, C23, C33; C23 and C32 are equal by reciprocity)."""
+    """Extrapolated from N = 32 and 64, within 0.4 % (C11, C22, C23, C33; C23 and C32 are equal by reciprocity)."""
     row = reference("kalker_coefficients")["computed"][COMPUTED.index((aspect, nu))]
-    c11, c22, c23, c33, c32 = kalker_coefficients(aspect, nu, 128, True)
-    assert c11 == pytest.approx(row["C11"], rel=5e-3)
-    assert c22 == pytest.approx(row["C22"], rel=5e-3)
-    assert c23 == pytest.approx(row["C23"], rel=5e-3)
-    assert c33 == pytest.approx(row["C33"], rel=5e-3)
-    assert c32 == pytest.approx(c23, rel=1e-4)
+    coarse, fine = (kalker_coefficients(aspect, nu, n, True) for n in (32, 64))
+    *found, c32 = (4.0 * fine - coarse) / 3.0
+    assert found == pytest.approx([row[name] for name in ("C11", "C22", "C23", "C33")], rel=4e-3)
+    assert c32 == pytest.approx(found[2], rel=1e-4)
 
 
 def test_kalker_coefficients_converge_at_second_order():
@@ -288,10 +283,10 @@ def test_kalker_coefficients_converge_at_second_order():
     row = reference("kalker_coefficients")["computed"][COMPUTED.index((1.0, 0.25))]
     sides = [16, 32, 64]
     values = np.array([kalker_coefficients(1.0, 0.25, n, False)[:3] for n in sides])
-    limit = (4.0 * kalker_coefficients(1.0, 0.25, 128, True)[:3] - values[-1]) / 3.0
+    limit = (9.0 * kalker_coefficients(1.0, 0.25, 96, False) - 4.0 * values[-1]) / 5.0
     for k in range(3):
         assert order(sides, values[:, k] / limit[k] - 1.0) > 1.5
-    assert limit == pytest.approx([row["C11"], row["C22"], row["C23"]], rel=1.5e-3)
+    assert limit == pytest.approx([row["C11"], row["C22"], row["C23"]], rel=1e-3)
 
 
 @pytest.mark.parametrize("row", TABLE, ids=[f"{row[0]:.2g}" for row in TABLE])

@@ -17,7 +17,6 @@ from thermoroll_cli.model.derived import DerivedQuantities
 from thermoroll_cli.model.problem import Heating, Motion
 from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.solvers.solver_options import LimitOptions, SolverOptions
 
 HOT = article_4_1(128)
 COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")
@@ -281,18 +280,6 @@ def test_realistic_rolling_hardly_bulges():
     assert 2e-5 < s["thermal_displacement_max_um"] / s["approach_um"] < 5e-4
 
 
-def test_where_no_steady_state_is_found_is_told_not_hidden():
-    """Not converged, with a reason that says what was found, what failed, and what to do; and finite fields. The bracket of the
-    speed is a coarse one here: a step of bisection more says nothing else."""
-    search = LimitOptions(coarse=(16, 16), attempts=1)
-    result = solve(article_4_1(32, 5000.0), options=SolverOptions(limit=search))
-    assert not result.converged and result.status == "not_converged"
-    assert "no steady state found beyond V" in result.reason
-    told = ("does not show that there is none", "of its own heat", "narrower than an element")
-    assert any(words in result.reason for words in told)
-    assert all(np.isfinite(f).all() for f in result.coupled.fields.values())
-
-
 # --- the domain ---------------------------------------------------------------------------------------------------
 
 
@@ -319,9 +306,9 @@ def test_a_larger_domain_changes_nothing_but_the_resolution():
 
 
 def test_coupled_state_converges_with_the_grid():
-    """Errors against N = 256 of the hot case: γ_p and the area at second order, ΔT at first or better."""
+    """Errors against N = 192 of the hot case: γ_p and the area at second order, ΔT at first or better."""
     sides = [32, 48, 64, 96]
-    limit = solved(on_grid(HOT, 256)).coupled.scalars
+    limit = solved(on_grid(HOT, 192)).coupled.scalars
 
     def errors(name: str) -> list[float]:
         return [solved(on_grid(HOT, n)).coupled.scalars[name] / limit[name] - 1.0 for n in sides]

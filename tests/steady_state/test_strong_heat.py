@@ -164,16 +164,21 @@ def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
         assert abs(value / other - 1.0) < found.error[name] + finer.error[name]
 
 
-def test_the_search_for_the_largest_speed_is_bounded():
-    """At most a dozen solutions on one coarse grid, and a few on the wanted one: counted by the domains that they end on."""
-    grids = []
-    problem = article_4_1(48, 4000.0)
-    result = solve(problem, report=lambda stage, info: grids.append(tuple(info["grid"])) if stage == "coupling" else None)
-    assert not result.converged and "no steady state found beyond V" in result.reason
-    assert 950.0 < result.hertz["speed_solved_m_s"] < 1500.0
-    limit = LimitOptions()
-    assert grids.count((32, 32)) <= limit.lowerings + limit.attempts
-    assert grids.count((48, 48)) <= 1 + len(limit.retreats) + limit.raises
+def test_the_search_for_the_largest_speed_is_bounded_and_told():
+    """At most a dozen solutions on one coarse grid, and a few on the wanted one: counted by the domains that they end on. Not
+    converged, with a reason that says what was found, what failed, and what to do; and finite fields."""
+    grids, limit = [], LimitOptions(coarse=(16, 16))
+    result = solve(article_4_1(24, 4000.0), options=SolverOptions(limit=limit),
+                   report=lambda stage, info: grids.append(tuple(info["grid"])) if stage == "coupling" else None)
+    assert not result.converged and result.status == "not_converged"
+    assert "no steady state found beyond V" in result.reason
+    told = ("does not show that there is none", "of its own heat", "narrower than an element")
+    assert any(words in result.reason for words in told)
+    # On grids as coarse as these the limit is lower than the 1050 to 1200 m/s of finer ones.
+    assert 500.0 < result.hertz["speed_solved_m_s"] < 1500.0
+    assert all(np.isfinite(field).all() for field in result.coupled.fields.values())
+    assert grids.count((16, 16)) <= limit.lowerings + limit.attempts
+    assert grids.count((24, 24)) <= 1 + len(limit.retreats) + limit.raises
 
 
 def test_a_domain_does_not_follow_a_contact_that_the_iteration_lost():
