@@ -89,9 +89,10 @@ def draw_sides(
     """Ticks, numbers and labels below `axes` and to the left of them, whose limits are set, in place of matplotlib's own; with
     a `grid`, also lines from all ticks."""
     from matplotlib.collections import LineCollection
+    from matplotlib.figure import Figure
 
-    figure = axes.get_figure(root=True)
-    assert figure is not None
+    figure = axes.get_figure()
+    assert isinstance(figure, Figure)
     left, bottom, width, height = (float(pixels) / figure.dpi for pixels in axes.bbox.bounds)
     for number, (side, axis, limits) in enumerate(
             (("bottom", axes.xaxis, axes.get_xlim()), ("left", axes.yaxis, axes.get_ylim()))):
