@@ -37,11 +37,11 @@ def invalid(tmp_path: Path) -> Path:
 def test_validate_says_valid_on_standard_output(case: Path) -> None:
     done = thermoroll("validate", case)
     assert (done.returncode, done.stdout, done.stderr) == (0, f"{case}: valid\n", "")
-    assert thermoroll("validate", "-q", case).stdout == ""
+    assert call("validate", "-q", case).stdout == ""
 
 
 def test_validate_tells_all_errors_of_all_cases(case: Path, invalid: Path, tmp_path: Path) -> None:
-    done = thermoroll("validate", case, invalid, tmp_path / "none.toml")
+    done = call("validate", case, invalid, tmp_path / "none.toml")
     assert done.returncode == 3
     assert done.stdout == f"{case}: valid\n"
     assert f"{invalid}:4:17: error: material.poisson_ratio = 0.6" in done.stderr
@@ -104,16 +104,16 @@ def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     written = (tmp_path / "case.toml").read_text()
     assert tomllib.loads(written)["rolling"]["speed_m_s"] == 200.0
     (tmp_path / "case.toml").write_text("mine")
-    done = thermoroll("init", cwd=tmp_path)
+    done = call("init", cwd=tmp_path)
     assert done.returncode == 5
     assert "--force" in done.stderr
     assert (tmp_path / "case.toml").read_text() == "mine"
-    assert thermoroll("init", "--force", cwd=tmp_path).returncode == 0
+    assert call("init", "--force", cwd=tmp_path).returncode == 0
     assert (tmp_path / "case.toml").read_text() == written
     (tmp_path / "folder").mkdir()
     assert "give the name of the case file" in call("init", "folder", "--force", cwd=tmp_path).stderr
-    assert thermoroll("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
-    assert thermoroll("init", "--template", "nothing", cwd=tmp_path).returncode == 2
+    assert call("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
+    assert call("init", "--template", "nothing", cwd=tmp_path).returncode == 2
 
 
 def test_init_to_standard_output_pipes_into_validate(tmp_path: Path) -> None:
@@ -245,6 +245,6 @@ def test_shipped_cases_and_templates_are_beyond_doubt() -> None:
 
 
 def test_show_of_an_invalid_case(invalid: Path) -> None:
-    done = thermoroll("show", invalid)
+    done = call("show", invalid)
     assert (done.returncode, done.stdout) == (3, "")
     assert "poisson_ratio" in done.stderr

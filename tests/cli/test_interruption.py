@@ -96,8 +96,10 @@ def test_a_second_signal_much_later_ends_the_process_at_once(monkeypatch: pytest
     assert ended == [130]
 
 
-@pytest.mark.parametrize("number", SIGNALS)
-@pytest.mark.parametrize(("program", "moment"), [("run", 0.3), ("sweep", 0.7), ("sweep --jobs 2", 0.6)])
+@pytest.mark.parametrize(("program", "moment", "number"), [
+    *(("run", 0.3, number) for number in SIGNALS), ("sweep", 0.7, signal.SIGTERM),
+    ("sweep --jobs 2", 0.6, signal.SIGINT), ("sweep --jobs 2", 0.6, signal.SIGTERM),
+])  # fmt: skip
 def test_programs_stop_with_their_code_and_leave_nothing(program: str, moment: float, number: signal.Signals) -> None:
     """A small part of what `make stress` does at random moments."""
     stop = stopped(program, number, moment)

@@ -29,7 +29,7 @@ def edited(text: str, block: str) -> str:
 def place(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the package as the document leaves it."""
     folder = tmp_path_factory.mktemp("extended")
-    shutil.copytree(ROOT / "thermoroll_cli", folder / "thermoroll_cli", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "thermoroll_cli", folder / "thermoroll_cli")  # what has been compiled, too
     for path, block in BLOCKS:
         file = folder / path
         file.write_text(edited(file.read_text(), block))

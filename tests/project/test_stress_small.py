@@ -11,7 +11,7 @@ from scripts.stress.stress_profiles import run_seed as run_profile_seed
 from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case.case import Case
 
-CASES = 100
+CASES = 80
 BEYOND = (18, 48)
 """Seeds beyond the limit that have a steady state all the same."""
 HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
@@ -45,7 +45,7 @@ def test_what_does_not_converge_has_a_reason(outcomes: list[Outcome]) -> None:
 
 def test_cases_below_the_thermoelastic_limit_converge(outcomes: list[Outcome]) -> None:
     below = [o for o in outcomes if o.below_limit]
-    assert len(below) > 70
+    assert len(below) > 60
     failed = [told(o) for o in below if not o.converged]
     assert len(failed) <= max(1.0, (1.0 - CONVERGED_SHARE) * len(below)), failed
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import csv
 import errno
 import json
+import multiprocessing
 import os
 import resource
 import shutil
 import socket
 import subprocess
 import sys
+import threading
+import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
@@ -134,6 +137,23 @@ def test_a_point_that_kills_its_processes_is_given_up(folder: Path, monkeypatch:
     assert "died 2 times" in by_number[1].reason
     assert sorted(path.name for path in folder.iterdir()) == ["case_0001.h5", "case_0003.h5"]
     assert len(notes) == 2
+
+
+def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from thermoroll_cli.sweeps import processes
+
+    monkeypatch.setattr(processes, "_mark", lambda path: ())  # files tell nothing before the stretch is done
+    axes = parse_axes(["creepage.longitudinal=0.001,0.002"])
+    stretches = [Stretch((point,)) for point in make_points(MECHANICAL, "case.toml", "case", axes)]
+    outcomes = in_processes(stretches, Target(folder, "thermoroll sweep"), 1, pytest.fail)
+    numbers = [next(outcomes).number]
+    (worker,) = multiprocessing.active_children()
+    worker.kill()
+    while any("ExecutorManager" in type(thread).__name__ for thread in threading.enumerate()):
+        time.sleep(0.005)  # until its end has been noticed
+    numbers += [outcome.number for outcome in outcomes]
+    assert numbers == [1, 2]
+    assert sorted(path.name for path in folder.iterdir()) == ["case_0001.h5", "case_0002.h5"]
 
 
 # --- files found on resuming ---------------------------------------------------------------------------------------

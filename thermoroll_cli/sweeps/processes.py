@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import pathlib
 from collections import Counter, deque
@@ -42,9 +43,10 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
                 if not idle:
                     idle.append(one_process(leash))
                     pools.append(idle[-1])
-                run = _Run.of(waiting.popleft(), target, idle.pop())
-                with fit_for_children():
+                run = _Run.of(waiting[0], target, idle.pop())
+                with contextlib.suppress(BrokenProcessPool), fit_for_children():  # it died idle: another takes the stretch
                     running[run.pool.submit(solve_all_into, run.stretch, target)] = run
+                    waiting.popleft()
             for future in completed(running):
                 run = running.pop(future)
                 try:
