@@ -46,7 +46,7 @@ def _in_processes(
     from concurrent.futures.process import BrokenProcessPool
 
     from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
-    from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
+    from thermoroll_cli.sweeps.worker_process import submitted
 
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
     waiting, deaths = list(pending)[::-1], dict.fromkeys(pending, 0)
@@ -55,10 +55,9 @@ def _in_processes(
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
-                pool = idle.pop() if idle else one_process(leash)
                 number = waiting.pop()
-                with fit_for_children():
-                    running[pool.submit(solve_task, plan, pending[number])] = number, pool
+                future, pool = submitted(idle, leash, solve_task, plan, pending[number])
+                running[future] = number, pool
             for future in completed(running):
                 number, pool = running.pop(future)
                 try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import pathlib
 from collections import Counter, deque
@@ -16,7 +15,7 @@ from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.points import Stretch
 from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_all_into
-from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
+from thermoroll_cli.sweeps.worker_process import submitted
 
 POLL_SECONDS = 0.1
 DEATHS_PER_POINT = 3
@@ -32,7 +31,7 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
     """
     # The processes wait for the end of this connection, which the kernel makes known whatever happens to us.
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
-    pools: list[ProcessPoolExecutor] = []
+    pools: set[ProcessPoolExecutor] = set()
     idle: list[ProcessPoolExecutor] = []
     running: dict[Future[list[Outcome]], _Run] = {}
     waiting = deque(stretches)
@@ -40,13 +39,11 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
-                if not idle:
-                    idle.append(one_process(leash))
-                    pools.append(idle[-1])
-                run = _Run.of(waiting[0], target, idle.pop())
-                with contextlib.suppress(BrokenProcessPool), fit_for_children():  # it died idle: another takes the stretch
-                    running[run.pool.submit(solve_all_into, run.stretch, target)] = run
-                    waiting.popleft()
+                stretch = waiting.popleft()
+                before = {point.number: _mark(target.path(point)) for point in stretch.pending}
+                future, pool = submitted(idle, leash, solve_all_into, stretch, target)
+                running[future] = _Run(stretch, target, pool, before, set())
+                pools.add(pool)
             for future in completed(running):
                 run = running.pop(future)
                 try:
@@ -79,10 +76,6 @@ class _Run:
     pool: ProcessPoolExecutor
     before: dict[int, tuple[int, ...]]
     arrived: set[int]
-
-    @classmethod
-    def of(cls, stretch: Stretch, target: Target, pool: ProcessPoolExecutor) -> _Run:
-        return cls(stretch, target, pool, {p.number: _mark(target.path(p)) for p in stretch.pending}, set())
 
     def arrivals(self) -> Iterator[Outcome]:
         """The points whose files have come since the last call."""

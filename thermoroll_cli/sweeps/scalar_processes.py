@@ -14,7 +14,7 @@ from thermoroll_cli.sweeps.cluster import WorkersDied, answer_from, executor_at
 from thermoroll_cli.sweeps.points import PointMaker
 from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
 from thermoroll_cli.sweeps.scalar_tasks import Part, Solved, TaskSize, failed_row, solve_task
-from thermoroll_cli.sweeps.worker_process import fit_for_children, one_process
+from thermoroll_cli.sweeps.worker_process import submitted
 
 Task = tuple[Part, ...]
 AHEAD = 2
@@ -60,19 +60,16 @@ def rows_in_processes(
     """The rows of every task in the order of completion. A process that dies is replaced and its task solved again. Close the
     generator to stop."""
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
-    pools: list[ProcessPoolExecutor] = []
+    pools: set[ProcessPoolExecutor] = set()
     idle: list[ProcessPoolExecutor] = []
     running: dict[Future[Solved], tuple[Task, ProcessPoolExecutor]] = {}
     tasks = Tasks(parts)
     try:
         while True:
             while len(running) < jobs and (task := tasks.next()):
-                if not idle:
-                    idle.append(one_process(leash))
-                    pools.append(idle[-1])
-                pool = idle.pop()
-                with fit_for_children():
-                    running[pool.submit(solve_task, maker, task)] = task, pool
+                future, pool = submitted(idle, leash, solve_task, maker, task)
+                running[future] = task, pool
+                pools.add(pool)
             if not running:
                 return
             for future in completed(running):

@@ -10,10 +10,12 @@ import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
+from typing import Any
 
 from thermoroll_cli.environment import one_thread
 
@@ -27,6 +29,20 @@ def one_process(leash: Connection) -> ProcessPoolExecutor:
         # Python's own helper, which it starts with the first process, must not die of what is sent to all, either.
         resource_tracker.ensure_running()
     return ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), initializer=_prepare, initargs=(leash,))
+
+
+def submitted(
+    idle: list[ProcessPoolExecutor], leash: Connection, function: Callable[..., Any], *arguments: object
+) -> tuple[Future[Any], ProcessPoolExecutor]:
+    """Have an `idle` process, which is taken from there, or else a new one call `function`. One that died while it had nothing
+    to do is passed over."""
+    while idle:
+        pool = idle.pop()
+        with contextlib.suppress(BrokenProcessPool), fit_for_children():
+            return pool.submit(function, *arguments), pool
+    pool = one_process(leash)
+    with fit_for_children():
+        return pool.submit(function, *arguments), pool
 
 
 @contextlib.contextmanager
