@@ -57,7 +57,7 @@ def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyA
     for _ in range(ZOOMS):
         samples = [np.linspace(a, b, POINTS if b > a else 1) for a, b in zip(low, high, strict=True)]
         bases = [_lagrange(axis, sample) for axis, sample in zip(nodes, samples, strict=True)]
-        found = np.einsum("ka,lb,mc,abc->klm", *bases, cube, optimize=True)
+        found = bases[1] @ np.tensordot(bases[0], cube, axes=1) @ bases[2].T
         top = np.unravel_index(int(np.argmax(found)), found.shape)
         centre = [float(sample[i]) for sample, i in zip(samples, top, strict=True)]
         if found[top] > best.value:
@@ -86,8 +86,6 @@ def _limits(nodes: AnyArray, at: float) -> tuple[float, float]:
 
 def _lagrange(nodes: AnyArray, at: AnyArray) -> AnyArray:
     """Values of the Lagrange polynomials of `nodes` (n,) at the points `at` (m,): (m, n)."""
-    basis = np.ones((len(at), len(nodes)))
-    for i, node in enumerate(nodes):
-        for other in np.delete(nodes, i):
-            basis[:, i] *= (at - other) / (node - other)
-    return basis
+    itself = np.eye(len(nodes), dtype=bool)
+    factors = (at[:, None, None] - nodes) / (nodes[:, None] - nodes + itself)
+    return np.asarray(np.where(itself, 1.0, factors).prod(axis=2))
