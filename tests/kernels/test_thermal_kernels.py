@@ -84,7 +84,7 @@ def over_element(point_kernel, x, y, aspect, peclets):
                 values = point_kernel(np.multiply.outer(t, edge[0]), np.multiply.outer(t, edge[1]), *peclets)
                 total += half_distance * (wt * t) @ values @ ws
         return total
-    panels = 16 if abs(x) <= 1 and abs(y) <= aspect else 5
+    panels = 10 if abs(x) <= 1 and abs(y) <= aspect else 5
     sx, wx = panel_nodes(x - 0.5, x + 0.5, panels)
     sy, wy = panel_nodes(y - 0.5 * aspect, y + 0.5 * aspect, panels)
     return wx @ point_kernel(sx[:, None], sy[None, :], *peclets) @ wy

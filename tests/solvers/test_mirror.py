@@ -32,11 +32,11 @@ MIRRORED = {
     "ellipse": rolling(geometry=ellipse(0.4), spin=0.5 * SPIN, grid=(48, 72)),
     "longitudinal force": rolling(force=(0.5 * BASE.traction_limit, None), creepage=(None, 0.0)),
     "lateral force and spin": rolling(force=(None, 0.4 * BASE.traction_limit), creepage=(0.0, None), spin=0.5 * SPIN),
-    "hot": article_4_1(64),
-    "hot spin": rolling(spin=2.0 * SPIN, speed=100.0, heating=Heating()),
+    "hot": article_4_1(40),
+    "hot spin": rolling(spin=2.0 * SPIN, speed=100.0, heating=Heating(), grid=40),
     "dissimilar": replace(rolling(creepage=(0.5 * CREEPAGE, 0.0)), upper=SOFT),
-    "warm friction": replace(article_4_1(64), friction_slope=1e-3),
-    "isothermal lateral, then hot": rolling(creepage=(0.0, CREEPAGE), speed=100.0, heating=Heating()),
+    "warm friction": replace(article_4_1(40), friction_slope=1e-3),
+    "isothermal lateral, then hot": rolling(creepage=(0.0, CREEPAGE), speed=100.0, heating=Heating(), grid=40),
 }  # fmt: skip
 WHOLE = {
     "both creepages": rolling(creepage=(0.3 * CREEPAGE, 0.3 * CREEPAGE)),

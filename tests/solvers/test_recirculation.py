@@ -1,6 +1,5 @@
 """What a body brings back: kernel functions, modes, energy, and wheel on rail and traction drive solved by others."""
 
-import itertools
 import math
 from dataclasses import replace
 
@@ -49,16 +48,17 @@ def expansion_of_a_wave(radius: float, poisson: float, *, bore: bool) -> float:
     a solid cylinder with T = I₀(r), or around a bore with T = K₀(r)."""
     r = radius + np.linspace(0.0, 18.0, 1201) if bore else np.linspace(0.0, radius, 1201)
     lame, heated = 2.0 * poisson / (1.0 - 2.0 * poisson), kv if bore else iv  # G = 1
-    matrix, load = scipy.sparse.lil_matrix((2 * r.size, 2 * r.size)), np.zeros(2 * r.size)
     normal = np.diag([2.0, 2.0, 2.0, 1.0]) + lame * np.outer([1, 1, 1, 0], [1, 1, 1, 0])
-    for i, (left, right) in enumerate(itertools.pairwise(r)):
-        h, m = right - left, 0.5 * (left + right)
-        # Radial, hoop and axial strain and shear from u, w at both nodes, in the middle.
-        strain = np.array([[-1 / h, 0, 1 / h, 0], [0.5 / m, 0, 0.5 / m, 0], [0, 0.5, 0, 0.5],
-                           [-0.5, -1 / h, -0.5, 1 / h]])
-        at = slice(2 * i, 2 * i + 4)
-        matrix[at, at] += h * m * strain.T @ normal @ strain
-        load[at] += h * m * (3 * lame + 2) * heated(0, m) / heated(0, radius) * strain[:3].sum(axis=0)
+    h, m = np.diff(r), 0.5 * (r[1:] + r[:-1])
+    half, none = np.full(h.size, 0.5), np.zeros(h.size)
+    # Radial, hoop and axial strain and shear from u, w at both nodes, in the middle of each element.
+    strain = np.array([[-1 / h, none, 1 / h, none], [half / m, none, half / m, none], [none, half, none, half],
+                       [-half, -1 / h, -half, 1 / h]])
+    at = 2 * np.arange(h.size) + np.arange(4)[:, None]
+    rows, columns = np.broadcast_arrays(at[:, None], at)
+    stiffness = np.einsum("kin,kl,ljn->ijn", strain, normal, strain) * h * m
+    matrix = scipy.sparse.coo_matrix((stiffness.ravel(), (rows.ravel(), columns.ravel())))
+    load = np.bincount(at.ravel(), (h * m * (3 * lame + 2) * heated(0, m) / heated(0, radius) * strain[:3].sum(axis=0)).ravel())
     found = scipy.sparse.linalg.spsolve(matrix.tocsr(), load)
     return float(-found[0] if bore else found[-2]) / (1 + poisson)
 

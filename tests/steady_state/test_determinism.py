@@ -18,11 +18,11 @@ DISSIMILAR = SPINNING.replace(
     "[material.upper]\nyoungs_modulus_GPa = 3.0\npoisson_ratio = 0.4",
 )
 CASES = {
-    "mechanical": SPINNING.replace("grid = 16", "grid = [48, 32]"),
-    "dissimilar": DISSIMILAR.replace("grid = 16", "grid = 32"),
-    "forced": MECHANICAL.replace("[creepage]\nlongitudinal = 0.003", "[force]\nlongitudinal_N = 15.0").replace("16", "40"),
-    "rolling": HOT.replace("grid = 16", "grid = 32"),
-    "sliding": HOT.replace("grid = 16", "grid = 24") + '[thermal]\npeclet = "sliding"\n',
+    "mechanical": SPINNING.replace("grid = 16", "grid = [32, 24]"),
+    "dissimilar": DISSIMILAR.replace("grid = 16", "grid = 24"),
+    "forced": MECHANICAL.replace("[creepage]\nlongitudinal = 0.003", "[force]\nlongitudinal_N = 15.0").replace("16", "24"),
+    "rolling": HOT.replace("grid = 16", "grid = 24"),
+    "sliding": HOT + '[thermal]\npeclet = "sliding"\n',
     "stationary": HOT.replace("grid = 16", "accuracy = 0.05") + '[thermal]\npeclet = "stationary"\npartition = "matched"\n',
 }
 

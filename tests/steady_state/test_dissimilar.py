@@ -325,7 +325,7 @@ def test_cost_beside_one_material(name, monkeypatch):
     tractions need half the contact only and the pressure all of it.
 
     Over three grids: a sliver of the border costs one or the other of them half as much again."""
-    grids = (96, 128, 160)
+    grids = (64, 96, 128)
     coupled = [solved(name, n).work["levels"][-1] for n in grids]
     halved = DerivedQuantities(contact_case(name, 128)).mirror is not None
     monkeypatch.setattr(DerivedQuantities, "coupling_constant", 0.0)

@@ -14,7 +14,7 @@ from thermoroll_cli.model.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 
-N = 64
+N = 48
 
 
 def carried(result: Result) -> dict[str, float]:
@@ -165,7 +165,7 @@ def test_prescribed_force_in_the_coupled_state():
 # --- symmetries ---------------------------------------------------------------------------------------------------
 
 MIXED = replace(
-    rolling(grid=(48, 40), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
+    rolling(grid=(36, 32), geometry=ellipse(0.6), creepage=(1e-3, 6e-4), spin=3.0, heating=Heating()),
     normal_force=100.0,
 )
 HOT = replace(MIXED, motion=Motion(150.0, 2e-3, 1e-3, 2.0, differential_slip=False), heating=Heating(peclet="stationary"))

@@ -84,8 +84,8 @@ def test_surfaces_are_equally_warm_inside_the_contact(n, lower, upper):
 
 
 def test_applications_do_not_grow_with_the_grid():
-    """Stationary on fast, friction and conduction: 32 to 256 elements per side."""
-    counts = [Disc(n).match(body(0.0), body(300.0), bulk=10.0)[0].applications for n in (32, 64, 128, 256)]
+    """Stationary on fast, friction and conduction: 16 to 128 elements per side."""
+    counts = [Disc(n).match(body(0.0), body(300.0), bulk=10.0)[0].applications for n in (16, 32, 64, 128)]
     assert max(counts) <= 14 and counts[-1] <= 1.8 * counts[0]
 
 
@@ -241,7 +241,7 @@ def test_conduction_between_two_fast_bodies():
 
 
 def test_mean_share_converges_with_the_grid():
-    sides, pair = [16, 32, 64, 128, 256], (body(0.0), body(10.0))
+    sides, pair = [16, 32, 64, 128], (body(0.0), body(10.0))
     shares = [Disc(n).heat(Disc(n).match(*pair)[0].heat.lower) / Disc(n).heat(Disc(n).flux) for n in sides]
     assert order(sides[:-1], np.array(shares[:-1]) - shares[-1]) > 0.9
     assert shares[2] == pytest.approx(shares[-1], rel=2e-3)
@@ -337,7 +337,7 @@ def test_bulk_temperatures_drive_heat_without_any_slip():
 def test_coupled_with_thermal_deformation(peclet):
     """Different expansions: each body's own part of the heat deforms it, within a few outer iterations."""
     heating = replace(MATCHED, peclet=peclet, bulk_upper=40.0)
-    problem = replace(article_4_1(32, heating=heating), upper=CERAMIC, motion=Motion(100.0, 0.003, 0.0))
+    problem = replace(article_4_1(24, heating=heating), upper=CERAMIC, motion=Motion(100.0, 0.003, 0.0))
     result = solved(problem)
     assert result.converged, result.reason
     assert surfaces(result, 40.0) < 1e-4

@@ -118,11 +118,11 @@ HOT = {"motion": Motion(5.0, 0.02)}
 
 
 @pytest.mark.parametrize("problem", [
-    twin_disc(128, (1.0, 1.0), **HOT), twin_disc(128, (1.0, 0.2), **HOT),
-    *(replace(case, numerics=replace(case.numerics, grid=(128, 128)))
+    twin_disc(64, (1.0, 1.0), **HOT), twin_disc(64, (1.0, 0.2), **HOT),
+    *(replace(case, numerics=replace(case.numerics, grid=(64, 64)))
       for name, case in CASES.items() if name.startswith(("wheel", "PEEK")))])
 def test_cost(problem):
-    """Transforms on all grids of a coupled solve at N = 128 with and without tracks, each as much as its elements: at most
+    """Transforms on all grids of a coupled solve at N = 64 with and without tracks, each as much as its elements: at most
     30 % more, also where bodies need hardly anything solved without them, and at most 15 applications where the heat must be
     divided."""
     passing = replace(problem, heating=replace(problem.heating, lower_track=None, upper_track=None))

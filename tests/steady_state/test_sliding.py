@@ -18,7 +18,7 @@ from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, Sli
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
-GRID = Grid(10, 8, 2.0e-5, 1.4e-5)
+GRID = Grid(8, 6, 2.0e-5, 1.4e-5)
 SLIDING = Heating(peclet="sliding")
 
 
@@ -29,7 +29,7 @@ def body(diffusivity: float = KAPPA, conductivity: float = K, expansion: float =
 def slip_and_flux(peclet: float, seed: int = 2) -> tuple[np.ndarray, np.ndarray]:
     """Slip speed with V a/κ up to about `peclet`, a = half the grid, and the flux it makes; a fifth of all sources stick."""
     random = np.random.default_rng(seed)
-    speed = random.random(GRID.shape) ** 3 * peclet * KAPPA / (5 * GRID.dx)
+    speed = random.random(GRID.shape) ** 3 * peclet * KAPPA / (4 * GRID.dx)
     speed[random.random(GRID.shape) < 0.2] = 0.0
     return speed, speed * (0.5 + random.random(GRID.shape)) * 1e9
 
@@ -44,7 +44,7 @@ def direct_sum(table, grid: Grid, speed: np.ndarray, flux: np.ndarray, diffusivi
     return total
 
 
-@pytest.mark.parametrize(("peclet", "other"), [(0.05, KAPPA), (1.0, 0.3 * KAPPA), (30.0, KAPPA), (30.0, 0.3 * KAPPA)])
+@pytest.mark.parametrize(("peclet", "other"), [(0.05, KAPPA), (1.0, 0.3 * KAPPA), (30.0, 0.3 * KAPPA)])
 def test_response_is_the_sum_over_sources_with_a_kernel_each(peclet, other):
     """Both temperatures and the sum of expansions, bodies alike or not: within 1e-5 of the peak (1e-4 is asked for)."""
     speed, flux = slip_and_flux(peclet)
@@ -123,10 +123,10 @@ def test_answers_do_not_depend_on_what_was_solved_before():
 def test_result_is_the_sum_over_its_own_slip():
     """Fields of a result alone: heat flux and slip give its temperatures, by one kernel per source, within 1e-4."""
     slow_heat = replace(STEEL, diffusivity=KAPPA / 20.0, expansion=1e-8)  # Péclet numbers up to 2.5, but hardly a bulge
-    result = solved(rolling(grid=16, creepage=(0.003, 0.001), spin=5.0, body=slow_heat, heating=SLIDING))
+    result = solved(rolling(grid=12, creepage=(0.003, 0.001), spin=5.0, body=slow_heat, heating=SLIDING))
     assert "deformation" in result.work["skipped"]
     fields, scalars = result.coupled.fields, result.coupled.scalars
-    grid = Grid(16, 16, result.x[1] - result.x[0], result.y[1] - result.y[0])
+    grid = Grid(12, 12, result.x[1] - result.x[0], result.y[1] - result.y[0])
     speed = np.hypot(fields["slip_x"], fields["slip_y"])
     exact = direct_sum(temperature_table, grid, speed, fields["heat_flux"], KAPPA / 20.0) * grid.dx / K
     np.testing.assert_allclose(fields["temperature_rise_lower"], 0.5 * exact, atol=1e-4 * exact.max())
@@ -143,7 +143,7 @@ def test_result_is_the_sum_over_its_own_slip():
 
 def test_article_4_1_with_sliding_peclet_numbers():
     """Coupled: hotter than with the material's own speed, cooler than at rest, and cheap: kernels are built once a range."""
-    results = {mode: solved(article_4_1(32, heating=Heating(peclet=mode))) for mode in ("rolling", "sliding", "stationary")}
+    results = {mode: solved(article_4_1(24, heating=Heating(peclet=mode))) for mode in ("rolling", "sliding", "stationary")}
     assert all(r.converged for r in results.values())
     hot = [results[m].coupled.scalars["temperature_rise_max_lower_K"] for m in ("rolling", "sliding", "stationary")]
     peak = [results[m].coupled.scalars["gamma_p"] for m in ("rolling", "sliding", "stationary")]
@@ -169,7 +169,7 @@ def test_kernels_are_kept_through_the_outer_iterations():
 
 def test_mirrored_and_reversed_creepage_and_exchanged_bodies():
     """Heat is carried along x whichever way the surfaces slip: all symmetries of rolling hold in the coupled state."""
-    base = replace(article_4_1(24, heating=SLIDING), motion=Motion(100.0, 0.003, 0.001, 5.0))
+    base = replace(article_4_1(16, heating=SLIDING), motion=Motion(100.0, 0.003, 0.001, 5.0))
     here = solved(base).coupled
     mirrored = solved(replace(base, motion=Motion(100.0, 0.003, -0.001, -5.0))).coupled
     reversed_ = solved(replace(base, motion=Motion(100.0, -0.003, -0.001, -5.0))).coupled
@@ -276,12 +276,12 @@ def test_a_creepage_solved_for_does_not_rebuild_kernels_every_time():
 
 @pytest.mark.parametrize("aspect", [0.3, 4.0])
 def test_elliptic_contacts_slide_too(aspect):
-    base = rolling(grid=(16, 20), geometry=ellipse(aspect), speed=50.0, heating=SLIDING, body=replace(STEEL, diffusivity=3e-6))
+    base = rolling(grid=(10, 14), geometry=ellipse(aspect), speed=50.0, heating=SLIDING, body=replace(STEEL, diffusivity=3e-6))
     problem = replace(base, motion=Motion(50.0, 2.0 * saturation(base).creepage, 0.0))
     result = solved(problem)
     assert result.converged
     fields = result.coupled.fields
-    grid = Grid(16, 20, result.x[1] - result.x[0], result.y[1] - result.y[0])
+    grid = Grid(10, 14, result.x[1] - result.x[0], result.y[1] - result.y[0])
     speed = np.hypot(fields["slip_x"], fields["slip_y"])
     exact = direct_sum(temperature_table, grid, speed, fields["heat_flux"], 3e-6) * grid.dx / K
     np.testing.assert_allclose(fields["temperature_rise_lower"], 0.5 * exact, atol=1e-4 * exact.max())

@@ -97,7 +97,7 @@ def test_heat_of_each_element_is_carters(n, within, share):
 def test_temperatures_of_fast_material_are_carters(share, within):
     """Root mean square over the hot part of the contact at N = 32, with zones from 6 elements on; the first elements, which
     one slope each does not describe, converge like h^1.5. Everywhere closer than by τ·s and differences of it."""
-    contact, sides = exact(share), [32, 48, 64, 96]
+    contact, sides = exact(share), [32, 64, 96]
     errors, plain = [], []
     for n in sides:
         squares, before = [], []
@@ -142,14 +142,14 @@ def wheel(partition: float | str, n: int) -> Problem:
 @pytest.mark.parametrize("partition", [0.5, "matched"])
 def test_hottest_point_of_a_narrow_slip_zone_is_of_second_order(partition):
     """9 elements slip at N = 64, where 1e-3 is asked for."""
-    sides, errors = [32, 48, 64, 96, 128], []
+    sides, errors = [32, 64, 96], []
     for n in sides:
         result = solve(wheel(partition, n))
         errors.append(result.coupled.scalars["temperature_rise_max_lower_K"] / LIMIT[partition] - 1.0)
         for body in ("lower", "upper"):
             rise = result.coupled.fields[f"temperature_rise_{body}"]
             assert rise.min() > -1e-6 * rise.max()
-    assert abs(errors[2]) < 1e-3
+    assert abs(errors[1]) < 1e-3
     assert order(sides, errors) > 1.9, errors
 
 
