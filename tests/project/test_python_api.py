@@ -28,9 +28,11 @@ def hot() -> Result:
 
 
 def test_the_page_runs(tmp_path: Path) -> None:
-    """All blocks of docs/python.md, one after the other, with warnings as errors."""
+    """All blocks of docs/python.md, one after the other, with warnings as errors; on a coarser grid."""
     (tmp_path / "cases").symlink_to(ROOT / "cases")
-    (tmp_path / "page.py").write_text("\n".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)), encoding="utf-8")
+    page = "\n".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
+    assert page.count('"numerics.grid": 32') == 2
+    (tmp_path / "page.py").write_text(page.replace('"numerics.grid": 32', '"numerics.grid": 16'), encoding="utf-8")
     command = [sys.executable, "-W", "error", "page.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr

@@ -19,7 +19,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment, thermoroll
+from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.sweeps.cluster import answer_from
@@ -40,7 +40,7 @@ class Swept:
 
     folder: Path
     case: Path
-    done: Called | subprocess.CompletedProcess[str]
+    done: Called
 
     @property
     def table(self) -> bytes:
@@ -62,7 +62,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def serial(case: Path, tmp_path_factory: pytest.TempPathFactory) -> Swept:
     """The sweep that all others are compared with: one process, never interrupted."""
     folder = tmp_path_factory.mktemp("serial")
-    return Swept(folder, case, thermoroll("sweep", case, *SWEEP, "-o", folder, "--json"))
+    return Swept(folder, case, call("sweep", case, *SWEEP, "-o", folder, "--json"))
 
 
 def files(folder: Path) -> list[Path]:
@@ -172,14 +172,6 @@ def test_quiet_without_pictures_and_from_standard_input(tmp_path: Path) -> None:
 # --- the same sweep otherwise --------------------------------------------------------------------------------------
 
 
-def test_two_processes_give_the_serial_files(case: Path, serial: Swept, tmp_path: Path) -> None:
-    done = thermoroll("sweep", case, *SWEEP, "-o", tmp_path, "--jobs", "2", "--no-plots", "--json")
-    assert done.returncode == 0
-    assert_same(tmp_path, serial)
-    names = [json.loads(line)["name"] for line in done.stdout.splitlines()]
-    assert names == [path.stem for path in files(serial.folder)]
-
-
 @contextmanager
 def started(case: Path, folder: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
     """The sweep as a process group of its own, as a terminal would start it."""
@@ -208,17 +200,18 @@ def workers(process: subprocess.Popen[str]) -> list[int]:
     return [int(pid) for pid, parent, words in found if int(parent) == process.pid and "spawn_main" in words]
 
 
-def test_a_killed_process_loses_no_point(case: Path, serial: Swept, tmp_path: Path) -> None:
-    with started(case, tmp_path, "--jobs", "2") as process:
+def test_two_processes_give_the_serial_files_though_both_are_killed(case: Path, serial: Swept, tmp_path: Path) -> None:
+    with started(case, tmp_path, "--jobs", "2", "--json") as process:
         killed: list[int] = []
         for enough in (2, 4):  # before any stretch is done: both work
             wait_for(lambda enough=enough: len(files(tmp_path)) >= enough, process)  # type: ignore[misc]
             killed.append(next(pid for pid in workers(process) if pid not in killed))
             os.kill(killed[-1], signal.SIGKILL)
-        _, err = process.communicate(timeout=PATIENCE)
+        out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
     assert err.count("a worker process died; its point is solved again") == 2
     assert_same(tmp_path, serial)
+    assert [json.loads(line)["name"] for line in out.splitlines()] == [path.stem for path in files(serial.folder)]
 
 
 @pytest.mark.parametrize(("name", "jobs", "code"), [("SIGKILL", "2", -9), ("SIGINT", "2", 130), ("SIGTERM", "1", 143)])
