@@ -5,6 +5,7 @@ import re
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -32,16 +33,25 @@ def run(command: list[str], place: Path) -> subprocess.CompletedProcess[str]:
     return done
 
 
-def test_commands(place: Path) -> None:
-    """Every command of the section on commands, in order: in this process, and by a shell where it takes one."""
-    for line in SHELL[0].splitlines():
+def lines(script: str, place: Path) -> Iterator[tuple[str, list[str]]]:
+    """The commands of a script one by one with their words; those that take a shell have been run by one."""
+    for line in re.findall(r"^for .*?^done.*?$|^thermoroll .*?$", script, re.DOTALL | re.MULTILINE):
         words = shlex.split(line, comments=True)
-        if {"||", "|", ">"} & set(words):
+        if {"||", "|", ">"} & set(words) or words[0] == "for":
             run(["bash", "-eu", "-c", line], place)
         else:
-            coarser = ("--set", "numerics.accuracy=0.03") if words[1] == "sweep" else ()  # eight points
-            done = call(*words[1:], *coarser, cwd=place)
-            assert (words[0], done.returncode) == ("thermoroll", 0), (line, done.stderr)
+            yield line, words[1:]
+
+
+def test_commands(place: Path) -> None:
+    """Every command of the section on commands, in order: in this process, and by a shell where it takes one."""
+    count = 0
+    for line, words in lines(SHELL[0], place):
+        coarser = ("--set", "numerics.accuracy=0.03") if words[0] == "sweep" else ()  # eight points
+        done = call(*words, *coarser, cwd=place)
+        assert done.returncode == 0, (line, done.stderr)
+        count += 1
+    assert count == len(SHELL[0].splitlines()) - 2
     for name in ("my_case.h5", "my_case_pressure.png", "my_case_pressure.svg", "my_case.xdmf"):
         assert (place / "results" / name).exists(), name
     assert (place / "case.schema.json").read_text().startswith("{")
@@ -55,10 +65,14 @@ def test_scripts(tmp_path: Path) -> None:
     script = SHELL[1].replace("numerics.grid=64", "numerics.grid=16")
     assert GRID in case and script != SHELL[1]
     (tmp_path / "cases" / "article_4_1.toml").write_text(case.replace(GRID, "grid = 16\n"))
-    run(["bash", "-eu", "-c", script], tmp_path)
+    commands = []
+    for line, words in lines(script, tmp_path):
+        commands.append(words)
+        done = call(*words, cwd=tmp_path)
+        assert done.returncode == 0, (line, done.stderr)
     assert (tmp_path / "speeds.jsonl").read_text().count("\n") == 3
     assert (tmp_path / "speeds" / "sweep.png").exists()
-    again, compared = (shlex.split(line)[1:] for line in script.splitlines()[-2:])
+    again, compared = commands[-2:]
     assert call(*again, "--set", "load.friction_coefficient=0.31", cwd=tmp_path).returncode == 0
     done = call(*compared, cwd=tmp_path)
     assert (done.returncode, "outside" in done.stdout) == (6, True)
