@@ -51,6 +51,14 @@ USUAL = 32.0
 """Estimates fall with 1/sqrt(N) more than the signs of error do, since convergence is the more regular the finer a grid is: of
 extrapolated values from this N, at which their weights hold; of others from twice as many elements."""
 
+HEAT_INTO = ("heat_into_lower_W", "heat_into_upper_W")
+
+EXPANSIONS = ("thermal_displacement_max_um", "recirculation_bulge_um")
+
+GAP = 5e-9
+"""Times the approach: what is left of expansions that cancel, as those of bodies that exchange heat, is no more accurate, since
+gaps are solved to 1e-7 of the approach."""
+
 TOP = 8.0
 """Times 1/N⁴: error of the largest pressure, as the parabola through the highest elements of a smooth top finds it."""
 
@@ -82,14 +90,27 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
               for name in SCALARS}
     if summary["gamma_st"] == 0.0 and not common["missed"]:
         errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
-    if derived.problem.heating.partition != "matched":
-        # Each body takes its share of the heat, and exchanges none with the other.
-        errors |= {name: errors["Q_F_W"] for name in ("heat_into_lower_W", "heat_into_upper_W") if not math.isnan(errors[name])}
+    errors |= {name: _of_heat_into(name, errors, summary, derived) for name in HEAT_INTO if not math.isnan(errors[name])}
+    errors |= {name: errors[name] + _of_the_gap(name, summary) for name in EXPANSIONS if not math.isnan(errors[name])}
     top = TOP / elements**4
     if _slides_at_the_top(summary, derived, top):
         of_pressure = errors["pressure_max_MPa"]
         errors["shear_max_MPa"] = max(FLOOR, top + (0.0 if math.isnan(of_pressure) else of_pressure))
     return errors
+
+
+def _of_heat_into(name: str, errors: Mapping[str, float], summary: Mapping[str, float], derived: DerivedQuantities) -> float:
+    """Error of the heat into one body, which has part in that of the heat that is made."""
+    if derived.problem.heating.partition != "matched":
+        # Each body takes its share of the heat, and exchanges none with the other.
+        return errors["Q_F_W"]
+    made = errors["Q_F_W"] * error_scale("Q_F_W", summary) / 2.0
+    return errors[name] + (made / abs(summary[name]) if made > 0.0 and summary[name] else 0.0)
+
+
+def _of_the_gap(name: str, summary: Mapping[str, float]) -> float:
+    """What the accuracy of the gap leaves of that of an expansion, which may be many times smaller than the approach."""
+    return GAP * summary["approach_um"] / summary[name] if summary[name] else 0.0
 
 
 def _slides_at_the_top(summary: Mapping[str, float], derived: DerivedQuantities, tolerance: float) -> bool:
@@ -170,6 +191,7 @@ def _common_signs(
         "profile": 1.0 / elements if derived.problem.geometry.has_profile else 0.0,
         "narrow": 1.0 / max(_slipping(summary, derived, elements), 1.0) ** 2,
         "long": max(scales.semi_axis_x / scales.semi_axis_y - 1.0, 0.0) / elements,
+        "uneven": min(abs(summary["gamma_p"] - 1.0), abs(derived.dundurs_beta)) / elements if derived.dissimilar else 0.0,
         "departure": 0.0 if math.isnan(summary["gamma_p"]) else abs(summary["gamma_p"] - 1.0) / elements,
         "near_limit": min(1.0, 1.0 / elements**2 / max(1.0 - carried, 1e-3)) if forced else 0.0,
     }
