@@ -94,7 +94,7 @@ def test_the_domain_follows_a_contact_that_moves(radius_y):
     holds it from the beginning, with as many elements, and the states agree."""
     followed = solved(partly_sliding(64, radius_y=radius_y))
     still = SolverOptions(refinement=RefinementOptions(most_moves=0))
-    fixed, fine = (solve(partly_sliding(n, extent=3.4, radius_y=radius_y), options=still) for n in (64, 192))
+    fixed, fine = (solve(partly_sliding(n, extent=3.4, radius_y=radius_y), options=still) for n in (64, 144))
     assert followed.converged and fixed.converged and fine.converged
     assert followed.work["extent"] == 2.2 and fine.work["extent_coupled"] == 3.4 and not fine.own_grids
     left, right, low, high = followed.work["domain_coupled_mm"]
