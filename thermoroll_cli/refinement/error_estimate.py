@@ -41,6 +41,10 @@ RESULTANTS = (*FORCES, "spin_moment_Nmm")
 FEW, STRIP = 2.0, 0.7
 """Elements in a row that slip, below which the zone of slip may not be seen; and what strip theory's share of it is worth."""
 
+PATCH = 8.0
+"""The largest share of the contact that sticks, times c², where spin is c times the saturation creepage; times c for
+differential slip."""
+
 SURE = 1.5
 """Times the creepage of full slip: neither pressure peaks of heat nor slip across the traction change that so much."""
 
@@ -58,6 +62,10 @@ EXPANSIONS = ("thermal_displacement_max_um", "recirculation_bulge_um")
 GAP = 5e-9
 """Times the approach: what is left of expansions that cancel, as those of bodies that exchange heat, is no more accurate, since
 gaps are solved to 1e-7 of the approach."""
+
+EXCHANGED = 0.25
+"""Over N: bodies of unlike temperatures exchange much of their heat at the border of the contact, whose place is known to a
+part of an element."""
 
 TOP = 8.0
 """Times 1/N⁴: error of the largest pressure, as the parabola through the highest elements of a smooth top finds it."""
@@ -90,8 +98,9 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
               for name in SCALARS}
     if summary["gamma_st"] == 0.0 and not common["missed"]:
         errors |= {"gamma_st": FLOOR, "stick_area_mm2": FLOOR}
-    errors |= {name: _of_heat_into(name, errors, summary, derived) for name in HEAT_INTO if not math.isnan(errors[name])}
-    errors |= {name: errors[name] + _of_the_gap(name, summary) for name in EXPANSIONS if not math.isnan(errors[name])}
+    known = {name for name, error in errors.items() if not math.isnan(error)}
+    errors |= {name: _of_heat_into(name, errors, summary, derived, elements) for name in known.intersection(HEAT_INTO)}
+    errors |= {name: errors[name] + _of_the_gap(name, summary) for name in known.intersection(EXPANSIONS)}
     top = TOP / elements**4
     if _slides_at_the_top(summary, derived, top):
         of_pressure = errors["pressure_max_MPa"]
@@ -99,18 +108,26 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
     return errors
 
 
-def _of_heat_into(name: str, errors: Mapping[str, float], summary: Mapping[str, float], derived: DerivedQuantities) -> float:
-    """Error of the heat into one body, which has part in that of the heat that is made."""
+def _of_heat_into(
+    name: str, errors: Mapping[str, float], summary: Mapping[str, float], derived: DerivedQuantities, elements: float
+) -> float:
+    """Error of the heat into one body, which has part in that of the heat that is made, and of what bodies exchange."""
     if derived.problem.heating.partition != "matched":
         # Each body takes its share of the heat, and exchanges none with the other.
         return errors["Q_F_W"]
+    exchanged = sum(abs(summary[body]) for body in HEAT_INTO) - summary["Q_F_W"]
     made = errors["Q_F_W"] * error_scale("Q_F_W", summary) / 2.0
-    return errors[name] + (made / abs(summary[name]) if made > 0.0 and summary[name] else 0.0)
+    at_the_border = EXCHANGED / elements * max(exchanged, 0.0) / 2.0
+    return errors[name] + _over(max(made, 0.0), summary[name]) + _over(at_the_border, summary[name])
 
 
 def _of_the_gap(name: str, summary: Mapping[str, float]) -> float:
     """What the accuracy of the gap leaves of that of an expansion, which may be many times smaller than the approach."""
-    return GAP * summary["approach_um"] / summary[name] if summary[name] else 0.0
+    return _over(GAP * summary["approach_um"], summary[name])
+
+
+def _over(error: float, value: float) -> float:
+    return error / abs(value) if value else 0.0
 
 
 def _slides_at_the_top(summary: Mapping[str, float], derived: DerivedQuantities, tolerance: float) -> bool:
@@ -216,7 +233,7 @@ def _missed(summary: Mapping[str, float], derived: DerivedQuantities, elements: 
     # A patch of stick is the smaller, the faster creepage grows around it: from a point with spin, else from a line.
     saturation = derived.saturation_creepage
     by_spin, by_shape = (saturation / max(saturation, part) for part in derived.creepage_variation)
-    return min(1.0 / elements, by_spin**2, by_shape)
+    return min(1.0 / elements, PATCH * by_spin**2, PATCH * by_shape)
 
 
 def _pole(summary: Mapping[str, float], derived: DerivedQuantities, elements: float) -> float:

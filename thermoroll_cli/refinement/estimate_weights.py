@@ -39,7 +39,7 @@ class Weights:
     and there the pressure grows like ln N."""
     missed: float = 0.0
     """1/N where no element sticks though some may: finer grids can find a patch of stick. Spin of c times the saturation
-    creepage leaves it at most 1/c², differential slip 1/c."""
+    creepage leaves it at most some 1/c², differential slip 1/c."""
     profile: float = 0.0
     """1/N for bodies with profiles: each grid samples the curvature elsewhere."""
     narrow: float = 0.0
@@ -54,17 +54,17 @@ class Weights:
     """1/N² over 1 − F/μW where a force is prescribed: close to μW the creepage grows without bound."""
 
 
-WORK = Weights(extrapolated=0.21, smooth=0.11, last=0.67, before=0.24, forces=0.022, second=0.014, dissimilar=0.075,
-               profile=0.034, narrow=0.013, long=0.0042, departure=0.025, uneven=0.8, near_limit=0.08)
-BODY_HEAT = Weights(extrapolated=0.5, smooth=0.2, before=0.55, first=0.035, dissimilar=0.6, narrow=0.018)
-"""With matched temperatures: bodies can exchange much more heat than is made. Half the error of what is made comes on top."""
-FORCE = Weights(extrapolated=0.44, smooth=0.21, last=0.65, before=0.25, forces=0.042, second=0.002, dissimilar=0.029,
-                narrow=0.0003, long=0.0016, departure=0.001)
+WORK = Weights(extrapolated=0.2, smooth=0.105, last=0.65, before=0.23, forces=0.021, second=0.014, dissimilar=0.072,
+               profile=0.034, narrow=0.0125, long=0.004, departure=0.025, uneven=0.8, near_limit=0.08)
+BODY_HEAT = Weights(extrapolated=0.45, smooth=0.18, before=0.5, first=0.03, dissimilar=0.5, narrow=0.018)
+"""With matched temperatures, where bodies can exchange much more heat than is made: part of the errors of both comes on top."""
+FORCE = Weights(extrapolated=0.42, smooth=0.2, last=0.62, before=0.24, forces=0.04, second=0.002, dissimilar=0.028,
+                narrow=0.0003, long=0.0015, departure=0.001)
 CREEPAGE = Weights(extrapolated=1.2, smooth=0.07, last=1.4, before=0.3, forces=0.04, dissimilar=0.13, narrow=0.0065,
                    long=0.0062, near_limit=0.01)
 AREA = Weights(last=0.17, before=0.28, dissimilar=0.02, profile=0.08, departure=0.25)
-PRESSURE = Weights(last=0.15, first=0.0018, second=0.05, pole=0.4, departure=0.1, uneven=3)
-STICK = Weights(last=0.3, steady=0.25, before=0.005, forces=0.24, first=0.0035, second=1.6, dissimilar=0.098, missed=9,
+PRESSURE = Weights(last=0.25, before=0.03, first=0.0018, second=0.05, pole=0.4, departure=0.1, uneven=3)
+STICK = Weights(last=0.3, steady=0.25, before=0.005, forces=0.24, first=0.0035, second=1.6, dissimilar=0.098, missed=0.5,
                 profile=0.12, narrow=0.0055, long=0.017, departure=0.05, uneven=0.8, near_limit=0.003)
 SHEAR = Weights(last=0.54, steady=0.09, before=0.085, first=0.053, pole=0.8, narrow=1.3, uneven=6)
 FLUX = Weights(last=0.065, steady=0.43, before=0.06, forces=0.15, narrow=4.4, near_limit=0.03)
@@ -74,7 +74,7 @@ EXPANSION = Weights(last=0.81, before=0.31, first=0.07, second=7.5, dissimilar=0
 FLASH = Weights(steady=3.6, before=0.17, second=0.0075, dissimilar=0.4, departure=0.04)
 SHARE = Weights(last=0.77, steady=0.086, before=0.23, second=0.18, dissimilar=0.014, pole=0.38, narrow=0.053)
 APPROACH = Weights(steady=0.58, before=0.065, first=0.0005, second=0.4, profile=0.012, departure=0.5, uneven=1)
-OTHERWISE = Weights(last=0.05, steady=0.88, before=0.27, forces=0.0085, dissimilar=0.008, pole=0.28, missed=0.0077,
+OTHERWISE = Weights(last=0.05, steady=0.88, before=0.27, forces=0.0085, dissimilar=0.008, pole=0.28, missed=0.008,
                     profile=0.01, narrow=0.0095)
 
 WEIGHTS = {
