@@ -145,15 +145,16 @@ def save(figure: Figure, path: pathlib.Path) -> pathlib.Path:
 
 def _content(figure: Figure, image_format: str) -> bytes:
     """The file of this format that shows `figure`."""
+    file = io.BytesIO()
     if image_format == "png":
-        import numpy as np
         from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-        from thermoroll_cli.plots.png import png_of
+        from PIL import Image
 
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-        return png_of(np.asarray(canvas.buffer_rgba()), figure.dpi)
-    file = io.BytesIO()
-    figure.savefig(file, format=image_format, metadata=_NO_DATES[image_format])
+        # Without opacity, since paper is white, and packed lightly: files a tenth smaller take several times as long.
+        image = Image.frombuffer("RGBA", canvas.get_width_height(), canvas.buffer_rgba())
+        image.convert("RGB").save(file, "png", compress_level=1, dpi=(figure.dpi, figure.dpi))
+    else:
+        figure.savefig(file, format=image_format, metadata=_NO_DATES[image_format])
     return file.getvalue()
