@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from dataclasses import replace
 
@@ -9,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.signal import fftconvolve
 
-from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, rolling, solved
+from scripts.references.estimate_cases import problem_of
+from tests.support.scenes import REFERENCE, STEEL, article_4_1, divided_heats, on_grid, order, rolling, solved
 from thermoroll_cli.kernels.grid import Grid
 from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
 from thermoroll_cli.kernels.thermal_slope import temperature_slope_table
@@ -303,6 +305,15 @@ def test_a_larger_domain_changes_nothing_but_the_resolution():
 
 
 # --- order --------------------------------------------------------------------------------------------------------
+
+
+def test_elements_of_the_border_that_come_and_go_are_no_limit_of_the_heat():
+    """A pair of them changes the expansion by 1.2e-4 of the approach from turn to turn, on this grid alone."""
+    case = json.loads((REFERENCE / "estimate_references.json").read_text())["cases"][47]
+    result = solve(problem_of(case["input"], 48))
+    assert result.converged, result.reason
+    assert result.coupled.scalars["gamma_p"] == pytest.approx(case["reference"]["gamma_p"], rel=1e-3)
+    assert result.coupled.scalars["force_y_N"] == pytest.approx(case["reference"]["force_y_N"], rel=3e-3)
 
 
 def test_coupled_state_converges_with_the_grid():

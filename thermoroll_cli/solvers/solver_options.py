@@ -168,8 +168,9 @@ class FixedPointOptions:
     border_element: float = 0.3
     """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
     surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
-    heated_element: float = 1.0
-    """The same for heat, over the variation of the expansion and the elements of the contact."""
+    heated_element: float = 2.0
+    """The same for heat, over the variation of the expansion and the elements of the contact: they come and go in pairs, one on
+    either side."""
 
 
 
