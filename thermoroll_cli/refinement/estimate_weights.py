@@ -58,7 +58,7 @@ WORK = Weights(extrapolated=0.2, smooth=0.105, last=0.65, before=0.23, forces=0.
                profile=0.034, narrow=0.0125, long=0.004, departure=0.025, uneven=0.8, near_limit=0.08)
 BODY_HEAT = Weights(extrapolated=0.45, smooth=0.18, before=0.5, first=0.03, dissimilar=0.5, narrow=0.018)
 """With matched temperatures, where bodies can exchange much more heat than is made: part of the errors of both comes on top."""
-FORCE = Weights(extrapolated=0.42, smooth=0.2, last=0.62, before=0.24, forces=0.04, second=0.002, dissimilar=0.028,
+FORCE = Weights(extrapolated=0.44, smooth=0.2, last=0.65, before=0.25, forces=0.042, second=0.002, dissimilar=0.03,
                 narrow=0.0003, long=0.0015, departure=0.001)
 CREEPAGE = Weights(extrapolated=1.2, smooth=0.07, last=1.4, before=0.3, forces=0.04, dissimilar=0.13, narrow=0.0065,
                    long=0.0062, near_limit=0.01)
