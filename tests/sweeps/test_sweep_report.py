@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -12,6 +13,7 @@ from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli.result_table import wrapped
 from thermoroll_cli.cli.sweep_table import FAILED
 from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.refinement.limit import last_steady_state
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
 
@@ -55,19 +57,27 @@ def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(ca
     assert "gamma_p = 1," in told and "gamma_c = 1" in told and "gamma_p" not in printed_columns(done.stdout)
 
 
-def test_beyond_the_thermal_limit_the_speed_solved_is_shown(tmp_path: Path) -> None:
+def test_beyond_the_thermal_limit_the_speed_solved_is_shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    searches = []
+
+    def counted(*arguments: Any) -> Any:
+        searches.append(arguments)
+        return last_steady_state(*arguments)
+
+    monkeypatch.setattr("thermoroll_cli.refinement.solve.last_steady_state", counted)
     (tmp_path / "spheres.toml").write_text(HOT)
-    over = ("--over", "rolling.speed_m_s=2e3,100")
+    over = ("--over", "rolling.speed_m_s=100,2e3")
     done = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--no-plots")
     assert done.returncode == 4
-    assert printed_columns(done.stdout, "spheres_0002")[:3] == ["rolling.speed_m_s", "speed_solved_m_s", "Q_F_W"]
-    hot, fine = csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines())
+    assert printed_columns(done.stdout, "spheres_0001")[:3] == ["rolling.speed_m_s", "speed_solved_m_s", "Q_F_W"]
+    fine, hot = csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines())
     assert (fine["status"], fine["speed_solved_m_s"]) == ("converged", "100.0")
     assert (hot["status"], hot["rolling.speed_m_s"]) == ("not_converged", "2000.0")
     speed = float(hot["speed_solved_m_s"])
     assert 100.0 < speed < 2e3 and f"V = {speed:.4g} m/s" in hot["reason"]
     assert f"{FAILED}  2000" in done.stdout
-    assert read_result(tmp_path / "out" / "spheres_0001.h5").summary["speed_solved_m_s"] == speed
+    assert read_result(tmp_path / "out" / "spheres_0002.h5").summary["speed_solved_m_s"] == speed
+    assert len(searches) == 1  # the state beside it is tried first, but not searched from
     # The scalars belong to that speed: T_γ is Q_F/V, and Péclet numbers are proportional to V.
     assert float(hot["Q_F_W"]) / float(hot["T_gamma_N"]) == pytest.approx(speed, rel=1e-9)
     assert float(hot["peclet_lower"]) / float(fine["peclet_lower"]) == pytest.approx(speed / 100.0, rel=1e-12)

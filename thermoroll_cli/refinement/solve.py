@@ -73,14 +73,15 @@ class Solver:
         self.options = options or SolverOptions()
         self._previous: list[RefinementLevel] = []
 
-    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
-        """As the function `solve`."""
+    def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
+        """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
+        that is asked for has none: the most of the work then."""
         def solver(options: SolverOptions) -> Callable[[Problem], Result]:
             one = Solver(self.threads, options)
             return lambda problem: one._solve(problem, report)[0]
 
         result, too_hot = self._solve(problem, report)
-        return last_steady_state(problem, result, solver, self.options) if too_hot else result
+        return last_steady_state(problem, result, solver, self.options) if too_hot and search else result
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
         """One attempt, and whether it failed for too much heat."""

@@ -80,11 +80,11 @@ def solved(stretch: Stretch, threads: int) -> Iterator[tuple[Point, Result | Non
             continue
         cold = solver is None
         solver = solver or Solver(threads)
-        result, reason = _attempt(solver, point)
+        result, reason = _attempt(solver, point, search=cold)
         if not cold and (result is None or not result.converged):
             # The neighbour may have been a bad start: no point does worse than a run of its own.
             solver = Solver(threads)
-            result, reason = _attempt(solver, point)
+            result, reason = _attempt(solver, point, search=True)
         if result is None:
             # What an exception leaves behind is no start for the next point.
             solver = None
@@ -93,9 +93,9 @@ def solved(stretch: Stretch, threads: int) -> Iterator[tuple[Point, Result | Non
             yield point, result, reason
 
 
-def _attempt(solver: Solver, point: Point) -> tuple[Result | None, str]:
+def _attempt(solver: Solver, point: Point, *, search: bool) -> tuple[Result | None, str]:
     try:
-        return solver.solve(point.problem), ""
+        return solver.solve(point.problem, search=search), ""
     except MemoryError:
         return None, "not enough memory"
     except Exception as cause:
