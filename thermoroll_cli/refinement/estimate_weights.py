@@ -1,7 +1,7 @@
 """How much each sign of error counts in the estimate of each scalar.
 
 An estimate is the sum of signs, each an error of the scalar over its `error_scale`, times these weights. They were fitted on
-some 2,800 random cases (`scripts.stress`: random contacts and the stress generator, seeds 505 to 825, 2000 to 2499, 4000 to
+some 3,300 random cases (`scripts.stress`: random contacts and the stress generator, seeds 505 to 825, 2000 to 2499, 4000 to
 4499, 5000 to 5199, 6000 to 6094 and 6250 to 6379), and on 86 as they are met (`cases/`, those of the article at other speeds,
 tests/reference/estimate_references.json), N = 32 and 64 against five times as fine grids. The median of estimate over true
 error is as small as it can be while 97 % are covered and few fall short by six times; `make stress` measures them on others.
