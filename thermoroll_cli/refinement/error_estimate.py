@@ -63,6 +63,9 @@ GAP = 5e-9
 """Times the approach: what is left of expansions that cancel, as those of bodies that exchange heat, is no more accurate, since
 gaps are solved to 1e-7 of the approach."""
 
+BESIDE = 0.05
+"""Of the share of the contact between a patch of stick as it is found and as it is: how much lower the traction is there."""
+
 EXCHANGED = 0.25
 """Over N: bodies of unlike temperatures exchange much of their heat at the border of the contact, whose place is known to a
 part of an element."""
@@ -103,8 +106,10 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
     errors |= {name: errors[name] + _of_the_gap(name, summary) for name in known.intersection(EXPANSIONS)}
     top = TOP / elements**4
     if _slides_at_the_top(summary, derived, top):
+        # The border of the patch of stick about the pole of spin may lie at the top.
+        of_stick = BESIDE * errors["gamma_st"] if summary["gamma_st"] > 0.0 and derived.creepage_variation[0] else 0.0
         of_pressure = errors["pressure_max_MPa"]
-        errors["shear_max_MPa"] = max(FLOOR, top + (0.0 if math.isnan(of_pressure) else of_pressure))
+        errors["shear_max_MPa"] = max(FLOOR, top + of_stick + (0.0 if math.isnan(of_pressure) else of_pressure))
     return errors
 
 

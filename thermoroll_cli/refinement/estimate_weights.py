@@ -60,19 +60,19 @@ BODY_HEAT = Weights(extrapolated=0.45, smooth=0.18, before=0.5, first=0.03, diss
 """With matched temperatures, where bodies can exchange much more heat than is made: part of the errors of both comes on top."""
 FORCE = Weights(extrapolated=0.44, smooth=0.2, last=0.65, before=0.25, forces=0.042, second=0.002, dissimilar=0.03,
                 narrow=0.0003, long=0.0015, departure=0.001)
-CREEPAGE = Weights(extrapolated=1.2, smooth=0.07, last=1.4, before=0.3, forces=0.04, dissimilar=0.13, narrow=0.0065,
-                   long=0.0062, near_limit=0.01)
+CREEPAGE = Weights(extrapolated=1.25, smooth=0.07, last=1.45, before=0.32, forces=0.042, dissimilar=0.135, narrow=0.0068,
+                   long=0.0064, near_limit=0.0105)
 AREA = Weights(last=0.17, before=0.28, dissimilar=0.02, profile=0.08, departure=0.25)
 PRESSURE = Weights(last=0.25, before=0.03, first=0.0018, second=0.05, pole=0.4, departure=0.1, uneven=3)
 STICK = Weights(last=0.3, steady=0.25, before=0.005, forces=0.24, first=0.0035, second=1.6, dissimilar=0.098, missed=0.5,
                 profile=0.12, narrow=0.0055, long=0.017, departure=0.05, uneven=0.8, near_limit=0.003)
 SHEAR = Weights(last=0.54, steady=0.09, before=0.085, first=0.053, pole=0.8, narrow=1.3, uneven=6)
-FLUX = Weights(last=0.065, steady=0.43, before=0.06, forces=0.15, narrow=4.4, near_limit=0.03)
-TEMPERATURE = Weights(last=0.55, before=0.048, dissimilar=0.014, narrow=0.47, near_limit=0.021)
-EXPANSION = Weights(last=0.81, before=0.31, first=0.07, second=7.5, dissimilar=0.19, narrow=0.025, long=0.022, departure=0.5,
-                    near_limit=0.008)
+FLUX = Weights(last=0.065, steady=0.43, before=0.06, forces=0.15, narrow=4.3, near_limit=0.03)
+TEMPERATURE = Weights(last=0.58, before=0.05, dissimilar=0.015, narrow=0.48, near_limit=0.021)
+EXPANSION = Weights(last=0.84, before=0.32, first=0.073, second=7.8, dissimilar=0.2, narrow=0.026, long=0.023,
+                    departure=0.5, near_limit=0.008)
 FLASH = Weights(steady=3.6, before=0.17, second=0.0075, dissimilar=0.4, departure=0.04)
-SHARE = Weights(last=0.77, steady=0.086, before=0.23, second=0.18, dissimilar=0.014, pole=0.38, narrow=0.053)
+SHARE = Weights(last=0.9, before=0.27, second=0.2, dissimilar=0.014, pole=0.4, narrow=0.06)
 APPROACH = Weights(steady=0.58, before=0.065, first=0.0005, second=0.4, profile=0.012, departure=0.5, uneven=1)
 OTHERWISE = Weights(last=0.05, steady=0.88, before=0.27, forces=0.0085, dissimilar=0.008, pole=0.28, missed=0.008,
                     profile=0.01, narrow=0.0095)
