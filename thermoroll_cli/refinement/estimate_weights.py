@@ -54,11 +54,11 @@ class Weights:
     """1/N² over 1 − F/μW where a force is prescribed: close to μW the creepage grows without bound."""
 
 
-WORK = Weights(extrapolated=0.2, smooth=0.105, last=0.65, before=0.23, forces=0.021, second=0.014, dissimilar=0.072,
+WORK = Weights(extrapolated=0.23, smooth=0.11, last=0.7, before=0.23, forces=0.021, second=0.014, dissimilar=0.072,
                profile=0.034, narrow=0.0125, long=0.004, departure=0.025, uneven=0.8, near_limit=0.08)
 BODY_HEAT = Weights(extrapolated=0.45, smooth=0.18, before=0.5, first=0.03, dissimilar=0.5, narrow=0.018)
 """With matched temperatures, where bodies can exchange much more heat than is made: part of the errors of both comes on top."""
-FORCE = Weights(extrapolated=0.44, smooth=0.2, last=0.65, before=0.25, forces=0.042, second=0.002, dissimilar=0.03,
+FORCE = Weights(extrapolated=0.44, smooth=0.2, last=0.65, before=0.25, forces=0.042, second=0.002, dissimilar=0.037,
                 narrow=0.0003, long=0.0015, departure=0.001)
 CREEPAGE = Weights(extrapolated=1.25, smooth=0.07, last=1.45, before=0.32, forces=0.042, dissimilar=0.135, narrow=0.0068,
                    long=0.0064, near_limit=0.0105)
