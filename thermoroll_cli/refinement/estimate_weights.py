@@ -47,7 +47,7 @@ class Weights:
     long: float = 0.0
     """(a/b − 1)/N for contacts elongated along rolling, whose elements are long, too."""
     departure: float = 0.0
-    """|γ_p − 1|/N: where the border of the contact departs from Hertz's, it is found anew on each grid."""
+    """|γ_p − 1|/max(γ_p, 1)/N: where the border of the contact departs from Hertz's, it is found anew on each grid."""
     uneven: float = 0.0
     """|γ_p − 1|/N, at most |β|/N, for bodies of unlike elasticity: tractions that shift the pressure do so unevenly."""
     near_limit: float = 0.0
