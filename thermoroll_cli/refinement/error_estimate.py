@@ -203,7 +203,7 @@ def _common_signs(
     changes = [abs(levels[-1][name] - levels[-2][name]) / error_scale(name, summary) for name in RESULTANTS] if limit else [0.0]
     carried = math.hypot(summary["force_x_N"], summary["force_y_N"]) / limit if limit else 0.0
     forced = motion.force_x is not None or motion.force_y is not None
-    peak = summary["gamma_p"]
+    peak = 1.0 if math.isnan(summary["gamma_p"]) else summary["gamma_p"]
     return {
         "forces": max(changes),
         "first": 1.0 / elements,
@@ -215,7 +215,7 @@ def _common_signs(
         "narrow": 1.0 / max(_slipping(summary, derived, elements), 1.0) ** 2,
         "long": max(scales.semi_axis_x / scales.semi_axis_y - 1.0, 0.0) / elements,
         "uneven": min(abs(peak - 1.0), abs(derived.dundurs_beta)) / elements if derived.dissimilar else 0.0,
-        "departure": 0.0 if math.isnan(peak) else abs(peak - 1.0) / max(peak, 1.0) / elements,
+        "departure": abs(peak - 1.0) / max(peak, 1.0) / elements,
         "near_limit": min(1.0, 1.0 / elements**2 / max(1.0 - carried, 1e-3)) if forced else 0.0,
     }
 
