@@ -15,8 +15,6 @@ from matplotlib.text import Text
 from matplotlib.transforms import Affine2D
 
 POINTS_PER_INCH = 72.0
-FIXED_POINT = 65536.0
-"""In which FreeType gives widths that are not rounded to pixels."""
 OUTLINE_SIZE = 1000.0
 """Size in points at which outlines are taken: hinting moves them by a point there, which nobody sees at a hundredth of it."""
 MIDDLE = 0.36
@@ -71,8 +69,7 @@ def _letter(letter: str) -> tuple[float, Any, Any]:
     font = _font()
     glyph = font.load_char(ord(letter))
     outline, codes = font.get_path()
-    # Not horiAdvance, which is eight times as large before matplotlib 3.11: there letters are hinted on pixels that narrow.
-    return glyph.linearHoriAdvance / FIXED_POINT / OUTLINE_SIZE, np.asarray(outline).reshape(-1, 2) / OUTLINE_SIZE, codes
+    return glyph.horiAdvance / 64.0 / OUTLINE_SIZE, np.asarray(outline).reshape(-1, 2) / OUTLINE_SIZE, codes
 
 
 @cache

@@ -107,7 +107,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, *, ex
     top = TOP / elements**4
     if _slides_at_the_top(summary, derived, top):
         # The border of the patch of stick about the pole of spin may lie at the top.
-        of_stick = BESIDE * errors["gamma_st"] if summary["gamma_st"] > 0.0 and derived.creepage_variation[0] else 0.0
+        of_stick = BESIDE * errors["gamma_st"] if summary["gamma_st"] > 0.0 and derived.problem.motion.spin else 0.0
         of_pressure = errors["pressure_max_MPa"]
         errors["shear_max_MPa"] = max(FLOOR, top + of_stick + (0.0 if math.isnan(of_pressure) else of_pressure))
     return errors
@@ -123,7 +123,7 @@ def _of_heat_into(
     exchanged = sum(abs(summary[body]) for body in HEAT_INTO) - summary["Q_F_W"]
     made = errors["Q_F_W"] * error_scale("Q_F_W", summary) / 2.0
     at_the_border = EXCHANGED / elements * max(exchanged, 0.0) / 2.0
-    return errors[name] + _over(max(made, 0.0), summary[name]) + _over(at_the_border, summary[name])
+    return errors[name] + _over(made + at_the_border, summary[name])
 
 
 def _of_the_gap(name: str, summary: Mapping[str, float]) -> float:

@@ -60,9 +60,8 @@ class Starts:
     @property
     def of_coupled(self) -> RefinementLevel | None:
         """The level that the coupled state is started from, if there is one: one that has converged before one that has not."""
-        known = [(level, level.coupled) for level in (self.coarser, self.previous) if level is not None]
-        states = sorted((not state.converged, place) for place, (_, state) in enumerate(known) if state is not None)
-        return known[states[0][1]][0] if states else None
+        known = [level for level in (self.coarser, self.previous) if level is not None and level.coupled is not None]
+        return min(known, key=lambda level: level.coupled is None or not level.coupled.converged, default=None)
 
     @staticmethod
     def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:
