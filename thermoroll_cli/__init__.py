@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Case
     from thermoroll_cli.files.case.case_errors import CaseError
     from thermoroll_cli.files.result.stored import StoredResult, read_result
-    from thermoroll_cli.model.problem import Problem
-    from thermoroll_cli.model.result import Result
+    from thermoroll_cli.problem.problem import Problem
+    from thermoroll_cli.problem.result import Result
     from thermoroll_cli.python_api import solve, sweep
     from thermoroll_cli.refinement.solve import Solver
 
@@ -34,8 +34,8 @@ _PLACES = {
     "Case": "thermoroll_cli.files.case.case",
     "CaseError": "thermoroll_cli.files.case.case_errors",
     "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
-    "Problem": "thermoroll_cli.model.problem",
-    "Result": "thermoroll_cli.model.result",
+    "Problem": "thermoroll_cli.problem.problem",
+    "Result": "thermoroll_cli.problem.result",
     "Solver": "thermoroll_cli.refinement.solve",
     "StoredResult": "thermoroll_cli.files.result.stored",
     "read_result": "thermoroll_cli.files.result.stored",

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import xarray
 
     from thermoroll_cli.files.case.case import Case
-    from thermoroll_cli.model.problem import Problem
-    from thermoroll_cli.model.result import Result
+    from thermoroll_cli.problem.problem import Problem
+    from thermoroll_cli.problem.result import Result
 
 Number = int | float
 COMMAND_LINE = "Python"
@@ -32,7 +32,7 @@ def solve(case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapp
     """
     import dataclasses
 
-    from thermoroll_cli.model.problem import Problem
+    from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.refinement.solve import solve as solve_problem
 
     if isinstance(case, Problem):
@@ -61,7 +61,7 @@ def to_xarray(result: Result, state: str = "coupled") -> xarray.Dataset:
         import xarray
     except ImportError:
         raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
-    from thermoroll_cli.model.result import FIELDS
+    from thermoroll_cli.problem.result import FIELDS
 
     if state not in ("coupled", "isothermal"):
         raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')

@@ -12,7 +12,7 @@ import numpy as np
 
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.creep_table.values import Axes
-from thermoroll_cli.model.problem import Motion, Numerics
+from thermoroll_cli.problem.problem import Motion, Numerics
 from thermoroll_cli.refinement.solve import Solver
 
 AXES = Axes((1.0,), 8, 5, 9)

@@ -9,8 +9,8 @@ import numpy as np
 
 from scripts.figures.figures_drawing import COUPLED, DPI, ISOTHERMAL, ROOT, THIRD, Numbers, rounded, write
 from thermoroll_cli import Case, CreepForceTable
-from thermoroll_cli.model.problem import Motion, Numerics
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.problem.problem import Motion, Numerics
 from thermoroll_cli.refinement.solve import Solver
 
 SPINS = ((0.0, ISOTHERMAL), (0.5, THIRD), (1.5, COUPLED))

@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case
-from thermoroll_cli.model.problem import Numerics, Problem
-from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.maps import CONTACT_COLOUR, Frame, draw_arrows, draw_map, frame_of
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.view import RunView, view_of
+from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 
 Array = NDArray[np.float64]

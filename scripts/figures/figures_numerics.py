@@ -26,22 +26,22 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case
+from thermoroll_cli.contact.active_set import NormalSolver
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.kernels.elastic import ShearCompliance
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.kernels.variable_peclet import variable_peclet_kernel
-from thermoroll_cli.model.contact import Traction
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Numerics, Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
+from thermoroll_cli.problem.contact import Traction
+from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.solvers.normal.active_set import NormalSolver
-from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
-from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
-from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 Folder = pathlib.Path

@@ -29,9 +29,9 @@ from scripts.figures.figures_drawing import (
 )
 from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature
 from thermoroll_cli.exact.source_limits import tian_kennedy_maximum
-from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.plots.sheet import few_ticks
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
 
 Folder = pathlib.Path
 

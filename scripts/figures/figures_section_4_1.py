@@ -33,11 +33,11 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.model.problem import Numerics, PecletMode
-from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.centreline import on_centreline
 from thermoroll_cli.plots.sheet import few_ticks
 from thermoroll_cli.plots.view import RunView
+from thermoroll_cli.problem.problem import Numerics, PecletMode
+from thermoroll_cli.problem.result import Result
 
 Folder = pathlib.Path
 

@@ -7,8 +7,8 @@ import pathlib
 import numpy as np
 
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, THIRD, Numbers, rounded, solve_case, write
-from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.problem.result import Result
 
 CASE, BODY = "hot_sliding", "upper"
 VARIANTS: tuple[tuple[str, dict[str, object], str], ...] = (

@@ -12,19 +12,19 @@ import numpy as np
 
 from scripts.figures.figures_drawing import ROOT, Numbers, solve_case, solve_problem, table
 from scripts.figures.figures_numerics import problem_of
+from thermoroll_cli.contact.active_set import NormalSolver
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
-from thermoroll_cli.kernels.elastic import ShearCompliance, rectangle_integrals
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.kernels.variable_peclet import variable_peclet_kernel
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.model.result import Result
-from thermoroll_cli.solvers.normal.active_set import NormalSolver
-from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
+from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integrals
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 
 Folder = pathlib.Path
 Row = list[str]

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Recirculation
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Recirculation
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 
 STEEL = Material(210e9, 0.3, 45.0, 12e-6, 12e-6)

@@ -6,7 +6,7 @@ from __future__ import annotations
 from typing import Any
 
 from scripts.problems import ellipse, on_grid
-from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 
 SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K",
            "temperature_rise_max_upper_K")

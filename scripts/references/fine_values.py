@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimate import EXTRAPOLATED
 
 

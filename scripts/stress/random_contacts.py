@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import elliprd
 
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.stages import bulge_bound
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HEATED_SHARE, DEFORMED_SHARE, DISSIMILAR_SHARE, FORCED_SHARE, SPIN_SHARE = 0.7, 0.4, 0.2, 0.15, 0.3
 LARGEST_BULGE = 0.2

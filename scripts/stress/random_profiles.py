@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem
-from thermoroll_cli.model.profile import Profile
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 KINDS = ("crown", "cubic", "bumps", "kink")
 SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3

@@ -21,7 +21,7 @@ import numpy as np
 
 from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.stress_checks import solve_to_check, violations
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.result import Result
 
 DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "stress.md"
 PLACE = ("<!-- outcomes -->\n", "<!-- end -->")

@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.model.result import Result, State
+from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.solver_options import RefinementOptions, SolverOptions
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.solver_options import RefinementOptions, SolverOptions
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LOAD = 2e-6
 COULOMB = 2e-4

@@ -17,7 +17,7 @@ from dataclasses import replace
 from scripts.stress.random_profiles import KINDS, random_profile_contact
 from scripts.stress.stress import LARGE_WORK, Outcome, table, told
 from scripts.stress.stress_checks import solve_to_check, violations
-from thermoroll_cli.model.problem import Numerics, Problem
+from thermoroll_cli.problem.problem import Numerics, Problem
 
 DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "stress.md"
 PLACE = ("<!-- profiles -->\n", "<!-- end profiles -->")

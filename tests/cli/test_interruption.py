@@ -57,7 +57,7 @@ def test_a_signal_inside_a_callback_is_not_lost() -> None:
 @pytest.mark.usefixtures("caught")
 def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """A signal that comes in the tenth transform ends the solution before the eleventh."""
-    from thermoroll_cli.kernels import padded
+    from thermoroll_cli.numerics import padded
 
     steps: list[int] = []
 

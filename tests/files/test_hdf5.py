@@ -24,7 +24,7 @@ from thermoroll_cli import __version__
 from thermoroll_cli.files import atomic
 from thermoroll_cli.files.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
-from thermoroll_cli.model.result import FIELDS, Result
+from thermoroll_cli.problem.result import FIELDS, Result
 
 CASE_TEXT = '# Grüße\ntitle = "κ"\n'
 CASE_JSON = '{"title": "κ"}'

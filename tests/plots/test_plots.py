@@ -24,7 +24,6 @@ from tests.support.command_line import PATIENCE
 from tests.support.cost import cost_ratio
 from thermoroll_cli.files.case.case_model import Settings
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
-from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.field_figures import grid_for
@@ -33,6 +32,7 @@ from thermoroll_cli.plots.sweep_columns import with_value, words_of
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, write_sweep_figure
 from thermoroll_cli.plots.units import unit_for
 from thermoroll_cli.plots.view import view_of
+from thermoroll_cli.problem.result import Result
 
 BASELINES = pathlib.Path(__file__).parent / "baseline_images"
 TOLERANCE = 6.0

@@ -7,11 +7,11 @@ import sys
 from pathlib import Path
 
 from tests.support.command_line import MECHANICAL, environment
-from thermoroll_cli.environment import THREADS
+from thermoroll_cli.files.environment import THREADS
 
 SLOW = ("scipy", "matplotlib", "dask", "concurrent.futures", "thermoroll_cli.plots", "thermoroll_cli.sweeps",
         "thermoroll_cli.cli.sweep_command", "thermoroll_cli.cli.creep_table", "thermoroll_cli.cli.results",
-        "thermoroll_cli.files.case.toml_positions", "thermoroll_cli.solvers.thermal.sliding_heat", "numpy.polynomial",
+        "thermoroll_cli.files.case.toml_positions", "thermoroll_cli.heat.sliding_heat", "numpy.polynomial",
         "email.feedparser", "tomli_w")  # fmt: skip
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import rolling
-from thermoroll_cli.model.peak import peak_value
-from thermoroll_cli.model.problem import Heating, Material, Numerics, Problem
+from thermoroll_cli.numerics.peak import peak_value
+from thermoroll_cli.problem.problem import Heating, Material, Numerics, Problem
 from thermoroll_cli.refinement.solve import solve
 
 CERAMIC = Material(310e9, 0.26, 30.0, 3.2e-6, 11.7e-6)

@@ -8,11 +8,11 @@ from dataclasses import replace
 import pytest
 
 from tests.support.scenes import STEEL, rolling
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.error_scale import TEMPERATURES, absolute_error, error_scale
-from thermoroll_cli.model.problem import Heating
-from thermoroll_cli.model.result import SCALARS, Result
+from thermoroll_cli.problem.error_scale import TEMPERATURES, absolute_error, error_scale
+from thermoroll_cli.problem.problem import Heating
+from thermoroll_cli.problem.result import SCALARS, Result
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HOT = rolling(grid=32, creepage=(1e-3, 4e-4), spin=0.2, speed=2.0, heating=Heating(bulk_upper=30.0))
 

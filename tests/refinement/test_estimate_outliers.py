@@ -9,7 +9,7 @@ import pytest
 
 from scripts.stress.estimate_coverage import pairs_of
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.model.problem import Geometry, Material, Numerics
+from thermoroll_cli.problem.problem import Geometry, Material, Numerics
 from thermoroll_cli.refinement.solve import solve
 
 

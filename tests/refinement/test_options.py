@@ -9,13 +9,13 @@ import pytest
 
 from benchmarks.baselines.rolling import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.numerics.solver_options import FixedPointOptions, RollingOptions, SolverOptions
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.refinement.stages import grid_sequence
 from thermoroll_cli.refinement.starts import Starts
-from thermoroll_cli.solvers.solver_options import FixedPointOptions, RollingOptions, SolverOptions
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
 from thermoroll_cli.steady_state.turn import turn

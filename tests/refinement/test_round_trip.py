@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tests.support.scenes import ellipse, rolling, saturation
-from thermoroll_cli.model.problem import Motion
+from thermoroll_cli.problem.problem import Motion
 from thermoroll_cli.refinement.solve import solve
 
 

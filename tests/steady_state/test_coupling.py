@@ -12,13 +12,13 @@ from scipy.signal import fftconvolve
 
 from scripts.references.estimate_cases import problem_of
 from tests.support.scenes import REFERENCE, STEEL, article_4_1, divided_heats, on_grid, order, rolling, solved
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.kernels.thermal_slope import temperature_slope_table
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Heating, Motion
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.halfspace.thermal_slope import temperature_slope_table
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Heating, Motion
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HOT = article_4_1(128)
 COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")

@@ -13,12 +13,12 @@ import thermoroll_cli
 from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, STEEL, elastic, reference, rolling, solved, spheres
 from thermoroll_cli.files.case.case import Case
-from thermoroll_cli.model import differential_slip as module
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.differential_slip import compliance_shares, differential_slip
-from thermoroll_cli.model.problem import Geometry, Heating, Motion, Problem
+from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.rolling import differential_slip as module
+from thermoroll_cli.rolling.differential_slip import compliance_shares, differential_slip
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 REFERENCES = reference("differential_slip")["cases"]
 FORCES = ("force_x_N", "force_y_N")

@@ -11,22 +11,22 @@ import pytest
 from scipy.integrate import dblquad
 
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
-from thermoroll_cli.assessment.tangential_expansion import tangential_expansion
+from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact import bentall_johnson, spence
 from thermoroll_cli.exact.hertz import line_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.kernels.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import temperature_table
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
+from thermoroll_cli.halfspace.thermal import temperature_table
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS, Tolerances
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.solver_options import UPSTREAM_WEIGHTS, Tolerances
-from thermoroll_cli.solvers.tangential.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
-from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.refinement.tangential_expansion import tangential_expansion
+from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
+from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
@@ -493,7 +493,7 @@ def test_tangential_expansion_estimate():
     x, y = np.meshgrid(grid.x, grid.y, indexing="ij")
     flux = np.sqrt(np.maximum(1.0 - x**2 - y**2, 0.0))
     inside = x**2 + y**2 < 0.9
-    from thermoroll_cli.kernels.convolution import Convolution
+    from thermoroll_cli.numerics.convolution import Convolution
 
     convolution = Convolution(n, n)
 

@@ -12,13 +12,13 @@ import pytest
 from tests.support.scenes import REFERENCE, STEEL, divided_heats, ellipse, on_grid, order, rolling, saturation, solved
 from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.kernels.thermal_slope import slopes, temperature_slope_table
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.halfspace.thermal_slope import slopes, temperature_slope_table
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6

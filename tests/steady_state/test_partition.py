@@ -13,12 +13,12 @@ from tests.support.command_line import THERMAL
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_ellipse import circle_mean_temperature
 from thermoroll_cli.exact.source_limits import band_temperature, effusivity
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.model.problem import Heating, Material, Motion
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.heat.partition import match
+from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Heating, Material, Motion
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.solvers.thermal.partition import match
-from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
 
 K, KAPPA, RADIUS = 50.2, 10e-6, 1e-4
 MATCHED = Heating(partition="matched")

@@ -11,8 +11,8 @@ import math
 import pytest
 
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.model.problem import Geometry, Heating, Material
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.problem import Geometry, Heating, Material
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 
 RAIL = Material(210e9, 0.3, 50.0, 11.7e-6, 50.0 / (450.0 * 7850.0))

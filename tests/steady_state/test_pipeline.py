@@ -23,13 +23,13 @@ from tests.support.scenes import (
     saturation,
     solved,
 )
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Motion, Numerics, Problem
-from thermoroll_cli.model.result import FIELDS, SCALARS
+from thermoroll_cli.numerics.solver_options import RefinementOptions
+from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Numerics, Problem
+from thermoroll_cli.problem.result import FIELDS, SCALARS
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.refinement.stages import grid_sequence
-from thermoroll_cli.solvers.solver_options import RefinementOptions
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 PHYSICAL = [
     "Q_F_W", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K",

@@ -11,16 +11,16 @@ import pytest
 from scripts.stress.random_profiles import random_profile_contact
 from tests.support.profiles import CROWN, GEOMETRIES, REFERENCES, below, egg, points, solved_by_contact, two_bumps
 from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
+from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.model.contact_scales import contact_scales
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.differential_slip import differential_slip, slope
-from thermoroll_cli.model.error_scale import error_scale
-from thermoroll_cli.model.problem import Geometry, Heating
-from thermoroll_cli.model.profile import Profile
-from thermoroll_cli.model.surface import closest_place, lateral_gap, surfaces
+from thermoroll_cli.problem.error_scale import error_scale
+from thermoroll_cli.problem.problem import Geometry, Heating
+from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.surface import closest_place, lateral_gap, surfaces
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.rolling.differential_slip import differential_slip, slope
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 MODULUS = 210e9 / (2.0 * (1.0 - 0.3**2))
 ARC = below(points(lambda y: -(y**2) / (2.0 * 40.0), -4.0, 4.0, 41), 0.02)

@@ -9,11 +9,11 @@ import pytest
 from scripts.figures.recirculation_sizes import CASES
 from tests.support.scenes import rolling, solved
 from tests.support.tracks import twin_disc, wheel_on_rail
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Recirculation
+from thermoroll_cli.heat.track import Track
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Recirculation
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.recirculation.track import Track
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 
 def test_wheel_on_rail():

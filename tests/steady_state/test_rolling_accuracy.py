@@ -13,15 +13,15 @@ import pytest
 from tests.support.scenes import CASES, elastic, ellipse, order, reference_problem, rolling, solved, spin_ellipse
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_shear import shear_gradients
-from thermoroll_cli.kernels.elastic import ShearCompliance
-from thermoroll_cli.model.contact import Traction
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.solvers.tangential.edge_compliance import EdgeCompliance
-from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
-from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.problem.contact import Traction
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.rolling.edge_compliance import EdgeCompliance
+from thermoroll_cli.rolling.leading_edge import continued_gradient, known_gradient
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.window import Window
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.window import Window
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "benchmarks" / "references.json").read_text(encoding="utf-8"))["cases"]
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}

@@ -16,17 +16,17 @@ import pytest
 
 import thermoroll_cli
 from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres
-from thermoroll_cli.kernels.elastic import ShearCompliance
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.solver_options import Tolerances
+from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.starts import Starts
-from thermoroll_cli.solvers.solver_options import Tolerances
-from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
 

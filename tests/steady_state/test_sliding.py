@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation, solved
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import displacement_table, temperature_table
-from thermoroll_cli.model.contact import Contact, Traction
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Heating, Motion
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
+from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.problem.problem import Heating, Motion
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6

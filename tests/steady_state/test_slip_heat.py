@@ -11,15 +11,15 @@ import pytest
 
 from tests.support.scenes import elastic, order
 from tests.support.strips import CYLINDERS, carter_row, solve_cell
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.carter import CarterContact, carter, saturation_creepage
 from thermoroll_cli.files.case.case import Case
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.kernels.elastic import ShearCompliance
-from thermoroll_cli.kernels.thermal_slope import slopes
-from thermoroll_cli.model.peak import peak_value
-from thermoroll_cli.model.problem import Numerics, Problem
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.thermal_slope import slopes
+from thermoroll_cli.numerics.peak import peak_value
+from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.slip_heat import heat_of_slip
+from thermoroll_cli.rolling.slip_heat import heat_of_slip
 
 G = elastic(0.28).shear_modulus
 COMPLIANCE = ShearCompliance.of((G, 0.28), (G, 0.28))

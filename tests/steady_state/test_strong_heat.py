@@ -8,9 +8,9 @@ import pytest
 from scripts.stress.stress_cases import stress_case
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli.exact.heated_sphere import heated_sphere
-from thermoroll_cli.model.problem import Geometry, Heating
+from thermoroll_cli.numerics.solver_options import LimitOptions, RefinementOptions, SolverOptions
+from thermoroll_cli.problem.problem import Geometry, Heating
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.solver_options import LimitOptions, RefinementOptions, SolverOptions
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 

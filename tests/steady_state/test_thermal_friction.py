@@ -11,9 +11,9 @@ import pytest
 from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
 from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, saturation, solved
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.thermal import temperature_table
-from thermoroll_cli.model.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.halfspace.thermal import temperature_table
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.friction import friction_at

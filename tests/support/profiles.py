@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.support.scenes import elastic, reference, rolling
-from thermoroll_cli.model.problem import Geometry, Problem
-from thermoroll_cli.model.profile import Profile
+from thermoroll_cli.problem.problem import Geometry, Problem
+from thermoroll_cli.problem.profile import Profile
 
 REFERENCES = reference("profiles")["cases"]
 

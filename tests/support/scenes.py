@@ -24,10 +24,10 @@ from scripts.problems import (
     spheres,
     spin_ellipse,
 )
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat, HeatResponse
 
 __all__ = [
     "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "article_4_1", "divided_heats", "elastic",

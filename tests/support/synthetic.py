@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.model.result import Result, State
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.result import Result, State
 
 STEEL = Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6)
 RADIUS, LOAD, FRICTION, SPEED, CREEPAGE = 0.030, 65.0, 0.3, 200.0, 0.003

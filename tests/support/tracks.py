@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from tests.support.scenes import on_grid, rolling
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Problem, Recirculation
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem, Recirculation
 
 WHEEL = Recirculation(0.135, convection=30.0)
 BODY = Material(210e9, 0.3, 50.0, 12e-6, 13e-6)

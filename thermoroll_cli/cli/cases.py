@@ -56,9 +56,9 @@ def validate(
 
 
 def _doubts(case: Case) -> list[str]:
-    from thermoroll_cli.model.derived import DerivedQuantities
-    from thermoroll_cli.model.plausibility import expected_temperature_warning
     from thermoroll_cli.refinement.plan import doubts
+    from thermoroll_cli.refinement.plausibility import expected_temperature_warning
+    from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     derived = DerivedQuantities(case.problem)
     return [*doubts(derived), *expected_temperature_warning(derived)]

@@ -14,7 +14,7 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
-from thermoroll_cli.environment import rare_collections
+from thermoroll_cli.files.environment import rare_collections
 
 if TYPE_CHECKING:
     import numpy as np

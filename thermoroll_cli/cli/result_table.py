@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from thermoroll_cli.model.error_scale import absolute_error, mean_semi_axis
+from thermoroll_cli.problem.error_scale import absolute_error, mean_semi_axis
 
 SHORT = (
     "Q_F_W",
@@ -61,7 +61,7 @@ def scalar_table(
     remarks = [""] if both else []
     isothermal = {**summary, **summary["isothermal"]}
     if "patches" in summary:
-        from thermoroll_cli.model.result import WITHOUT_HERTZ
+        from thermoroll_cli.problem.result import WITHOUT_HERTZ
 
         meanings = {**meanings, **WITHOUT_HERTZ}
     for name in names:

@@ -7,6 +7,7 @@ import shlex
 import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,19 +16,18 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
-from thermoroll_cli.environment import rare_collections
-from thermoroll_cli.frozen import frozen
+from thermoroll_cli.files.environment import rare_collections
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case.case import Case, Override
-    from thermoroll_cli.model.result import Result
+    from thermoroll_cli.problem.result import Result
 
 
 NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
 
 
-@frozen
+@dataclass(frozen=True)
 class _Wishes:
     """How the results are wanted."""
 
@@ -193,8 +193,8 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
 
 def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
     from thermoroll_cli.cli.result_table import SHORT, folded, scalar_table
-    from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
-    from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
+    from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
+    from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 
     width = streams.width()
     below = {} if result.subsurface is None else SUBSURFACE_SCALARS

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import Progress, duration
-from thermoroll_cli.environment import rare_collections
+from thermoroll_cli.files.environment import rare_collections
 
 if TYPE_CHECKING:
     from thermoroll_cli.creep_table.build import BuildProgress

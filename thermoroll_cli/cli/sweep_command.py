@@ -13,7 +13,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.sweep_progress import SweepProgress
-from thermoroll_cli.environment import rare_collections
+from thermoroll_cli.files.environment import rare_collections
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.journal import Journal
 from thermoroll_cli.creep_table.point_solver import FORCES, QUANTITIES
 from thermoroll_cli.creep_table.table_plan import CheckTask, TablePlan, Task
 from thermoroll_cli.creep_table.values import Quality, TableValues
 from thermoroll_cli.creep_table.workers import solved_tasks
-from thermoroll_cli.kernels.arrays import Array
 
 
 @dataclass

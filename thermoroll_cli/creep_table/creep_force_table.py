@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.creep_table.table_file import read_table
 from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
 
 Outside = Literal["error", "saturation"]
 
@@ -22,7 +22,7 @@ class OutsideTable(ValueError):
     """A contact ellipse that the table does not reach."""
 
 
-@frozen
+@dataclass(frozen=True)
 class TableForces:
     """`force_x`, `force_y` (N) and `spin_moment` (N m) on body 1 against its slip, the wear number `t_gamma` = Q_F/V (N), and
     the `stick_fraction` of the contact area: arrays of the shape of the creepages."""

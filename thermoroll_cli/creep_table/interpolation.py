@@ -15,10 +15,10 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table import spline
 from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales, slopes
 from thermoroll_cli.creep_table.values import TableValues
-from thermoroll_cli.kernels.arrays import Array
 
 COLUMNS = 5
 """F_x, F_y, M_z, γ_st, and |F| on its own."""

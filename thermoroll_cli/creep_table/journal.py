@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.atomic import WriteError
 from thermoroll_cli.files.result.stored import ResultFileError
-from thermoroll_cli.kernels.arrays import Array
 
 HEAD = struct.Struct("<IIIQ")
 """Number of the task, CRC-32 of its content, rows, columns."""

@@ -3,23 +3,23 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.exact.elliptic import complete_elliprd
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Geometry, Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.solvers.algorithms.prolongation import interpolation_matrix
-from thermoroll_cli.solvers.tangential.batch_solver import BatchSolver
-from thermoroll_cli.solvers.tangential.rolling_gradient import RollingGradient
-from thermoroll_cli.solvers.tangential.stick_border import stick_surplus
-from thermoroll_cli.solvers.tangential.stick_inverse import StickInverse
-from thermoroll_cli.solvers.tangential.tangential_problem import TangentialProblem
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.prolongation import interpolation_matrix
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.rolling.batch_solver import BatchSolver
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.stick_border import stick_surplus
+from thermoroll_cli.rolling.stick_inverse import StickInverse
+from thermoroll_cli.rolling.tangential_problem import TangentialProblem
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 QUANTITIES = ("force_x", "force_y", "spin_moment", "stick_fraction")
@@ -40,7 +40,7 @@ LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 """A contact to solve for; the scaling laws make all others of it."""
 
 
-@frozen
+@dataclass(frozen=True)
 class PointValues:
     """`values` (4, n) of `QUANTITIES` with nan where `converged` (n,) is False; `errors` (n,) is the estimated error of the
     forces over μW."""

@@ -16,12 +16,12 @@ creepage and pure spin.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.kalker import CreepageCoefficients, creepage_coefficients
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
 
 LAW = "2"
 """Raised whenever a table of another scaling would be misread."""
@@ -37,7 +37,7 @@ SPIN_WAVES = (0.1, 0.12)
 SATURATION, SATURATION_SPIN = 3.0, 2.5
 
 
-@frozen
+@dataclass(frozen=True)
 class TableCoordinates:
     """Magnitude `u` (0 … 1), and directions `v` (0 … 1 for α = 0 … 90°) and `w` (−1 … 1 for β = −90° … 90°)."""
 

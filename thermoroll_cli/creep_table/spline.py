@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.arrays import Array
 
 GHOSTS = 8
 """Values continued beyond an end: what the end of the continuation does wrong has fallen to 3e-5 at the last real one."""

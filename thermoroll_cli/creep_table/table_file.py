@@ -7,20 +7,18 @@ import datetime
 import math
 import os
 import pathlib
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 
 from thermoroll_cli import __version__
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
-from thermoroll_cli.creep_table.scaling import LAW, magnitude, plane_angle, spin_angle
+from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, slopes, spin_angle
 from thermoroll_cli.creep_table.values import Axes, Quality, TableValues
 from thermoroll_cli.files.atomic import replacing
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
-
-if TYPE_CHECKING:
-    import h5py
 
 FORMAT_VERSION = 1
 KIND = "creep_force_table"
@@ -36,7 +34,6 @@ LONG_NAMES = {
 
 def write_table(path: str | os.PathLike[str], table: TableValues, *, command_line: str) -> None:
     """Write `table` to `path`, complete or not at all. Raises WriteError."""
-    import h5py
 
     with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
         file.attrs["format_version"] = FORMAT_VERSION
@@ -69,7 +66,6 @@ def write_table(path: str | os.PathLike[str], table: TableValues, *, command_lin
 def read_table(path: str | os.PathLike[str]) -> TableValues:
     """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
     do not increase."""
-    import h5py
 
     path = pathlib.Path(path)
     if not path.exists():
@@ -107,7 +103,6 @@ def _read(path: pathlib.Path, file: h5py.File) -> TableValues:
 
 def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
     """A line per point, with its scaled creepages; holes are empty. Raises WriteError."""
-    from thermoroll_cli.creep_table.scaling import directions, scales, slopes
 
     axes = table.axes
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:

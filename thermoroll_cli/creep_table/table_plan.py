@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, field
+from dataclasses import asdict, dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.point_solver import BATCH, STANDARD_ACCURACY
 from thermoroll_cli.creep_table.scaling import LAW
 from thermoroll_cli.creep_table.values import DEFAULT_POISSON, Axes
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
 
 TASK_POINTS = 4 * BATCH
 CHECK_POINTS = 25
@@ -19,7 +18,7 @@ CHECK_POINTS = 25
 SEED = 20
 
 
-@frozen
+@dataclass(frozen=True)
 class TablePlan:
     """What is to be built, and at how many random points (`checks`) it is compared with the solver."""
 
@@ -48,7 +47,7 @@ class TablePlan:
         return tasks
 
 
-@frozen
+@dataclass(frozen=True)
 class GridTask:
     """Points first … last − 1 of one ellipse of the table."""
 
@@ -61,7 +60,7 @@ class GridTask:
         return axes.scaled(self.first, self.last)
 
 
-@frozen
+@dataclass(frozen=True)
 class CheckTask:
     """`count` random points, uniform in m/(1 + m) and over the directions.
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import directions, magnitude
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
 
 LARGEST_MAGNITUDE = 1e4
 """Stands for full sliding, u = 1: what is left of the elastic creep there is of the order of its inverse."""
@@ -24,7 +23,7 @@ FEWEST = 5
 """Nodes that a cubic spline with free ends needs."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Axes:
     """`aspect_ratios` a/b, increasing; numbers of evenly spaced `magnitudes` u, `directions` v and `spins` w (`scaling`)."""
 
@@ -76,7 +75,7 @@ class Axes:
         return np.asarray(sizes[level] * directions(self.v[v], self.w[w]))
 
 
-@frozen
+@dataclass(frozen=True)
 class Quality:
     """Of forces over μW: estimated errors of the solver over all points, and differences between table and solver at `points`
     random ones that are not in the table (nan: not measured)."""
@@ -88,7 +87,7 @@ class Quality:
     largest: float = math.nan
 
 
-@frozen
+@dataclass(frozen=True)
 class TableValues:
     """`values` (ellipses, 4, magnitudes, directions, spins) of `QUANTITIES`, nan where a point has no solution (a hole);
     `errors` of the forces, the same without the quantities; Poisson's ratio and the accuracy that was asked for."""

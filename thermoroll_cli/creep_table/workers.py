@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import itertools
+import multiprocessing
 from collections.abc import Callable, Generator, Iterator, Mapping
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from functools import lru_cache
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.creep_table.table_plan import TablePlan, Task
-from thermoroll_cli.kernels.arrays import Array
+from thermoroll_cli.sweeps.cluster import answer_from, executor_at
+from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
+from thermoroll_cli.sweeps.worker_process import submitted
 
 
 @lru_cache(maxsize=1)
@@ -41,12 +47,7 @@ def solved_tasks(
 def _in_processes(
     plan: TablePlan, pending: Mapping[int, Task], jobs: int, note: Callable[[str], None]
 ) -> Generator[tuple[int, Array]]:
-    import multiprocessing
-    from concurrent.futures import Future, ProcessPoolExecutor
-    from concurrent.futures.process import BrokenProcessPool
 
-    from thermoroll_cli.sweeps.processes import DEATHS_PER_POINT, completed
-    from thermoroll_cli.sweeps.worker_process import submitted
 
     leash, hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
     waiting, deaths = list(pending)[::-1], dict.fromkeys(pending, 0)
@@ -78,8 +79,6 @@ def _in_processes(
 
 
 def _on_cluster(plan: TablePlan, pending: Mapping[int, Task], address: str) -> Generator[tuple[int, Array]]:
-    from thermoroll_cli.sweeps.cluster import answer_from, executor_at
-    from thermoroll_cli.sweeps.processes import completed
 
     with executor_at(address) as (executor, _):
         running = {executor.submit(solve_task, plan, task): number for number, task in pending.items()}

@@ -16,17 +16,17 @@ The slip follows from ṡ/V = ξ − ∂u/∂x, ∂u/∂x = −2/(πE*) PV∫ τ
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli.exact.hertz import LineContact
-from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
 
 
-@frozen
+@dataclass(frozen=True)
 class CarterContact:
     """Steady tractive rolling of cylinders: the Hertz `contact`, the `friction` coefficient μ and the `creepage` ξ.
 

@@ -17,16 +17,15 @@ elastically similar (pressure and traction do not interact) and the lateral disp
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from thermoroll_cli.frozen import frozen
-
 FloatArray = NDArray[np.float64]
 
 
-@frozen
+@dataclass(frozen=True)
 class CattaneoMindlin:
     """A circular Hertz contact under a tangential force along x below the friction limit.
 

@@ -18,13 +18,15 @@ load belongs to a: the radius is found from it. The unknown constant of u goes w
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+from scipy.special import hyp2f1
 
 from thermoroll_cli.exact.gauss import gauss_legendre
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.frozen import frozen
 
 Array = NDArray[np.float64]
 
@@ -37,7 +39,7 @@ SMALLEST = 0.02
 """Radius over Hertz's below which no state is looked for."""
 
 
-@frozen
+@dataclass(frozen=True)
 class HeatedSphere:
     """`radius` of the contact (m), `radius_cold` without heat (m), `peak_cold` (Pa), pressure `coefficients` c_k (Pa),
     `normal_force` (N), `contact_modulus` E* (Pa)."""
@@ -104,7 +106,6 @@ def heated_sphere(
     high = low
     while excess(high) < 0.0:
         low, high = high, min(1.05 * high, (1.0 + 1e-9) * hertz.semi_axis_x)
-    from scipy.optimize import brentq
 
     radius = float(brentq(excess, low, high, xtol=1e-15 * high, rtol=1e-14))
     return HeatedSphere(radius, hertz.semi_axis_x, hertz.peak_pressure, coefficients(radius), normal_force, contact_modulus)
@@ -133,7 +134,6 @@ def _collocated(radius: float, modulus: float, curvature: float, heating: float,
 
 def _indentation(rho: Array, radius: float, modulus: float, terms: int) -> Array:
     """A of each term in m/Pa, (len(rho), terms)."""
-    from scipy.special import hyp2f1
 
     return np.stack([radius / modulus * _beta(k) * hyp2f1(0.5, -(k + 1.0), 1.0, rho**2) for k in range(terms)], axis=1)
 

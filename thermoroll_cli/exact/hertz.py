@@ -14,17 +14,18 @@ that loses digits near the circle or the line).
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import elliprd, elliprf
 
 from thermoroll_cli.exact.elliptic import complete_elliprd, complete_elliprf
-from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
 
 
-@frozen
+@dataclass(frozen=True)
 class HertzContact:
     """A solved Hertz contact (consistent units, SI in this program).
 
@@ -89,7 +90,6 @@ class HertzContact:
         if not outside.any():
             return displacement
         # Slow to import, and needed here only.
-        from scipy.special import elliprd, elliprf
 
         xx, yy = x[outside] ** 2, y[outside] ** 2
         aa, bb = self.semi_axis_x**2, self.semi_axis_y**2
@@ -193,7 +193,7 @@ def _log_aspect_ratio(log_curvature_ratio: float) -> float:
     return t
 
 
-@frozen
+@dataclass(frozen=True)
 class LineContact:
     """A solved Hertz contact of parallel cylinders, per unit length along y.
 

@@ -15,12 +15,12 @@ mirror x → −x turns ξ_φ round, hence the minus sign beside C23.) G and ν 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.exact.hertz import HertzContact
-from thermoroll_cli.frozen import frozen
 
 TABLE_POISSON_RATIOS = (0.0, 0.25, 0.5)
 
@@ -49,7 +49,7 @@ TABLE: tuple[Row, ...] = (
 """Kalker's printed table, three digits: a/b, then C11, C22, C23, C33, each for ν = 0, 0.25, 0.5."""
 
 
-@frozen
+@dataclass(frozen=True)
 class CreepageCoefficients:
     """Kalker's dimensionless creepage coefficients of one ellipse and Poisson's ratio (C32 = −C23)."""
 
@@ -59,7 +59,7 @@ class CreepageCoefficients:
     c33: float
 
 
-@frozen
+@dataclass(frozen=True)
 class CreepForces:
     """Creep forces `force_x`, `force_y` (N) and spin moment `moment_z` (N m)."""
 
@@ -68,7 +68,7 @@ class CreepForces:
     moment_z: float
 
 
-@frozen
+@dataclass(frozen=True)
 class Flexibilities:
     """Flexibilities of Kalker's simplified theory (displacement over traction, m/Pa)."""
 

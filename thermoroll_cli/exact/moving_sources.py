@@ -19,17 +19,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import erf, erfc, wrightomega
 
-from thermoroll_cli.frozen import frozen
-
 FloatArray = NDArray[np.float64]
 
 
-@frozen
+@dataclass(frozen=True)
 class TemperatureMaximum:
     """Maximum `temperature` rise (K) under a source and its position `x` (m) on the line y = 0."""
 

@@ -18,13 +18,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipk, ellipkm1
 
 from thermoroll_cli.exact.gauss import gauss_legendre
-from thermoroll_cli.frozen import frozen
 
 FloatArray = NDArray[np.float64]
 
@@ -35,7 +35,7 @@ PUBLISHED_CENTRE_PRESSURE = 1.31
 """p(0) over the Hertz peak pressure of the same load in that case."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SpenceContact:
     """Frictional indentation by a sphere; dimensionless.
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from contourpy import contour_generator
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.view import StateView
 
 Array = NDArray[np.float64]
@@ -32,7 +34,7 @@ WINDOW, FEWEST = 4, 6
 """Elements up to this far away are fitted, and fewer are not fitted at all."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Borders:
     """Border of the contact (closed lines) and between stick and slip (to be clipped by the contact)."""
 
@@ -163,7 +165,6 @@ def _shifted(values: NDArray, step: int, axis: int) -> NDArray:
 
 
 def _zero_lines(x: Array, y: Array, padded: Array) -> Lines:
-    from contourpy import contour_generator
 
     generator = contour_generator(_ringed(x), _ringed(y), padded.T, name="serial")
     lines: Lines = [np.asarray(line) for line in generator.lines(0.0)]

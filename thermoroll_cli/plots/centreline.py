@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, new_figure, real_minus
 from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView, StateView
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = 3.05, 1.9
 LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.68, 0.72, 0.4, 0.78, 0.2
@@ -28,7 +27,7 @@ ISOTHERMAL, COUPLED = ("#0072b2", "solid"), ("#d55e00", (0, (4.0, 1.4)))
 LIMIT = "friction limit μp"
 
 
-@frozen
+@dataclass(frozen=True)
 class Curve:
     """One line of a diagram, in SI units: `values` at `x`."""
 
@@ -73,7 +72,6 @@ def draw_legend(figure: Figure, curves: list[Curve], place: tuple[float, float])
 
 def draw_lines_legend(figure: Figure, kinds: list[tuple[str, dict[str, Any]]], place: tuple[float, float]) -> None:
     """Words and look of each kind of line in one row, with the middle of its lower side at `place` in inches."""
-    from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], label=label, **look) for label, look in kinds]
     width, height = figure.get_size_inches()

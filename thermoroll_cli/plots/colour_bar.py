@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib import rcParams
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.image import BboxImage
+from matplotlib.patches import Rectangle
+from matplotlib.transforms import Bbox, TransformedBbox
 
 from thermoroll_cli.plots.ticks import draw_ticks
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 def draw_colour_bar(
@@ -18,11 +19,6 @@ def draw_colour_bar(
 ) -> None:
     """A bar at `place` (left, bottom, width, height in inches) over `limits`, with round numbers on its right, at most
     `intervals` of them apart, and `label` behind them; it looks as matplotlib's own does."""
-    from matplotlib import rcParams
-    from matplotlib.colors import Normalize
-    from matplotlib.image import BboxImage
-    from matplotlib.patches import Rectangle
-    from matplotlib.transforms import Bbox, TransformedBbox
 
     left, bottom, width, height = place
     low, high = limits if limits[1] > limits[0] else (limits[0] - 0.05, limits[0] + 0.05)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
@@ -16,9 +18,6 @@ from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, new_figur
 from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView, StateView
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
@@ -41,7 +40,7 @@ REMARK_ROW, SMALL_PER_INCH = 0.13, 16
 LOWER, UPPER = "lower body", "upper body"
 
 
-@frozen
+@dataclass(frozen=True)
 class Panel:
     """One map: the number of its state, its values in SI units, its reported maximum (of the peak, which may rise above the
     largest element), the words above it, and whether the maximum grows with every refinement."""
@@ -53,7 +52,7 @@ class Panel:
     unbounded: bool = False
 
 
-@frozen
+@dataclass(frozen=True)
 class PanelGrid:
     """Rows and columns of panels, and the size of one in inches. `true_shape` is False where a very long contact
     is drawn shorter than it is."""
@@ -234,7 +233,6 @@ def _extremes(panel: Panel, factor: float) -> str:
 
 
 def _legend(figure: Figure, entries: list[tuple[str, dict[str, Any]]], columns: int, bottom: float) -> None:
-    from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], linewidth=1.1, label=words, **look) for words, look in entries]
     # White lines need a ground to be seen on.

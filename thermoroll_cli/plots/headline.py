@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from matplotlib.figure import Figure
 
 from thermoroll_cli.plots.sheet import add_text, one_line
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CHARACTERS_PER_INCH = 12
 """A careful guess for text of unknown letters; measuring it would cost a drawing."""

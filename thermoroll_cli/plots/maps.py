@@ -5,20 +5,20 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.image import AxesImage
+from matplotlib.path import Path
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.borders import Array, Borders, Lines, borders_of
 from thermoroll_cli.plots.units import axes_scales
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-    from matplotlib.image import AxesImage
 
 OUTSIDE = "0.92"
 CONTACT_COLOUR = "#e8262a"
@@ -28,7 +28,7 @@ ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
 """About so many arrows on a map, at least and at most so far apart (inches)."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Frame:
     """What all maps of one run share: coordinates of each state in drawn units, axis labels, the borders of each state in these
     units, the window around the contacts (left, right, bottom, top), and how many units of x a unit of y is (1 for
@@ -193,7 +193,6 @@ def _scaled(borders: Borders, factors: Array) -> Borders:
 
 
 def _add_lines(axes: Axes, lines: Lines, colour: str, dashes: Any) -> Artist | None:
-    from matplotlib.collections import LineCollection
 
     if not lines:
         return None
@@ -203,7 +202,6 @@ def _add_lines(axes: Axes, lines: Lines, colour: str, dashes: Any) -> Artist | N
 
 
 def _path(lines: Sequence[Array]) -> Any:
-    from matplotlib.path import Path
 
     return Path.make_compound_path(*(Path(line, closed=True) for line in lines)) if lines else None
 

@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from thermoroll_cli.model.problem import Geometry
-from thermoroll_cli.model.profile import Profile
 from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure
 from thermoroll_cli.plots.units import PRESSURE, unit_for
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from thermoroll_cli.problem.problem import Geometry
+from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.surface import closest_place, surfaces
 
 LEFT, RIGHT, FOOT, HEAD, GAP = 0.7, 0.95, 0.7, 0.34, 0.12
 WIDTH, SURFACES, MAP = 4.6, 1.5, 1.5
@@ -30,7 +29,6 @@ def profile_figure(view: RunView) -> Figure | None:
     geometry = _geometry(view.problem)
     if geometry is None:
         return None
-    from thermoroll_cli.model.surface import closest_place, surfaces
 
     state = view.states[-1]
     pressure = state.field("pressure")

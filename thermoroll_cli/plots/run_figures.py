@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import pathlib
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.model.result import Result
 from thermoroll_cli.plots.centreline import centreline_figure
 from thermoroll_cli.plots.field_figures import heat_flux_figure, pressure_figure, temperature_figure, traction_figure
 from thermoroll_cli.plots.maps import frame_of
 from thermoroll_cli.plots.profile_figure import profile_figure
 from thermoroll_cli.plots.sheet import FORMATS, save, style
+from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.track_figure import track_figure
 from thermoroll_cli.plots.view import RunView, Stored, view_of
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from thermoroll_cli.problem.result import Result
 
 PICTURES = (
     "pressure",
@@ -74,6 +73,5 @@ def _below(view: RunView, body: str, normalised: bool) -> Figure | None:
     """The picture of what is below the surface of `body`, if the case asked for it."""
     if body not in view.subsurface:
         return None
-    from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 
     return subsurface_figure(view, body, normalised)

@@ -10,13 +10,16 @@ import secrets
 import textwrap
 import warnings
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from PIL import Image
 
 from thermoroll_cli.interruption import import_in_steps, safe_point
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 DPI = 200
 
@@ -54,7 +57,6 @@ _NO_DATES = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 def style() -> Iterator[None]:
     """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
     import_in_steps("numpy", "matplotlib")
-    import matplotlib
 
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
@@ -67,8 +69,6 @@ def style() -> Iterator[None]:
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of `width` × `height` inches."""
     import_in_steps("matplotlib", "matplotlib.backends.backend_agg", "matplotlib.figure")
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), dpi=DPI)
     FigureCanvasAgg(figure)
@@ -92,7 +92,6 @@ def add_text(figure: Figure, left: float, bottom: float, text: str, **options: A
 def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
     """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is). Few of them, also because they are
     what a picture spends most of its time on."""
-    from matplotlib.ticker import MaxNLocator
 
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
         if intervals:
@@ -147,8 +146,6 @@ def _content(figure: Figure, image_format: str) -> bytes:
     """The file of this format that shows `figure`."""
     file = io.BytesIO()
     if image_format == "png":
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from PIL import Image
 
         canvas = FigureCanvasAgg(figure)
         canvas.draw()

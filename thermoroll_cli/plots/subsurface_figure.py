@@ -4,22 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.subsurface import BodyStresses, Peak
 from thermoroll_cli.plots.centreline import draw_lines_legend
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, real_minus
 from thermoroll_cli.plots.units import axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from thermoroll_cli.problem.subsurface import BodyStresses, Peak
 
 Array = NDArray[Any]
 
@@ -37,7 +35,7 @@ ROOM = 1.25
 STRONGEST = "#e8262a"
 
 
-@frozen
+@dataclass(frozen=True)
 class _Scale:
     """Factors from SI to drawn lengths and stresses, and their labels."""
 

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import math
 import textwrap
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from thermoroll_cli.model.error_scale import absolute_error
-from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
 from thermoroll_cli.plots.centreline import centreline_words, curves_of, draw_diagram, draw_legend
 from thermoroll_cli.plots.colour_bar import draw_colour_bar
 from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
+from thermoroll_cli.plots.lettering import Column
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
 from thermoroll_cli.plots.sheet import add_axes, add_text, new_figure, one_line
 from thermoroll_cli.plots.ticks import draw_sides
 from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+from thermoroll_cli.problem.error_scale import absolute_error
+from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
 
 LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.4, 0.35, 0.65
 DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.65
@@ -158,7 +156,6 @@ def _rows(view: RunView) -> Rows:
 
 
 def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) -> None:
-    from thermoroll_cli.plots.lettering import Column
 
     for number, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "right"), strict=True)):
         text = "\n".join(row[number] for row in rows)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from thermoroll_cli.model.error_scale import absolute_error
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
 from thermoroll_cli.plots.sweep_columns import (
     Column,
@@ -22,9 +23,7 @@ from thermoroll_cli.plots.sweep_columns import (
     words_of,
 )
 from thermoroll_cli.plots.sweep_lines import ENDLESS, FAILED, Line, draw_legend, legend_entries, lines_of
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+from thermoroll_cli.problem.error_scale import absolute_error
 
 WIDTH, HEIGHT = 2.5, 1.75
 LEFT, BOTTOM, TOP, GAP_X, GAP_Y, RIGHT = 0.7, 0.5, 0.2, 1.08, 0.28, 0.5
@@ -189,7 +188,6 @@ def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
 
 def _few_logarithmic_ticks(axes: Axes, x: Column) -> None:
     """Numbers at 1, 2, 5 of each decade, at 1 and 3 or at 1 alone, as many as have room; small ticks without numbers."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     points = x[np.isfinite(x) & (x > 0.0)]
     decades = math.log10(float(points.max()) / float(points.min()))
@@ -218,7 +216,6 @@ def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
     limits = numbers(table.get("friction_limit_N", ()))
     if limits.size == 0 or not np.ptp(limits) <= STEADY * limits[0]:
         return ""
-    from matplotlib.ticker import MaxNLocator
 
     limit = float(limits[0])
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.sweep_columns import Column, with_value
 
 PALETTE = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000", "#999999")
@@ -21,7 +24,7 @@ ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": 
 """Look of a peak that has no limit."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Line:
     """The points of one combination of the further swept quantities, in the order of the first one; `missed` are the values
     of the first one that did not converge."""
@@ -52,8 +55,6 @@ def _colours(count: int) -> Sequence[str]:
     """A colour for each line, none of them twice."""
     if count <= len(PALETTE):
         return PALETTE[:count]
-    from matplotlib import colormaps
-    from matplotlib.colors import to_hex
 
     # Not to the end of the map: its yellow hardly shows on white.
     return [to_hex(colormaps[MANY](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
@@ -74,7 +75,6 @@ def legend_entries(lines: list[Line], states: list[str], *, endless: bool) -> li
 
 
 def draw_legend(figure: Any, entries: list[tuple[str, dict[str, Any]]], columns: int) -> None:
-    from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], label=label, **look) for label, look in entries]
     legend = figure.legend(handles=handles, loc="lower center", ncols=columns, handlelength=2.6, borderpad=0.2)

@@ -3,13 +3,14 @@ number, and measure each of them: that took half of a picture's time. These look
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from matplotlib import rcParams
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
+from thermoroll_cli.plots.lettering import width_of
 from thermoroll_cli.plots.sheet import ROUND
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 POINT = 1.0 / 72.0
 """In inches, which all places on a figure are given in here."""
@@ -20,7 +21,6 @@ POWER_PAD = 3.0
 def round_numbers(low: float, high: float, intervals: int) -> tuple[list[float], list[str], str]:
     """Round numbers from `low` to `high` (low < high) with at most `intervals` between them; how they are written, and the
     power of ten that stands beside them all, "" in most cases."""
-    from matplotlib.ticker import MaxNLocator, ScalarFormatter
 
     # A single number tells no scale: on a short side the outermost two of several stand alone.
     locator, formatter = MaxNLocator(intervals if intervals > 1 else 4, steps=ROUND, min_n_ticks=2), ScalarFormatter()
@@ -42,10 +42,7 @@ def draw_ticks(
     """Ticks outside the `side` (bottom, left or right) of the box at `place` (left, bottom, width, height in inches) that
     reaches over `limits` (rising), with at most `intervals` between them, their numbers, and the `label` `pad` points behind
     these. Returns the numbers."""
-    from matplotlib import rcParams
-    from matplotlib.collections import LineCollection
 
-    from thermoroll_cli.plots.lettering import width_of
 
     left, bottom, width, height = place
     upright, out = side != "bottom", 1.0 if side == "right" else -1.0
@@ -88,8 +85,6 @@ def draw_sides(
 ) -> None:
     """Ticks, numbers and labels below `axes` and to the left of them, whose limits are set, in place of matplotlib's own; with
     a `grid`, also lines from all ticks."""
-    from matplotlib.collections import LineCollection
-    from matplotlib.figure import Figure
 
     figure = axes.get_figure()
     assert isinstance(figure, Figure)

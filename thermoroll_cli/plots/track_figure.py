@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from thermoroll_cli.plots.borders import Array
 from thermoroll_cli.plots.field_figures import ALIKE
@@ -13,9 +13,6 @@ from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
 from thermoroll_cli.plots.units import TEMPERATURE, axes_scales
 from thermoroll_cli.plots.view import RunView
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 WIDTH, HEIGHT = 4.2, 2.6
 """Of the diagram, in inches."""

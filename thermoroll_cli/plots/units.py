@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.plots.view import RunView
 
 _LADDERS: dict[str, tuple[int, tuple[tuple[str, float], ...]]] = {
@@ -23,7 +23,7 @@ LONGEST_ASPECT = 6.0
 """Maps whose sides differ by more are drawn with this ratio instead of the true one."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Scale:
     """`factor` turns SI values into what is drawn, `unit` names it ("" for dimensionless)."""
 
@@ -34,7 +34,7 @@ class Scale:
         return f"{text} ({self.unit})" if self.unit else text
 
 
-@frozen
+@dataclass(frozen=True)
 class Quantity:
     """Something to draw: its words and symbol, SI unit, the article's normalisation (the divisor comes from the run's
     view), and a perceptually uniform colour map."""

@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Protocol
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.result import Result
-
-if TYPE_CHECKING:
-    from thermoroll_cli.model.subsurface import BodyStresses
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.subsurface import BodyStresses
 
 
 class Stored(Protocol):
@@ -41,7 +39,7 @@ class Stored(Protocol):
     def subsurface(self) -> Mapping[str, BodyStresses]: ...
 
 
-@frozen
+@dataclass(frozen=True)
 class StateView:
     """Fields (SI) at the element centres `x`, `y` (m) and scalars (public names) of one state, and what a picture calls it."""
 
@@ -64,7 +62,7 @@ class StateView:
         return None if x is None or y is None else np.hypot(x, y)
 
 
-@frozen
+@dataclass(frozen=True)
 class RunView:
     """One result as the pictures see it; lengths and fields in SI units.
 

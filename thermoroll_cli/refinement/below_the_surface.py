@@ -7,9 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.refinement.subsurface_stage import SolvedGrid, below_the_surface
 
 GRIDS = 3
 """The finest grids that are solved tell the error."""
@@ -20,7 +21,6 @@ def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -
     request = result.problem.subsurface
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
-    from thermoroll_cli.subsurface.stage import SolvedGrid, below_the_surface
 
     start = time.perf_counter()
     grids = [SolvedGrid(level.home, level.contact) for level in levels[-GRIDS:]]

@@ -9,10 +9,10 @@ error is as small as it can be while 97 % are covered and few fall short by six 
 
 from __future__ import annotations
 
-from thermoroll_cli.frozen import frozen
+from dataclasses import dataclass
 
 
-@frozen
+@dataclass(frozen=True)
 class Weights:
     """Weights of the signs of error; N counts elements over 1.1 diameters of the contact."""
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.kernels.grid import Domain
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.grid import Domain
+from thermoroll_cli.refinement.refinement_level import FollowedState
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
@@ -23,15 +23,6 @@ WORTH = 0.5
 SMALLEST = 0.02
 """Side of a domain over Hertz's semi-axis, below which it does not follow: the iteration has lost its contact, and soon the
 coordinates of its elements would not differ."""
-
-
-@frozen
-class FollowedState:
-    """A coupled state with the `discretisation` it lives on, and the transforms spent on domains that were left."""
-
-    discretisation: Discretisation
-    state: SteadyState
-    left_behind: int
 
 
 def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState, tolerances: Tolerances) -> FollowedState:

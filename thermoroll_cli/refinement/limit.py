@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.problem import Numerics, Problem
-from thermoroll_cli.model.result import Result
-from thermoroll_cli.solvers.solver_options import LimitOptions, SolverOptions
+from thermoroll_cli.numerics.solver_options import LimitOptions, SolverOptions
+from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
 
 Solve = Callable[[Problem], Result]
 """Solves problems that differ in speed, and remembers the last state that it found as a start."""
 
 
-@frozen
+@dataclass(frozen=True)
 class _Bracket:
     """The state `found` at `speed`, and `why` there is none at the speed `high`."""
 

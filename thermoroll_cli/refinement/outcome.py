@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.assessment.checks import failures
-from thermoroll_cli.assessment.patches import patches_of
-from thermoroll_cli.assessment.scalars import input_scalars
-from thermoroll_cli.assessment.tangential_expansion import tangential_expansion_warning
-from thermoroll_cli.model.plausibility import temperature_warning
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.heat.frictional_heat import account, sideways_warning
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
+from thermoroll_cli.refinement.patches import patches_of
 from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.plausibility import temperature_warning
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
-from thermoroll_cli.steady_state.frictional_heat import account, sideways_warning
+from thermoroll_cli.refinement.scalars import input_scalars
+from thermoroll_cli.refinement.tangential_expansion import tangential_expansion_warning
 
 
 def result_of(

@@ -3,22 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.plausibility import plausibility_warnings
-from thermoroll_cli.model.problem import Problem, SubsurfaceRequest
+from thermoroll_cli.numerics.solver_options import RefinementOptions
+from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
+from thermoroll_cli.refinement.plausibility import plausibility_warnings
 from thermoroll_cli.refinement.profile_warnings import profile_warnings
 from thermoroll_cli.refinement.stages import STAGES, grid_sequence
+from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.track_outlook import track_facts, track_warnings
-from thermoroll_cli.solvers.solver_options import RefinementOptions
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HALF_SPACE_LIMIT = 0.3
 """Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Plan:
     """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
     before solving; `memory_bytes` and `seconds` are estimates for the finest grid."""
@@ -73,7 +73,6 @@ def make_plan(problem: Problem, options: RefinementOptions | None = None) -> Pla
 
 def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:
     """`plan` with the stage below the surface, whose code is imported for it."""
-    from thermoroll_cli.subsurface.subsurface_plan import subsurface_plan
 
     below = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
     return replace(plan, run=plan.run + below.run, skipped=plan.skipped | below.skipped, facts=plan.facts | below.facts,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.surface import lateral_gap, surfaces
+from thermoroll_cli.problem.surface import lateral_gap, surfaces
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 STEEPEST = 0.1
 """Slope across the contact from which the half-space is a doubtful model: cosines differ from one by 0.5 %."""

@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
-from thermoroll_cli.assessment.scalars import state_of
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.model.result import State
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.result import State
 from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.scalars import state_of
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.turn import expansion_in
 
-if TYPE_CHECKING:
-    from thermoroll_cli.refinement.followed_domain import FollowedState
+
+@dataclass(frozen=True)
+class FollowedState:
+    """A coupled state with the `discretisation` it lives on, and the transforms spent on domains that were left."""
+
+    discretisation: Discretisation
+    state: SteadyState
+    left_behind: int
 
 
-@frozen
+@dataclass(frozen=True)
 class RefinementLevel:
     """The state without thermal deformation and, where there is any, the one with it; each with its reported form.
 

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from thermoroll_cli.assessment.checks import heat_failures
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.numerics.solver_options import SolverOptions, Tolerances
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.below_the_surface import with_subsurface
+from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.refinement.followed_domain import followed_state, next_home
 from thermoroll_cli.refinement.limit import last_steady_state
@@ -20,7 +20,7 @@ from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
 from thermoroll_cli.refinement.starts import Starts
-from thermoroll_cli.solvers.solver_options import SolverOptions, Tolerances
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
 

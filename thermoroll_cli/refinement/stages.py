@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.problem import Problem
-from thermoroll_cli.solvers.solver_options import RefinementOptions
+from thermoroll_cli.heat.frictional_heat import divide
+from thermoroll_cli.numerics.solver_options import RefinementOptions
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.frictional_heat import divide
 
 BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""

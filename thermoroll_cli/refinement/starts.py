@@ -12,20 +12,19 @@ The first of these that exists is taken:
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.contact import Contact, Traction
+from thermoroll_cli.numerics.prolongation import Prolongation
+from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
-from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import Fields, unknowns_of
 from thermoroll_cli.steady_state.friction import friction_before_heat
 
 
-@frozen
+@dataclass(frozen=True)
 class Starts:
     """Sources of first guesses on one grid: the next `coarser` grid of the same problem, the `previous` problem of a sweep on
     this grid, and that problem's next coarser grid."""

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
-from thermoroll_cli.model.derived import DerivedQuantities
-
-if TYPE_CHECKING:
-    from thermoroll_cli.solvers.recirculation.track import Roller
+from thermoroll_cli.heat.track import Roller
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 LUMPED_BIOT = 10.0
 """hR/k from which the surface of a solid body is cold beside its core of the track: cooling like this takes jets or baths."""

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.kernels.grid import Domain, Grid
-from thermoroll_cli.model.contact import Contact, Pressure, Traction
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.model.peak import peak_inside, peak_value
-from thermoroll_cli.solvers.algorithms.prolongation import Prolongation
-from thermoroll_cli.solvers.normal.active_set import NormalSolver
-from thermoroll_cli.solvers.normal.shear_coupling import NormalShearCoupling
-from thermoroll_cli.solvers.solver_options import SolverOptions
-from thermoroll_cli.solvers.thermal.heat_response import HeatResponse, ThermalResponse
-from thermoroll_cli.steady_state.frictional_heat import Heat, divide
+from thermoroll_cli.heat.frictional_heat import Heat, divide
+from thermoroll_cli.heat.heat_response import HeatResponse, ThermalResponse
+from thermoroll_cli.heat.response import RecirculatingResponse
+from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.heat.track import Roller, Track
+from thermoroll_cli.numerics.grid import Domain, Grid
+from thermoroll_cli.numerics.peak import peak_inside, peak_value
+from thermoroll_cli.numerics.prolongation import Prolongation
+from thermoroll_cli.numerics.solver_options import SolverOptions
+from thermoroll_cli.problem.contact import Contact, Pressure, Traction
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.traction import TractionSolver
-
-if TYPE_CHECKING:
-    from thermoroll_cli.solvers.recirculation.response import RecirculatingResponse
-    from thermoroll_cli.solvers.recirculation.track import Roller, Track
-    from thermoroll_cli.solvers.thermal.sliding_heat import SlidingKernels
-
-
 
 BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
 """Pressure in the outermost elements over the isothermal one there, and in units of the peak, from which a contact is being cut
@@ -199,7 +194,6 @@ class Discretisation:
 
     @cached_property
     def _sliding(self) -> SlidingKernels:
-        from thermoroll_cli.solvers.thermal.sliding_heat import SlidingKernels
 
         return SlidingKernels(self.grid)
 
@@ -209,7 +203,6 @@ class Discretisation:
         lower, upper = self.derived.heated_bodies(*creepage)
         problem = self.derived.problem
         if problem.heating.peclet == "sliding":
-            from thermoroll_cli.solvers.thermal.sliding_heat import SlidingHeatResponse
 
             return SlidingHeatResponse(self._sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._heat is None or self._heat.bodies != (lower, upper):
@@ -220,8 +213,6 @@ class Discretisation:
 
     def _recirculating(self, passing: HeatResponse, creepage: float) -> RecirculatingResponse:
         """`passing`, and what the tracks of bodies that turn bring back. Tracks are kept until speeds or cooling change."""
-        from thermoroll_cli.solvers.recirculation.response import RecirculatingResponse
-        from thermoroll_cli.solvers.recirculation.track import Track
 
         rollers = self.derived.rollers(creepage)
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in rollers if r is not None}

@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.solvers.algorithms.anderson import Anderson
-from thermoroll_cli.solvers.solver_options import FixedPointOptions, Tolerances
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.anderson import Anderson
+from thermoroll_cli.numerics.solver_options import FixedPointOptions, Tolerances
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
+from thermoroll_cli.steady_state.heated_pressure import heated_step
 from thermoroll_cli.steady_state.turn import turn
 
 Fields = dict[str, Any]
@@ -45,7 +45,7 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
 line in `turn` and a line here."""
 
 
-@frozen
+@dataclass(frozen=True)
 class SteadyState:
     """The best state found, with the turns that it took and what the inner solvers did in them; `residual` is what its
     turn has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led to
@@ -228,7 +228,6 @@ class _Mixing:
             return after
         if self._balanced and before.expansion is not None:
             tolerance = max(self._options.normal_share * residual, self._options.closest_balance)
-            from thermoroll_cli.steady_state.heated_pressure import heated_step
 
             step = heated_step(self._discretisation, before, after, tolerance)
             self.heat_reached = step.reached

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.heat.frictional_heat import Heat
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.frictional_heat import Heat
 
 RESERVE = 0.002
 """Part of a prescribed force by which friction must exceed it: beyond, creepage grows without end."""

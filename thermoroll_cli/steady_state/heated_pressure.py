@@ -12,17 +12,18 @@ fixed point, with the dependence of the heat on the pressure in it, which mixing
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.solvers.normal.heated_contact import HeatedContactSolver
-from thermoroll_cli.solvers.thermal.heat_response import DividedHeat
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.heated_contact import HeatedContactSolver
+from thermoroll_cli.heat.heat_response import DividedHeat
+from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 
-@frozen
+@dataclass(frozen=True)
 class HeatedStep:
     """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next turn with; `reached` is the part of
     the heat at which such a state was found, `applications` what it took; `raised` tells that the heat had to be raised from

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz_shear import shear_gradients
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.kernels.grid import Grid
-from thermoroll_cli.kernels.mirror import Parities, unfolded
-from thermoroll_cli.model.contact import Pressure, Traction
-from thermoroll_cli.model.derived import DerivedQuantities
-from thermoroll_cli.solvers.solver_options import RollingOptions
-from thermoroll_cli.solvers.tangential.leading_edge import continued_gradient, known_gradient
-from thermoroll_cli.solvers.tangential.rolling_gradient import MARGIN, RollingGradient, difference
-from thermoroll_cli.solvers.tangential.rolling_solver import RollingSolver, TangentialProblem
-from thermoroll_cli.steady_state.slip_heat import heat_of_slip
-from thermoroll_cli.steady_state.window import Window, window_around
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.mirror import Parities, unfolded
+from thermoroll_cli.numerics.solver_options import RollingOptions
+from thermoroll_cli.problem.contact import Pressure, Traction
+from thermoroll_cli.rolling.leading_edge import continued_gradient, known_gradient
+from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, difference
+from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.rolling.slip_heat import heat_of_slip
+from thermoroll_cli.rolling.window import Window, window_around
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 
 class TractionSolver:

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermoroll_cli.kernels.arrays import Array
-from thermoroll_cli.model.contact import Contact
-from thermoroll_cli.solvers.solver_options import Tolerances
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.heat.frictional_heat import Heat
+from thermoroll_cli.numerics.solver_options import Tolerances
+from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import friction_of
-from thermoroll_cli.steady_state.frictional_heat import Heat
 
 
 def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-
-from thermoroll_cli.frozen import frozen
+from dataclasses import dataclass
 
 Number = int | float
 
@@ -20,7 +19,7 @@ _DIGITS = 12
 """Significant digits of computed values: 0.3, not 0.30000000000000004."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Axis:
     """A dotted key of the case and the values it takes, in their order."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError
 from typing import Any
@@ -31,7 +32,6 @@ class WorkersDied(OSError):
 
 def check_dask() -> None:
     """Raises NoDask if clusters cannot be used."""
-    import importlib.util
 
     if importlib.util.find_spec("distributed") is None:
         raise NoDask

@@ -7,13 +7,13 @@ import itertools
 import json
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case.case_source import CaseSource, parse_source
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.model.problem import Problem
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.sweeps.axis import Axis, Number
 
 LONGEST_STRETCH = 5
@@ -21,7 +21,7 @@ LONGEST_STRETCH = 5
 less to solve again where a sweep is resumed."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Point:
     """One combination: its `number` (from 1) in the sweep, the `name` of its result file without .h5, the swept
     `values`, and the case. Plain enough to be sent to a process that has read no case file."""
@@ -38,7 +38,7 @@ class Point:
         return identity(self.case_json)
 
 
-@frozen
+@dataclass(frozen=True)
 class Stretch:
     """Neighbouring points, solved one after the other by one worker.
 
@@ -67,7 +67,7 @@ def identity(case_json: str) -> str:
     return json.dumps(content, sort_keys=True)
 
 
-@frozen
+@dataclass(frozen=True)
 class PointMaker:
     """Makes the points of a sweep one by one, so that a hundred thousand of them need not be held at once.
 

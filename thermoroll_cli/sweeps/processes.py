@@ -8,10 +8,9 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.points import Stretch
 from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_all_into
@@ -67,7 +66,7 @@ def in_processes(stretches: Sequence[Stretch], target: Target, jobs: int, note: 
         leash.close()
 
 
-@frozen
+@dataclass(frozen=True)
 class _Run:
     """A stretch being solved. Its files tell how far it is: `before` has what was there when it began."""
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 from thermoroll_cli.files.result.scalar_file import TEXTS, ScalarRow
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS, Result
-from thermoroll_cli.model.subsurface_names import scalars_below
+from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result
+from thermoroll_cli.problem.subsurface_names import scalars_below
 from thermoroll_cli.sweeps.points import PointMaker, Stretch
 from thermoroll_cli.sweeps.stretch import solved
 
@@ -18,7 +18,7 @@ TASK_SECONDS = 2.0
 LARGEST_TASK = 200
 
 
-@frozen
+@dataclass(frozen=True)
 class Part:
     """A stretch of points by their `numbers`; rows of `finished` ones exist, and are computed again only to start from.
     `alone` has points solved without neighbours, since one of the stretch kills the process that solves it."""
@@ -32,7 +32,7 @@ class Part:
         return [number for number in self.numbers if number not in self.finished]
 
 
-@frozen
+@dataclass(frozen=True)
 class Solved:
     """What a task gave, and the seconds it took."""
 

@@ -16,10 +16,10 @@ import numpy as np
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
 from thermoroll_cli.files.case.case import CaseError
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, TEXTS, ResultFileError, ScalarFile, ScalarRow
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.subsurface_names import scalars_below
+from thermoroll_cli.problem.subsurface_names import scalars_below
 from thermoroll_cli.sweeps.lock import sole_sweep
 from thermoroll_cli.sweeps.points import PointMaker, identity, stretch_numbers
+from thermoroll_cli.sweeps.scalar_processes import rows_in_processes, rows_on_cluster
 from thermoroll_cli.sweeps.scalar_tasks import Part, solve_rows
 from thermoroll_cli.sweeps.table import CONVERGED, cell, columns, over_limit
 
@@ -32,7 +32,7 @@ MANY = 2000
 """Points whose checking takes long enough to be told."""
 
 
-@frozen
+@dataclass(frozen=True)
 class ScalarSweep:
     """The points of `maker`, to be solved into `folder`; the rest as in `Sweep`."""
 
@@ -153,11 +153,9 @@ def _rows(
 ) -> Generator[tuple[ScalarRow, ...]]:
     """The seam between a sweep and whoever does the work."""
     if sweep.dask:
-        from thermoroll_cli.sweeps.scalar_processes import rows_on_cluster
 
         yield from rows_on_cluster(sweep.maker, parts, sweep.dask)
     elif sweep.jobs > 1:
-        from thermoroll_cli.sweeps.scalar_processes import rows_in_processes
 
         yield from rows_in_processes(sweep.maker, parts, sweep.jobs, note)
     else:

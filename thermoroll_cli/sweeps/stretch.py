@@ -5,16 +5,16 @@ from __future__ import annotations
 import pathlib
 import tempfile
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from thermoroll_cli.files.result.hdf5 import write_result
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.result import Result
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.points import Point, Stretch
 from thermoroll_cli.sweeps.worker_process import WRITING
 
 
-@frozen
+@dataclass(frozen=True)
 class Target:
     """Where the files go and what they tell about their origin; `threads` of each solver."""
 
@@ -26,7 +26,7 @@ class Target:
         return self.folder / f"{point.name}.h5"
 
 
-@frozen
+@dataclass(frozen=True)
 class Outcome:
     """The point `number` has its file; or it has none, for a `reason`. `content` is that file where whoever solved the
     point cannot write it."""

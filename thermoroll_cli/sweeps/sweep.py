@@ -6,14 +6,15 @@ import contextlib
 import pathlib
 import time
 from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
-from thermoroll_cli.frozen import frozen
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.axis import Axis
+from thermoroll_cli.sweeps.cluster import on_cluster
 from thermoroll_cli.sweeps.lock import sole_sweep
 from thermoroll_cli.sweeps.points import Point, Stretch, stretches
+from thermoroll_cli.sweeps.processes import in_processes
 from thermoroll_cli.sweeps.resume import finished_points, named, unlisted_files
 from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_into
 from thermoroll_cli.sweeps.table import Row, TableFile, failed_row, row_of
@@ -24,7 +25,7 @@ SECONDS_BETWEEN_TABLES = 2.0
 """A table of thousands of points takes longer to write than some points to solve."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Sweep:
     """`points` (all of them checked) along `axes`, to be solved into `folder`.
 
@@ -98,11 +99,9 @@ def _outcomes(sweep: Sweep, pending: Sequence[Stretch], target: Target, note: Ca
     if not pending:
         return
     if sweep.dask:
-        from thermoroll_cli.sweeps.cluster import on_cluster
 
         yield from on_cluster(pending, sweep.dask, sweep.command_line)
     elif sweep.jobs > 1:
-        from thermoroll_cli.sweeps.processes import in_processes
 
         yield from in_processes(pending, target, sweep.jobs, note)
     else:

@@ -12,9 +12,9 @@ from typing import Any
 
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
+from thermoroll_cli.plots.sweep_figures import write_sweep_figure
+from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 from thermoroll_cli.sweeps.axis import Axis
 from thermoroll_cli.sweeps.points import Point
 
@@ -29,7 +29,7 @@ WORK = ("grid", "applications")
 """What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Row:
     """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, its numbers are
     nan for a point that has no `file`."""
@@ -138,7 +138,6 @@ def draw_cells(
     rows: Sequence[Mapping[str, Any]], axes: Sequence[Axis], path: pathlib.Path, title: str, below: Sequence[str] = ()
 ) -> bool:
     """As `draw`, from the values of the rows by column."""
-    from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 
     varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
     table = {name: [row.get(name, math.nan) for row in rows] for name in columns(axes, below)}

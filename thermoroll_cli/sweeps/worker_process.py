@@ -17,7 +17,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Any
 
-from thermoroll_cli.environment import one_thread
+from thermoroll_cli.files.environment import one_thread
 
 WRITING = threading.Lock()
 """Held while a file is written: a worker that has to stop at once stops before or after that."""

@@ -6,7 +6,10 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import tomli_w
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
 from thermoroll_cli.files.case.case_model import MaterialTable, RecirculationTable, Settings, SubsurfaceTable, Table
@@ -20,8 +23,7 @@ from thermoroll_cli.files.case.case_source import (
 )
 from thermoroll_cli.files.case.case_validation import validate
 from thermoroll_cli.files.case.profile_checks import geometry_si
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model import problem as si
+from thermoroll_cli.problem import problem as si
 
 __all__ = ["Case", "CaseError", "Finding", "Override"]
 
@@ -30,7 +32,7 @@ PYTHON = "with_values"
 """Where errors of `Case.with_values` are."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Case:
     """A valid case: `settings` in the units of the case file with all defaults filled in, and the `text` they
     come from. `name` is what result files are called."""
@@ -122,7 +124,6 @@ def _given(table: Table) -> dict[str, Any]:
 
 
 def _toml(content: dict[str, Any]) -> str:
-    import tomli_w
 
     return tomli_w.dumps(content)
 

@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 from thermoroll_cli.files.case.case_model import THERMAL_CONSTANTS, MaterialTable, RecirculationTable, TwoMaterials
-from thermoroll_cli.frozen import frozen
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.steady_state.derived import contact_width
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Conflict:
     """Keys that do not go together: the message stands at `path` and may refer to `other`."""
 
@@ -197,7 +196,6 @@ def _contact_width(sections: Sections) -> float | None:
     """Width 2b of Hertz's contact in mm; None where the keys that it takes are not valid."""
     if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections)):
         return None
-    from thermoroll_cli.model.derived import contact_width
 
     g = sections["geometry"]
     if g.lower_radius_y_mm is None or g.upper_radius_y_mm is None:

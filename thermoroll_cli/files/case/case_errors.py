@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
-from thermoroll_cli.frozen import frozen
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case.toml_positions import Span
+from thermoroll_cli.files.case.toml_positions import Span
 
 _SNIPPET_WIDTH = 100
 
 
-@frozen
+@dataclass(frozen=True)
 class Finding:
     """One error: where it is, which key and value, what is allowed, what would help.
 
@@ -94,7 +92,6 @@ def _clip(line: str, span: Span) -> tuple[str, int, int]:
 
 def _width(text: str) -> int:
     """Columns `text` takes on a terminal: East Asian wide characters take two, combining ones none."""
-    import unicodedata
 
     return sum(
         0 if unicodedata.combining(character) else 2 if unicodedata.east_asian_width(character) in "WF" else 1

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import copy
+import difflib
 import os
 import re
 import sys
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.frozen import frozen
+from thermoroll_cli.files.case.case_hints import broken_syntax
+from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
 from thermoroll_cli.interruption import waiting
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
@@ -42,7 +41,7 @@ _RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class Override:
     """A key given beside the case file: `text` is how it was written there, `origin` what errors call that place."""
 
@@ -70,7 +69,7 @@ class Override:
         return cls(path, _toml_value(written.strip()), text)
 
 
-@frozen
+@dataclass(frozen=True)
 class CaseSource:
     """A parsed case text with its overrides applied to `content`; knows where every key was written where the
     content is that of the text (`located`)."""
@@ -113,7 +112,6 @@ class CaseSource:
     @cached_property
     def entries(self) -> dict[KeyPath, Entry]:
         """Where each key stands, looked up when the first error asks."""
-        from thermoroll_cli.files.case.toml_positions import locate_keys
 
         return locate_keys(self.text) if self.located else {}
 
@@ -205,7 +203,6 @@ def _decode(name: str, raw: bytes) -> str:
     try:
         return raw.decode("utf-8-sig")  # some editors put a mark in front
     except UnicodeDecodeError as cause:
-        from thermoroll_cli.files.case.toml_positions import Span
 
         before = raw[: cause.start]
         line = before.count(b"\n") + 1
@@ -219,8 +216,6 @@ def _decode(name: str, raw: bytes) -> str:
 
 
 def _syntax_error(name: str, text: str, message: str) -> Finding:
-    from thermoroll_cli.files.case.case_hints import broken_syntax
-    from thermoroll_cli.files.case.toml_positions import Span, find_duplicate
 
     lines = text.split("\n")
     if message.startswith(("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate")):
@@ -249,7 +244,6 @@ def _given_twice(name: str, again: Duplicate, lines: Sequence[str]) -> Finding:
 
 
 def _similar_file(name: str) -> str:
-    import difflib
 
     folder, base = os.path.split(name)
     try:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any
 
 from pydantic import BaseModel
 
 from thermoroll_cli.files.case.case_model import Settings
-from thermoroll_cli.frozen import frozen
 
 SI = {
     "GPa": ("Pa", 1e9),
@@ -24,7 +24,7 @@ SI = {
 """Unit of a key → its SI unit, and what to multiply by. Units not named here are SI units."""
 
 
-@frozen
+@dataclass(frozen=True)
 class Input:
     """A key with its `value` in the unit of the key, and in SI: `si` is None for what is no number, `unit` empty for what
     has none."""

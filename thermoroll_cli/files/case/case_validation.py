@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from thermoroll_cli.files.case.allowed_values import allowed_values, nested_table
 from thermoroll_cli.files.case.case_checks import conflicts, heat_is_on
 from thermoroll_cli.files.case.case_errors import CaseError, Finding
+from thermoroll_cli.files.case.case_hints import known_keys, meant_key, missing_table, misspelt_word, unknown_key, wrong_type
 from thermoroll_cli.files.case.case_model import (
     PROFILES,
     REQUIRED_SECTIONS,
@@ -28,10 +29,8 @@ from thermoroll_cli.files.case.case_model import (
 from thermoroll_cli.files.case.case_source import CaseSource
 from thermoroll_cli.files.case.profile_checks import profile_faults, touching
 from thermoroll_cli.files.case.profile_file import ProfileError, read_profile
-from thermoroll_cli.model.problem import STANDARD_ACCURACY
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.files.case.toml_positions import KeyPath
+from thermoroll_cli.problem.problem import STANDARD_ACCURACY
 
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
@@ -171,7 +170,6 @@ class _Checker:
         given = self.source.content.get(name)
         if isinstance(given, dict):
             return given
-        from thermoroll_cli.files.case.case_hints import missing_table
 
         hint = missing_table(name)
         if name in self.source.content:
@@ -193,13 +191,11 @@ class _Checker:
 
     def _meant(self, table: str, given: dict[str, Any]) -> set[str]:
         """Keys that are missing only because they are misspelt."""
-        from thermoroll_cli.files.case.case_hints import known_keys, meant_key
 
         known = known_keys(table)
         return {meant_key(table, key) for key in given if key not in known}
 
     def _invalid_value(self, table: KeyPath, model: type[Table], error: Any) -> None:
-        from thermoroll_cli.files.case.case_hints import misspelt_word, wrong_type
 
         table, model, key = _place(table, model, error["loc"])
         value, path = error["input"], (*table, key)
@@ -215,7 +211,6 @@ class _Checker:
             self._note(path, _message(error), allowed=allowed_values(model, key), hint=hint)
 
     def _unknown(self, path: KeyPath) -> None:
-        from thermoroll_cli.files.case.case_hints import unknown_key
 
         hint = unknown_key(".".join(str(part) for part in path[:-1]), str(path[-1]))
         self._note(path, "unknown key", hint=hint, at_key=True)

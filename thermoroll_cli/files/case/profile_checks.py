@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
+from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.files.case.case_model import PROFILES, GeometryTable, ProfileTable, Settings
 from thermoroll_cli.files.case.profile_file import point_fault, profile_of
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.problem import Geometry
+from thermoroll_cli.problem.problem import Geometry
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
 SOURCES = ("points_mm", "file", "kind")
@@ -17,7 +18,7 @@ RELIEVE = ('of a measured profile give more; of a roller relieve the ends, by a 
            "fall off: at sharp ends the pressure has no limit")
 
 
-@frozen
+@dataclass(frozen=True)
 class Fault:
     """`key` of the table at which the message stands; empty: the table itself."""
 
@@ -62,7 +63,6 @@ def touching(settings: Settings) -> Fault | None:
             return Fault(body, f"has no material at y = 0, from where differential slip is measured: it reaches from "
                          f"{1e3 * low:g} to {1e3 * high:g} mm",
                          "a profile around y = 0, or differential_slip = false in [rolling]")
-    from thermoroll_cli.model.contact_scales import contact_scales
 
     moduli = [m.youngs_modulus_GPa * 1e9 / (1.0 - m.poisson_ratio**2) for m in settings.materials.values()]
     try:

@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 
 from thermoroll_cli.files.case.case_model import LARGEST_PROFILE, ProfileTable
-from thermoroll_cli.model.profile import Profile
+from thermoroll_cli.problem.profile import Profile
 
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from string import Template
 
-from thermoroll_cli.frozen import frozen
 
-
-@frozen
+@dataclass(frozen=True)
 class _Values:
     """What tells one template from another. `more` are tables and comments of its own, put before [numerics]; `profile` is a
     table in [geometry], of the body whose lateral radius is None."""

@@ -5,9 +5,8 @@ from __future__ import annotations
 import bisect
 import re
 import tomllib
+from dataclasses import dataclass
 from functools import lru_cache
-
-from thermoroll_cli.frozen import frozen
 
 KeyPath = tuple[str | int, ...]
 
@@ -24,7 +23,7 @@ _STRING = re.compile(
 )
 
 
-@frozen
+@dataclass(frozen=True)
 class Span:
     """A stretch of characters on one line; line and column count from 1."""
 
@@ -33,7 +32,7 @@ class Span:
     length: int
 
 
-@frozen
+@dataclass(frozen=True)
 class Entry:
     """Where a key stands, and its value. A table has its header in both."""
 
@@ -56,7 +55,7 @@ def locate_keys(text: str) -> dict[KeyPath, Entry]:
     return scanner.entries
 
 
-@frozen
+@dataclass(frozen=True)
 class Duplicate:
     """A key or table that a text has twice: its path, and where it stands the first and the second time."""
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.stored import StoredResult
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.error_scale import (
+from thermoroll_cli.problem.error_scale import (
     BELOW_THE_SURFACE,
     CREEPAGES,
     FORCES,
@@ -20,16 +20,16 @@ from thermoroll_cli.model.error_scale import (
     mean_semi_axis,
     temperature_difference,
 )
-from thermoroll_cli.model.problem import BODIES
-from thermoroll_cli.model.result import FIELDS, HERTZ_SCALARS, SCALARS
-from thermoroll_cli.model.subsurface_names import SUBSURFACE_FIELDS
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.result import FIELDS, HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS
 
 _FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
 """Fields that share a scale: components of a vector, and the temperatures of two bodies of which one may stay cold."""
 _NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings", "patches", "unbounded")
 
 
-@frozen
+@dataclass(frozen=True)
 class Pair:
     """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
     state the numbers of contact elements; None means it is missing there.
@@ -49,7 +49,7 @@ class Pair:
         return math.isnan(self.difference) or self.difference <= rtol
 
 
-@frozen
+@dataclass(frozen=True)
 class Comparison:
     """All rows and the verdict. Fields on different grids and scalars that only one file names are not compared and do not
     count (`notes` says so)."""
@@ -136,7 +136,7 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-@frozen
+@dataclass(frozen=True)
 class _Place:
     """Fields of one state and where they live (m)."""
 

@@ -6,7 +6,7 @@ import io
 import os
 import pathlib
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -14,10 +14,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import StoredResult, read_result
-from thermoroll_cli.model.result import FIELDS
-
-if TYPE_CHECKING:
-    from thermoroll_cli.model.subsurface import BodyStresses
+from thermoroll_cli.problem.result import FIELDS
+from thermoroll_cli.problem.subsurface import BodyStresses
 
 Fields = Mapping[str, NDArray[Any]]
 """Fields of a state by name."""

@@ -24,20 +24,19 @@ import datetime
 import json
 import os
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli import __version__
-from thermoroll_cli.environment import provenance
 from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.files.environment import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, StoredResult, read_result
-from thermoroll_cli.model.result import FIELDS, Result, State
-
-if TYPE_CHECKING:
-    import h5py
+from thermoroll_cli.files.result.subsurface_groups import write_subsurface
+from thermoroll_cli.problem.result import FIELDS, Result, State
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
@@ -53,7 +52,6 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
 
     Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
     """
-    import h5py
 
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
         _write_root(file, result, command_line)
@@ -72,7 +70,6 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
         if result.own_grids:
             _write_mesh(file.create_group("mesh_isothermal"), result.isothermal.x, result.isothermal.y)
         if result.subsurface is not None:
-            from thermoroll_cli.files.result.subsurface_groups import write_subsurface
 
             write_subsurface(file, result.subsurface, result.x, result.y)
         _write_summary(file.create_group("summary"), result.summary())

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    import h5py
 
 LAYOUT = ("v108", "v108")
 """HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
@@ -27,7 +25,6 @@ def fixed_text(value: str) -> NDArray[Any]:
     """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them).
 
     Of fixed length: HDF5 keeps variable ones in a heap without checksums and may loop forever on a damaged one."""
-    import h5py
 
     encoded = value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace")
     return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, len(encoded))))

@@ -14,22 +14,20 @@ import os
 import pathlib
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli import __version__
-from thermoroll_cli.environment import provenance
 from thermoroll_cli.files.atomic import WriteError, replacing
+from thermoroll_cli.files.environment import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
-from thermoroll_cli.frozen import frozen
-from thermoroll_cli.model.result import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.model.subsurface_names import SUBSURFACE_SCALARS
-
-if TYPE_CHECKING:
-    import h5py
+from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 
 FORMAT_VERSION = 1
 KIND = "sweep"
@@ -45,7 +43,7 @@ BLOCK = 512
 Coordinates = Mapping[str, Sequence[int | float]]
 
 
-@frozen
+@dataclass(frozen=True)
 class ScalarRow:
     """The row of point `number` (from 1): `numbers` in the order of `ScalarFile.numbers`, with nan for those that are left out
     at the end, `texts` in that of `TEXTS`."""
@@ -55,7 +53,7 @@ class ScalarRow:
     texts: tuple[str, ...]
 
 
-@frozen
+@dataclass(frozen=True)
 class ScalarFile:
     """A file at `path` for the points of `coordinates`, the last of which varies fastest; `identity` tells the case apart.
     `offsets` are the places of the columns in the file; `below` are the scalars below the surface among them."""
@@ -83,7 +81,6 @@ class ScalarFile:
         """A file without rows, in the place of any other, but for those rows of `old` (another sweep of the same keys) whose
         coordinates occur here, too. `texts` go into the group `input`; scalars `below` the surface get columns, too. Raises
         WriteError."""
-        import h5py
 
         with replacing(path) as temporary:
             with h5py.File(temporary, "w", libver=LAYOUT) as file:
@@ -96,7 +93,6 @@ class ScalarFile:
     @classmethod
     def open(cls, path: pathlib.Path) -> ScalarFile:
         """Raises ResultFileError for a file that is foreign, cut short, damaged or of another version."""
-        import h5py
 
         try:
             with h5py.File(path, "r", locking=False) as file:
@@ -222,7 +218,6 @@ def _numbers(below: Sequence[str]) -> tuple[str, ...]:
 
 def _create_column(file: h5py.File, name: str, shape: tuple[int, ...]) -> h5py.Dataset:
     """An array whose place in the file is fixed at once."""
-    import h5py
 
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
     properties.set_layout(h5py.h5d.CONTIGUOUS)

@@ -6,18 +6,15 @@ import json
 import os
 import pathlib
 from collections.abc import Mapping
-from dataclasses import field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field
+from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.frozen import frozen
-
-if TYPE_CHECKING:
-    import h5py
-
-    from thermoroll_cli.model.subsurface import BodyStresses
+from thermoroll_cli.files.result.subsurface_groups import read_subsurface
+from thermoroll_cli.problem.subsurface import BodyStresses
 
 FORMAT_VERSION = 1
 """Raised whenever a reader of the previous layout would misread a file."""
@@ -34,7 +31,7 @@ class ResultFileError(OSError):
     """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
 
 
-@frozen
+@dataclass(frozen=True)
 class StoredResult:
     """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
 
@@ -78,7 +75,6 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> St
 
     Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
     """
-    import h5py
 
     path = pathlib.Path(path)
     _check_plain_file(path)
@@ -163,7 +159,6 @@ def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResul
         isothermal = coupled if same else _read_fields(file["isothermal"], (isothermal_x.size, isothermal_y.size))
         # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
         if "subsurface" in file:
-            from thermoroll_cli.files.result.subsurface_groups import read_subsurface
 
             subsurface = read_subsurface(file)
         history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)}

@@ -5,18 +5,15 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.export import CSV_UNITS
 from thermoroll_cli.files.result.stored import ResultFileError, StoredResult, read_result
-from thermoroll_cli.model.subsurface import BodyStresses
-from thermoroll_cli.model.subsurface_names import STRESSES, SUBSURFACE_FIELDS
-
-Array = NDArray[Any]
+from thermoroll_cli.problem.subsurface import BodyStresses
+from thermoroll_cli.problem.subsurface_names import STRESSES, SUBSURFACE_FIELDS
 
 NEIGHBOURS = 4
 """Points of the polynomials between layers and between rows."""
@@ -39,7 +36,7 @@ def export_history(result_path: str | os.PathLike[str], out: str | os.PathLike[s
     if not result.subsurface:
         raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
     speed = float(result.problem["motion"]["speed"])
-    columns: dict[str, Array] = {"x_mm": result.x * 1e3, "time_s": (result.x - result.x[0]) / speed}
+    columns: dict[str, AnyArray] = {"x_mm": result.x * 1e3, "time_s": (result.x - result.x[0]) / speed}
     for body, stresses in result.subsurface.items():
         line = _line(result, stresses, y, z)
         for name in (*STRESSES, *SUBSURFACE_FIELDS):
@@ -52,7 +49,7 @@ def export_history(result_path: str | os.PathLike[str], out: str | os.PathLike[s
     write_bytes(out, text.getvalue().encode())
 
 
-def _line(result: StoredResult, stresses: BodyStresses, y: float, z: float) -> Mapping[str, Array]:
+def _line(result: StoredResult, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray]:
     """Every field along x, (nx,)."""
     if not 0.0 <= z <= stresses.depths[-1] * (1.0 + 1e-9):
         raise OutsideError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
@@ -68,7 +65,7 @@ def _line(result: StoredResult, stresses: BodyStresses, y: float, z: float) -> M
     return {name: _between(stresses.depths, z, values) for name, values in stresses.plane.items()}
 
 
-def _between(axis: Array, at: float, values: Array) -> Array:
+def _between(axis: AnyArray, at: float, values: AnyArray) -> AnyArray:
     """Values (…) of `values` (n, …) on `axis` (n,) at one place, by Lagrange's polynomial through the nearest points."""
     count = min(NEIGHBOURS, len(axis))
     first = int(np.clip(np.searchsorted(axis, at) - count // 2, 0, len(axis) - count))

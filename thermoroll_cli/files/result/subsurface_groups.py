@@ -12,17 +12,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.hdf5_text import label
-from thermoroll_cli.model.subsurface import BodyStresses, Peak, Subsurface
-from thermoroll_cli.model.subsurface_names import SUBSURFACE_FIELDS
-
-if TYPE_CHECKING:
-    import h5py
+from thermoroll_cli.problem.subsurface import BodyStresses, Peak, Subsurface
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS
 
 PLANE, STRESSED, HOTTEST = "plane_", "below_stressed_", "below_hottest_"
 _WHERE = {

@@ -1,0 +1,167 @@
+"""Free-space convolution against direct sums: extra rows, parities, repeatability, periodic symbols."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from thermoroll_cli.numerics import convolution as convolution_module
+from thermoroll_cli.numerics.convolution import Convolution, multiply, periodic_symbol, quadrant_symbol
+
+RANDOM = np.random.default_rng(20240521)
+
+
+def direct_sum(field, kernel, before=0, after=0):
+    """Σ kernel(i − i', j − j') field(i', j') on rows −before … nx−1+after, `kernel` a function of integer offsets."""
+    nx, ny = field.shape
+    out = np.zeros((nx + before + after, ny))
+    for i in range(-before, nx + after):
+        for j in range(ny):
+            out[i + before, j] = sum(kernel(i - k, j - m) * field[k, m] for k in range(nx) for m in range(ny))
+    return out
+
+
+def from_quadrant(quadrant, parity):
+    """The kernel that is even or odd in both offsets, as a function."""
+
+    def kernel(i, j):
+        value = quadrant[abs(i), abs(j)]
+        return value if parity > 0 else np.sign(i) * np.sign(j) * value
+
+    return kernel
+
+
+def random_quadrant(nx, ny, parity):
+    quadrant = RANDOM.normal(size=(nx, ny))
+    if parity < 0:
+        quadrant[0] = 0.0
+        quadrant[:, 0] = 0.0
+    return quadrant
+
+
+def convolve(convolution, field, spectrum):
+    hat = convolution.forward(field)
+    return convolution.inverse(multiply(hat, spectrum, out=np.empty_like(hat)))
+
+
+@pytest.mark.parametrize("parity", [1, -1])
+@pytest.mark.parametrize(("before", "after"), [(0, 0), (2, 2), (2, 0), (0, 3), (1, 2)])
+@pytest.mark.parametrize(("nx", "ny"), [(7, 5), (8, 8), (1, 6), (6, 1), (4, 9)])
+def test_convolution_is_the_direct_sum_with_extra_rows(nx, ny, before, after, parity):
+    convolution = Convolution(nx, ny, before, after)
+    quadrant = random_quadrant(nx + max(before, after), ny, parity)
+    field = RANDOM.normal(size=(nx, ny))
+    found = convolve(convolution, field, convolution.quadrant_spectrum(quadrant, parity))
+    expected = direct_sum(field, from_quadrant(quadrant, parity), before, after)
+    assert found.shape == (nx + before + after, ny)
+    np.testing.assert_allclose(found, expected, atol=1e-13 * nx * ny)
+
+
+def test_a_kernel_without_symmetry_is_the_direct_sum():
+    nx, ny = 6, 9
+    convolution = Convolution(nx, ny)
+    table = RANDOM.normal(size=(2 * nx - 1, 2 * ny - 1))
+    field = RANDOM.normal(size=(nx, ny))
+    hat = convolution.forward(field)
+    hat *= convolution.spectrum(table)
+    expected = direct_sum(field, lambda i, j: table[i + nx - 1, j + ny - 1])
+    np.testing.assert_allclose(convolution.inverse(hat), expected, atol=1e-12)
+
+
+def test_tables_that_do_not_fit_the_plan_are_refused():
+    with pytest.raises(ValueError, match=r"\(11, 17\)"):
+        Convolution(6, 9).spectrum(np.zeros((11, 16)))
+    with pytest.raises(ValueError, match="shape"):
+        Convolution(6, 9, before=1).spectrum(np.zeros((11, 17)))
+
+
+def test_opposite_ends_do_not_feel_wrapped_images():
+    """One loaded corner: the other corner sees the kernel at its own distance only."""
+    n = 12
+    convolution = Convolution(n, n)
+    quadrant = np.zeros((n, n))
+    quadrant[n - 1, n - 1] = 1.0
+    field = np.zeros((n, n))
+    field[0, 0] = 3.0
+    expected = np.zeros((n, n))
+    expected[-1, -1] = 3.0
+    found = convolve(convolution, field, convolution.quadrant_spectrum(quadrant))
+    np.testing.assert_allclose(found, expected, atol=1e-13)
+
+
+def test_repeated_transforms_are_equal_bit_by_bit():
+    """Also from another plan of the same size, and after other fields went through the same buffers."""
+    field, quadrant = RANDOM.normal(size=(33, 27)), RANDOM.normal(size=(35, 27))
+    plans = [Convolution(33, 27, 2, 2) for _ in range(2)]
+    first = convolve(plans[0], field, plans[0].quadrant_spectrum(quadrant))
+    convolve(plans[0], RANDOM.normal(size=(33, 27)), plans[0].quadrant_spectrum(quadrant))
+    for plan in plans:
+        np.testing.assert_array_equal(convolve(plan, field, plan.quadrant_spectrum(quadrant)), first)
+
+
+def test_results_do_not_change_when_the_buffers_are_used_again():
+    convolution = Convolution(8, 8)
+    spectrum = convolution.quadrant_spectrum(RANDOM.normal(size=(8, 8)))
+    first = convolve(convolution, RANDOM.normal(size=(8, 8)), spectrum)
+    kept = first.copy()
+    convolve(convolution, RANDOM.normal(size=(8, 8)), spectrum)
+    np.testing.assert_array_equal(first, kept)
+
+
+def test_forward_can_write_into_a_given_array():
+    convolution = Convolution(9, 7)
+    field = RANDOM.normal(size=(9, 7))
+    out = np.full((convolution.half, convolution.px), np.nan, dtype=complex)
+    assert convolution.forward(field, out=out) is out
+    np.testing.assert_array_equal(out, convolution.forward(field))
+
+
+def test_transforms_are_counted():
+    convolution = Convolution(8, 8)
+    spectrum = convolution.quadrant_spectrum(np.ones((8, 8)))
+    assert convolution.transforms == 0
+    convolve(convolution, np.ones((8, 8)), spectrum)
+    assert convolution.transforms == 2
+
+
+@pytest.mark.parametrize("parity", [1, -1])
+@pytest.mark.parametrize("padded", [(8, 10), (10, 6), (12, 4), (2, 8)])
+def test_periodic_symbol_is_the_transform_of_the_wrapped_kernel(padded, parity):
+    px, py = padded
+    quadrant = random_quadrant(px // 2 + 1, py // 2 + 1, parity)
+    symbol = periodic_symbol(quadrant, padded, parity)
+    assert symbol.shape == (px, py // 2 + 1)
+    value = from_quadrant(quadrant, parity)
+
+    def wrapped(i, period):
+        """The nearest image of offset i; None where two images are equally near."""
+        i %= period
+        return i if 2 * i < period else i - period
+
+    full = np.array([[value(wrapped(i, px), wrapped(j, py)) for j in range(py)] for i in range(px)])
+    if parity < 0:  # an odd kernel vanishes where its two images meet
+        full[px // 2] = 0.0
+        full[:, py // 2] = 0.0
+    expected = np.fft.rfft2(full)
+    np.testing.assert_allclose(expected.imag, 0.0, atol=1e-12)
+    np.testing.assert_allclose(symbol, expected.real, atol=1e-12)
+
+
+def test_a_symmetric_kernel_needs_an_even_period():
+    with pytest.raises(ValueError, match=r"even period, got \(9, 8\)"):
+        periodic_symbol(np.ones((5, 5)), (9, 8))
+
+
+@pytest.mark.parametrize("parity", [1, -1, (1, -1), (-1, 1)])
+@pytest.mark.parametrize("padded", [(2, 2), (4, 2), (16, 24), (78, 30), (76, 78)])
+def test_cosines_and_sines_are_the_same_summed_and_transformed(padded, parity, monkeypatch):
+    assert max(padded) // 2 + 1 <= convolution_module.SUMMED
+    quadrant = RANDOM.normal(size=(padded[0] // 2 + 1, padded[1] // 2 + 1))
+    along, across = (parity, parity) if isinstance(parity, int) else parity
+    quadrant[0] *= along > 0
+    quadrant[:, 0] *= across > 0
+    summed = quadrant_symbol(quadrant, padded, parity)
+    monkeypatch.setattr(convolution_module, "SUMMED", 0)
+    transformed = quadrant_symbol(quadrant, padded, parity)
+    np.testing.assert_allclose(summed, transformed, atol=2e-15 * max(np.abs(transformed).max(), 1.0))
+    assert transformed.any() or -1 in (along, across)

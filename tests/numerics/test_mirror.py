@@ -1,0 +1,139 @@
+"""Half the contact where the other half is its mirror image: the same answers for half the work."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.numerics.mirror import unfolded
+from thermoroll_cli.problem.problem import Heating, Material
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
+from thermoroll_cli.rolling.window import window_around
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+PARITIES = [(1, -1), (-1, 1)]
+COMPLIANCE = ShearCompliance.of((1.0, 0.28), (2.0, 0.4))
+BASE = rolling()
+CREEPAGE, SPIN = saturation(BASE).creepage, saturation(BASE).spin
+SOFT = Material(70e9, 0.33, 150.0, 23e-6, 60e-6)
+
+MIRRORED = {
+    "longitudinal": rolling(creepage=(0.5 * CREEPAGE, 0.0)),
+    "lateral": rolling(creepage=(0.0, 0.5 * CREEPAGE)),
+    "spin": rolling(spin=SPIN),
+    "lateral and spin": rolling(creepage=(0.0, 0.3 * CREEPAGE), spin=0.5 * SPIN),
+    "ellipse": rolling(geometry=ellipse(0.4), spin=0.5 * SPIN, grid=(48, 72)),
+    "longitudinal force": rolling(force=(0.5 * BASE.traction_limit, None), creepage=(None, 0.0)),
+    "lateral force and spin": rolling(force=(None, 0.4 * BASE.traction_limit), creepage=(0.0, None), spin=0.5 * SPIN),
+    "hot": article_4_1(40),
+    "hot spin": rolling(spin=2.0 * SPIN, speed=100.0, heating=Heating(), grid=40),
+    "dissimilar": replace(rolling(creepage=(0.5 * CREEPAGE, 0.0)), upper=SOFT),
+    "warm friction": replace(article_4_1(40), friction_slope=1e-3),
+    "isothermal lateral, then hot": rolling(creepage=(0.0, CREEPAGE), speed=100.0, heating=Heating(), grid=40),
+}  # fmt: skip
+WHOLE = {
+    "both creepages": rolling(creepage=(0.3 * CREEPAGE, 0.3 * CREEPAGE)),
+    "longitudinal and spin": rolling(creepage=(0.3 * CREEPAGE, 0.0), spin=0.3 * SPIN),
+    "dissimilar spin": replace(rolling(spin=SPIN), upper=SOFT),
+    "free lateral creepage": rolling(creepage=(0.3 * CREEPAGE, None), force=(None, 1.0)),
+    "odd number of columns": rolling(creepage=(0.5 * CREEPAGE, 0.0), grid=(32, 33)),
+}
+
+
+def both_sides(half, mirror):
+    return np.stack([unfolded(component, parity) for component, parity in zip(half, mirror, strict=True)])
+
+
+@pytest.mark.parametrize("mirror", PARITIES)
+@pytest.mark.parametrize(("n", "m"), [(7, 4), (12, 5), (1, 1), (30, 16)])
+@pytest.mark.parametrize("compliance", [COMPLIANCE, ShearCompliance(1.0, 0.0)])
+def test_operator_on_half_is_the_one_on_the_whole(n, m, mirror, compliance):
+    half = RollingGradient((n, m), 0.1, 0.07, compliance, mirror=mirror)
+    whole = RollingGradient((n, 2 * m), 0.1, 0.07, compliance)
+    traction = np.random.default_rng(n).normal(size=(2, n, m))
+    expected = whole(both_sides(traction, mirror))[:, :, m:]
+    np.testing.assert_allclose(half(traction), expected, atol=1e-13 * np.abs(expected).max())
+    assert half.transforms == 0.5 * whole.transforms
+    for operator, field in ((half, traction), (whole, both_sides(traction, mirror))):
+        single = operator(field.astype(np.float32))
+        assert single.dtype == np.float32
+        # Differences of neighbouring displacements lose as many digits as there are elements.
+        np.testing.assert_allclose(single[:, :, -m:], expected, atol=3e-7 * n * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("mirror", PARITIES)
+def test_preconditioner_on_half_is_the_one_on_the_whole(mirror):
+    random = np.random.default_rng(3)
+    n, m = 21, 9
+    stick = random.random((n, m)) > 0.3
+    gradient = random.normal(size=(2, n, m)) * stick
+    half = StickInverse((n, m), 0.1, 0.07, COMPLIANCE, mirror)
+    whole = StickInverse((n, 2 * m), 0.1, 0.07, COMPLIANCE)
+    full = unfolded(stick, 1)
+    expected = whole(both_sides(gradient, mirror), full, run_starts(full))[:, :, m:]
+    np.testing.assert_allclose(half(gradient, stick, run_starts(stick)), expected, atol=1e-12 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("name", MIRRORED)
+def test_half_the_contact_gives_the_same_answer(name, monkeypatch, record_property):
+    problem = MIRRORED[name]
+    half = solve(problem)
+    assert half.converged and "tangential, y < 0" in make_plan(problem).skipped
+    monkeypatch.setattr(DerivedQuantities, "mirror", None)
+    whole = solve(problem)
+    assert "tangential, y < 0" not in make_plan(problem).skipped
+    limit = problem.traction_limit
+    for key, scale in (("force_x_N", limit), ("force_y_N", limit), ("Q_F_W", whole.coupled.scalars["Q_F_W"]),
+                       ("spin_moment_Nmm", limit), ("gamma_c", 1.0), ("gamma_st", 1.0), ("gamma_p", 1.0)):  # fmt: skip
+        tolerance = 2e-3 if key == "gamma_st" else 3e-4 if "hot" in name or "warm" in name else 3e-5
+        assert half.coupled.scalars[key] == pytest.approx(whole.coupled.scalars[key], abs=tolerance * abs(scale)), key
+    shear = np.stack([half.coupled.fields["shear_x"], half.coupled.fields["shear_y"]])
+    expected = np.stack([whole.coupled.fields["shear_x"], whole.coupled.fields["shear_y"]])
+    assert np.linalg.norm(shear - expected) < 2e-3 * np.linalg.norm(expected)
+    saved = half.work["levels"][-1]["transforms"] / whole.work["levels"][-1]["transforms"]
+    record_property("share_of_transforms", saved)
+    assert saved < 0.95
+
+
+@pytest.mark.parametrize("name", WHOLE)
+def test_contact_without_mirror_image_is_solved_whole(name):
+    assert "tangential, y < 0" not in make_plan(WHOLE[name]).skipped
+    assert solve(WHOLE[name]).converged
+
+
+def test_mirror_is_exact():
+    """Both halves carry the same numbers, with and without sign."""
+    fields = solve(MIRRORED["hot spin"]).coupled.fields
+    for name, parity in (("shear_x", -1), ("shear_y", 1), ("pressure", 1), ("state", 1), ("heat_flux", 1)):
+        np.testing.assert_array_equal(fields[name], parity * fields[name][:, ::-1])
+
+
+def test_sideways_motion_is_felt_by_the_heat():
+    """With lateral creepage material drifts sideways: the warmer half lies downstream, and no half tells the other."""
+    problem = rolling(creepage=(0.0, 0.3), speed=0.05, heating=Heating(), body=STEEL)
+    assert DerivedQuantities(problem).mirror is not None and not DerivedQuantities(problem).heat_mirrors
+    temperature = solve(problem).coupled.fields["temperature_rise_lower"]
+    assert np.abs(temperature - temperature[:, ::-1]).max() > 1e-3 * temperature.max()
+
+
+@pytest.mark.parametrize("mirror", [None, (1, -1)])
+def test_window_cuts_and_pastes(mirror):
+    contact = np.zeros((6, 8), dtype=bool)
+    contact[2:5, 2:7] = True
+    window = window_around(contact, mirror)
+    assert window.shape == ((3, 5) if mirror is None else (3, 3))
+    field = np.random.default_rng(1).normal(size=(2, 6, 8)) * contact
+    if mirror is not None:
+        field = both_sides(field[:, :, 4:], mirror)
+    np.testing.assert_array_equal(window.vector(window.cut(field)), field)
+    np.testing.assert_array_equal(window.scalar(window.cut(np.abs(field[1]))), np.abs(field[1]))
+    assert window.weight == (1 if mirror is None else 2)
+    larger = window.grown(window_around(np.ones((6, 8), dtype=bool), mirror))
+    assert larger.holds(window) and not window.holds(larger)

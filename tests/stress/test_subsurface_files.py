@@ -1,0 +1,223 @@
+"""The table [subsurface] through the real entry point: errors, files, exports, sweeps, comparison, pictures."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+from xml.etree import ElementTree
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.plots.run_figures import PICTURES
+from thermoroll_cli.plots.sheet import save, style
+from thermoroll_cli.plots.subsurface_figure import subsurface_figure
+from thermoroll_cli.plots.view import view_of
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
+
+TABLE = "[subsurface]\nlayers = 7\nfields = {}\n"
+
+
+def written(folder: Path, text: str, name: str = "spheres") -> Path:
+    path = folder / f"{name}.toml"
+    path.write_text(text)
+    return path
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A result with everything in it."""
+    folder = tmp_path_factory.mktemp("full")
+    done = call("run", written(folder, THERMAL + TABLE.format('"full"')), "-o", folder, "--no-plots")
+    assert done.returncode == 0
+    assert "von_mises_max_lower_MPa" in done.stdout
+    return folder / "spheres.h5"
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "allowed"),
+    [
+        ("depth_mm = 0.0", "must be greater than 0", "1e-9 to 1e9, in mm"),
+        ("depth_mm = -1", "must be greater than 0", "in mm"),
+        ("layers = 1", "below the allowed range", "from 2 to 400"),
+        ("layers = 401", "above the allowed range", "from 2 to 400"),
+        ("layers = 2.5", "must be a whole number", "from 2 to 400"),
+        ('bodies = ["lowre"]', "not a known word", '["lower"]'),
+        ('bodies = "lower"', "must be a list", '["lower"]'),
+        ("bodies = []", "is empty", '["lower"]'),
+        ('bodies = ["upper", "upper"]', "names a body twice", '["lower"]'),
+        ('fields = "everything"', "not a known word", '"plane", "von_mises" or "full"'),
+        ("thermal = true", "there is no heat", "a case with heat"),
+        ("deep_mm = 1", "unknown key", ""),
+    ],
+)
+def test_bad_tables(tmp_path: Path, line: str, message: str, allowed: str) -> None:
+    done = call("validate", written(tmp_path, f"{MECHANICAL}[subsurface]\n{line}\n"))
+    assert done.returncode == 3
+    assert f"subsurface.{line.split(' ')[0]}" in done.stderr
+    assert message in done.stderr
+    assert allowed in done.stderr
+
+
+def test_thermal_stresses_need_one_speed(tmp_path: Path) -> None:
+    text = THERMAL + '[thermal]\npeclet = "sliding"\n[subsurface]\n'
+    assert call("validate", written(tmp_path, text)).returncode == 0
+    done = call("validate", written(tmp_path, text + "thermal = true\n"))
+    assert done.returncode == 3
+    assert 'peclet = "rolling"' in done.stderr
+
+
+def test_an_empty_table_is_a_wish() -> None:
+    """All defaults; the resolved case keeps it, and a case without the table stays without."""
+    case = Case.parse(MECHANICAL + "[subsurface]\n")
+    assert case.problem.subsurface is not None
+    assert Case.parse(case.to_toml()).problem == case.problem
+    assert Case.from_json(case.to_json()).problem == case.problem
+    assert Case.parse(MECHANICAL).problem.subsurface is None
+    deeper = case.with_values({"subsurface.depth_mm": 0.5, "subsurface.bodies": ["upper"]}).problem.subsurface
+    assert (deeper.depth, deeper.bodies) == (0.5e-3, ("upper",))
+
+
+def test_hdf5_and_xarray(full: Path) -> None:
+    """Layers as chunks, in single precision, with coordinates; read back as they were written."""
+    with h5py.File(full) as file:
+        dataset = file["subsurface/lower/stress_xz"]
+        assert dataset.dtype == np.float32
+        assert dataset.shape == (7, 16, 16)
+        assert dataset.chunks == (1, 16, 16)
+    with xarray.open_dataset(full, group="subsurface/upper", engine="h5netcdf") as body:
+        assert body.von_mises.dims == ("z", "x", "y")
+        assert body.von_mises.units == "Pa"
+        assert float(body.z[0]) == 0.0
+        assert set(SUBSURFACE_FIELDS) <= set(body.data_vars)
+        assert body.plane_temperature_rise.dims == ("z", "x")
+    stored = read_result(full)
+    assert set(stored.subsurface) == {"lower", "upper"}
+    assert set(SUBSURFACE_SCALARS) <= set(stored.summary)
+    lower = stored.subsurface["lower"]
+    assert lower.most_stressed.value == pytest.approx(stored.summary["von_mises_max_lower_MPa"] * 1e6)
+    assert lower.fields["von_mises"].max() <= lower.most_stressed.value * (1.0 + 1e-6)
+    assert stored.summary["error"]["von_mises_max_lower_MPa"] < 0.1
+
+
+def test_json_and_show(tmp_path: Path) -> None:
+    case = written(tmp_path, MECHANICAL + TABLE.format('"plane"') + 'bodies = ["lower"]\n')
+    record = json.loads(call("run", case, "-o", tmp_path, "--json", "--no-plots").stdout)
+    names = [name for name in record if "von_mises" in name]
+    assert "von_mises_max_lower_MPa" in names
+    assert not any("upper" in name for name in names)
+    assert record["error"]["von_mises_depth_lower_mm"] > 0.0
+    assert "below the surface" in record["work"]["seconds"]
+    shown = json.loads(call("show", case, "--json").stdout)
+    without = json.loads(call("show", written(tmp_path, MECHANICAL, "plain"), "--json").stdout)
+    assert "below the surface" in shown["run"]
+    assert shown["subsurface_layers"] == 7
+    assert shown["memory_bytes"] > without["memory_bytes"]
+    assert shown["seconds"] > without["seconds"]
+
+
+def test_stress_history(full: Path, tmp_path: Path) -> None:
+    """A line along x: at a layer and a row the stored values, in between smooth ones; outside an error."""
+    stored = read_result(full)
+    body = stored.subsurface["upper"]
+    layer, row = 3, 9
+    where = f"{float(stored.y[row] * 1e3)!r},{float(body.depths[layer] * 1e3)!r}"
+    assert call("export", full, "--format", "csv", "--history", where, "-o", tmp_path).returncode == 0
+    with open(tmp_path / "spheres_history.csv") as stream:
+        rows = list(csv.DictReader(stream))
+    assert len(rows) == 16
+    got = [float(r["upper_stress_xz_MPa"]) for r in rows]
+    np.testing.assert_allclose(got, body.fields["stress_xz"][layer, :, row] * 1e-6, rtol=1e-6, atol=1e-9)
+    assert float(rows[-1]["time_s"]) == pytest.approx(np.ptp(stored.x) / 1.0)
+    assert float(rows[5]["lower_temperature_rise_K"]) == pytest.approx(
+        float(stored.subsurface["lower"].fields["temperature_rise"][layer, 5, row]), rel=1e-5)  # fmt: skip
+    for wrong, words in (("0,9", "outside"), ("9,0", "outside"), ("0", "not Y,Z"), ("a,b", "not Y,Z")):
+        done = call("export", full, "--format", "csv", "--history", wrong)
+        assert done.returncode == 2
+        assert words in done.stderr
+    assert call("export", full, "--format", "xdmf", "--history", "0,0").returncode == 2
+
+
+def test_history_on_the_kept_plane_only(tmp_path: Path) -> None:
+    case = written(tmp_path, MECHANICAL + TABLE.format('"plane"'))
+    plain = written(tmp_path, MECHANICAL, "plain")
+    assert call("run", case, plain, "-o", tmp_path, "--no-plots", "-q").returncode == 0
+    assert call("export", tmp_path / "spheres.h5", "--format", "csv", "--history", "0,0.05").returncode == 0
+    done = call("export", tmp_path / "spheres.h5", "--format", "csv", "--history", "0.1,0.05")
+    assert done.returncode == 5
+    assert 'fields = "full"' in done.stderr
+    assert call("export", tmp_path / "plain.h5", "--format", "csv", "--history", "0,0.05").returncode == 5
+
+
+def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
+    assert call("export", full, "--format", "xdmf", "-o", tmp_path).returncode == 0
+    grids = ElementTree.parse(tmp_path / "spheres.xdmf").getroot().findall("Domain/Grid")
+    assert [grid.get("Name") for grid in grids] == ["contact", "lower body", "upper body"]
+    with h5py.File(full) as file:
+        for grid, sign in zip(grids[1:], (-1.0, 1.0), strict=True):
+            assert grid.find("Topology").get("Dimensions") == "7 16 16"
+            for item in grid.iter("DataItem"):
+                inside = item.text.split(":")[1]
+                assert file[inside].shape == tuple(int(side) for side in item.get("Dimensions").split())
+            points = file[grid.find("Geometry/DataItem").text.split(":")[1]]
+            assert sign * points[-1, 0, 0, 2] == pytest.approx(file["subsurface/lower/z"][-1], rel=1e-6)
+            assert points[0, 3, 0, 0] == pytest.approx(file["fields/x"][3], rel=1e-6)
+
+
+def test_comparison(full: Path, tmp_path: Path) -> None:
+    """Equal to itself; other layers and less fields are differences, and another load is one of the scalars."""
+    assert call("compare", full, full).returncode == 0
+    case = written(tmp_path, THERMAL + TABLE.format('"von_mises"'))
+    assert call("run", case, "-o", tmp_path, "--no-plots", "-q").returncode == 0
+    done = call("compare", full, tmp_path / "spheres.h5")
+    assert done.returncode == 6
+    assert "subsurface.lower.stress_xx" in done.stdout
+    assert "subsurface.lower.von_mises" not in done.stdout
+
+
+def test_sweeps_have_the_columns(tmp_path: Path) -> None:
+    case = written(tmp_path, MECHANICAL + TABLE.format('"plane"'))
+    over = "--over", "load.friction_coefficient=0,0.4"
+    assert call("sweep", case, *over, "-o", tmp_path / "s", "-q").returncode == 0
+    with open(tmp_path / "s" / "sweep.csv") as stream:
+        rows = list(csv.DictReader(stream))
+    stress = [float(row["von_mises_max_lower_MPa"]) for row in rows]
+    assert stress[1] > stress[0] > 0.0
+    assert float(rows[0]["error.von_mises_max_lower_MPa"]) > 0.0
+    together = tmp_path / "t"
+    assert call("sweep", case, "--scalars-only", *over, "-o", together).returncode == 0
+    assert (together / "sweep.png").exists()
+    with open(together / "sweep.csv") as stream:
+        again = list(csv.DictReader(stream))
+    # Only what tells where the point is kept differs.
+    assert [{**row, "file": ""} for row in rows] == again
+    with h5py.File(together / "sweep.h5") as file:
+        assert file["von_mises_max_lower_MPa"][()].tolist() == stress
+        assert file["error.von_mises_max_lower_MPa"][0] == float(rows[0]["error.von_mises_max_lower_MPa"])
+    before = (together / "sweep.h5").stat().st_mtime_ns
+    assert call("sweep", case, "--scalars-only", *over, "-o", together, "--resume").returncode == 0
+    assert (together / "sweep.h5").stat().st_mtime_ns == before
+
+
+def test_pictures(full: Path, tmp_path: Path) -> None:
+    """One for each body, from the file as from the result; none where nothing was asked for."""
+    result = read_result(full)
+    for normalised in (False, True):
+        with style():
+            figure = subsurface_figure(view_of(result), "lower", normalised)
+        assert figure is not None
+        titles = [axes.get_title() for axes in figure.axes]
+        assert any("temperature rise" in title for title in titles)
+        assert figure.axes[0].get_ylim()[0] > figure.axes[0].get_ylim()[1]
+    picture = tmp_path / "lower.png"
+    assert save(figure, picture).stat().st_size > 20_000
+    plain = replace(view_of(result), subsurface={})
+    assert subsurface_figure(plain, "lower", False) is None
+    assert {f"subsurface_{body}" for body in ("lower", "upper")} <= set(PICTURES)

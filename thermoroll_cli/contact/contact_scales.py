@@ -1,0 +1,154 @@
+"""How large a contact is and how hard it presses, before it is solved: by Hertz, or by a coarse solution for profiles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.exact.hertz import HertzContact
+from thermoroll_cli.numerics.grid import Domain, Grid
+from thermoroll_cli.numerics.peak import peak_value
+from thermoroll_cli.problem.problem import Geometry
+from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
+
+COARSE = (32, 64)
+"""Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
+ROOM = 1.1
+"""Sides of the domain over those of the contact in it, as on the grids to come."""
+ATTEMPTS = 8
+"""How often the domain may prove too small; each time the overlap is half as deep again."""
+CLOSENESS = 1e-6
+SAMPLES = 4001
+"""Places across the rolling direction at which the overlap of the rigid bodies is summed."""
+OVERLAP_SHARE = 0.5
+"""Square of the half-width along rolling over that of the rigid overlap: ½ below a sphere (Hertz), less below a cylinder."""
+
+
+@dataclass(frozen=True)
+class ContactScales:
+    """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of what
+    it spans along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
+    tells whether it reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits` are
+    these ends (m)."""
+
+    semi_axis_x: float
+    semi_axis_y: float
+    peak_pressure: float
+    approach: float
+    area: float
+    mean_radius: float
+    centre: float = 0.0
+    ends: tuple[bool, bool] = (False, False)
+    limits: tuple[float, float] = (-math.inf, math.inf)
+
+    @classmethod
+    def of_hertz(cls, hertz: HertzContact) -> ContactScales:
+        return cls(hertz.semi_axis_x, hertz.semi_axis_y, hertz.peak_pressure, hertz.approach, hertz.area, hertz.mean_radius)
+
+    @property
+    def reaches_an_end(self) -> bool:
+        return any(self.ends)
+
+    def domain(self, extent: float) -> Domain:
+        """A domain of `extent` half-lengths about the contact. It ends where a profile ends."""
+        side_x, half = extent * self.semi_axis_x, 0.5 * extent * self.semi_axis_y
+        low, high = max(self.centre - half, self.limits[0]), min(self.centre + half, self.limits[1])
+        if math.isinf(self.limits[0]):
+            return Domain(side_x, 2.0 * half, self.centre)
+        return Domain(side_x, high - low, 0.5 * (low + high))
+
+
+@lru_cache(maxsize=64)
+def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: float) -> ContactScales:
+    """Scales of the contact of two bodies of which one has a profile at least, from a coarse normal solution.
+
+    The domain is where the rigid bodies would overlap, and then what the contact fills. Raises ValueError where the bodies
+    never face each other, or where the contact reaches both ends of a profile.
+    """
+    low, high = facing(geometry)
+    mirror = is_symmetric(geometry)
+    depth = _overlap(geometry, contact_modulus, normal_force)
+    for _ in range(ATTEMPTS):
+        y = np.linspace(low, high, SAMPLES)
+        inside = y[lateral_gap(geometry, y) < depth]
+        box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
+        found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high))
+        if found is not None:
+            break
+        depth *= 1.5
+    else:
+        raise ValueError("no contact of these profiles was found: their gap is too steep")
+    # Once more with all elements on the contact: its border is known to an element.
+    box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
+    found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high)) or found
+    if all(found.ends):
+        raise ValueError(f"the contact reaches both ends of the profile, y = {1e3 * low:g} and {1e3 * high:g} mm")
+    return found
+
+
+@dataclass(frozen=True)
+class _Box:
+    half_x: float
+    low: float
+    high: float
+
+    def grown(self, factor: float, lowest: float, highest: float, *, mirror: bool) -> _Box:
+        """`factor` times as large, but not beyond the ends of the profiles; even about y = 0 for `mirror`."""
+        room = 0.5 * (factor - 1.0) * (self.high - self.low)
+        low, high = max(self.low - room, lowest), min(self.high + room, highest)
+        if mirror:
+            high = max(high, -low)
+            low = -high
+        return _Box(factor * self.half_x, low, high)
+
+
+def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) -> float:
+    """Estimate of the approach δ in m: each strip across y as a cylinder of half-width a² = ½·2R'_x(δ − h), which carries
+    πE*a²/(4R'_x) per length (Kik & Piotrowski's assumption)."""
+    low, high = facing(geometry)
+    y = np.linspace(low, high, SAMPLES)
+    gap = lateral_gap(geometry, y)
+    finite = np.where(np.isfinite(gap), gap, 1e300)
+    stiffness = 0.25 * math.pi * contact_modulus * OVERLAP_SHARE * 2.0 * (y[1] - y[0])
+
+    def load(depth: float) -> float:
+        return stiffness * float(np.maximum(depth - finite, 0.0).sum())
+
+    upper = 1e-12
+    while load(upper) < normal_force:
+        upper *= 2.0
+    lower = 0.5 * upper
+    for _ in range(40):
+        middle = 0.5 * (lower + upper)
+        lower, upper = (middle, upper) if load(middle) < normal_force else (lower, middle)
+    return 1.2 * upper
+
+
+def _solve(
+    geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float]
+) -> ContactScales | None:
+    """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
+    nx, ny = COARSE
+    grid = Grid.over(COARSE, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
+    gap = 0.5 * geometry.curvature_x * grid.x[:, None] ** 2 + lateral_gap(geometry, grid.y)[None, :]
+    solver = NormalSolver(grid, contact_modulus)
+    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), CLOSENESS)
+    refined = solver.refine(solution, gap, normal_force, CLOSENESS)
+    columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
+    slack = 1e-9 * (limits[1] - limits[0])
+    at_end = box.low <= limits[0] + slack, box.high >= limits[1] - slack
+    first, last = columns[0] == 0, columns[-1] == ny - 1
+    if rows[0] == 0 or rows[-1] == nx - 1 or (first and not at_end[0]) or (last and not at_end[1]):
+        return None
+    edge = np.isfinite(lateral_gap(geometry, np.array([limits[0], limits[1]])))
+    along = refined.covered.sum(axis=0).max() * grid.dx
+    low = grid.y[columns[0]] - 0.5 * grid.dy
+    high = grid.y[columns[-1]] + 0.5 * grid.dy
+    area = float(refined.covered.sum()) * grid.element_area
+    return ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
+                         math.sqrt(area / math.pi), float(0.5 * (low + high)),
+                         (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits)

@@ -1,0 +1,167 @@
+"""Contact whose heat goes with its pressure: the expansion by heat inside the normal problem, and continuation in the heat.
+
+Where the surfaces slide, heat is made in proportion to the pressure, q = w p with w = μV|s|. With E the expansion that a unit
+of heat makes, the pressure of a contact that is to be in balance with its own heat solves
+
+    (A − E[w ·]) p = δ − h  on the active set,     p > 0 there and gap > 0 elsewhere,     ∬ p = W,
+
+which is linear for a given active set and slip. Iterating pressure → heat → expansion → pressure instead diverges as soon as
+E w outweighs A. The system is not symmetric; A alone preconditions it, since A⁻¹E is compact: a handful of GMRES steps on any
+grid.
+
+There are steady states at any heat, but heat concentrates a contact, and an active set that is much too large makes the
+linear system answer with pressures of both signs: the sets then wander. So heat is raised from a state that is known, each
+step starting from the last active set, which it only has to shrink.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.numerics.krylov import Vector, gmres
+from thermoroll_cli.numerics.solver_options import HeatedContactOptions
+
+
+@dataclass(frozen=True)
+class HeatedContact:
+    """`pressure` (Pa) and its own `expansion` E[w p] (m, up to a constant), (nx, ny); `residual` is the rms of what remains
+    of the gap over the elastic displacement; `reached` is the part of the heat at which this is the state (1: all of it),
+    `raised` whether it was raised to it from none."""
+
+    pressure: Array
+    expansion: Array
+    residual: float
+    applications: int
+    active_sets: int
+    steps: int
+    reached: float
+    converged: bool
+    raised: bool = False
+
+    @property
+    def contact(self) -> Mask:
+        return self.pressure > 0.0
+
+
+class HeatedContactSolver:
+    """Contact under `normal_force` (N) of surfaces `gap` apart (m, (nx, ny), any constant), which expand by `expand`(p) (m,
+    linear) under the heat of the pressure p.
+
+    `applications` counts those of A − E.
+    """
+
+    def __init__(
+        self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, normal_force: float,
+        options: HeatedContactOptions | None = None,
+    ) -> None:
+        self.options = options or HeatedContactOptions()
+        self.applications = 0
+        self._normal, self._expand, self._gap = normal, expand, gap
+        self._load = normal_force / normal.grid.element_area
+
+    def solve(self, pressure: Array, tolerance: float, heat: float = 1.0) -> HeatedContact:
+        """The state at the part `heat` of the heat, from the active set and values of `pressure`. Not `converged` where the
+        active sets wander or do not settle."""
+        options, before = self.options, self.applications
+        contact = pressure > 0.0
+        pressure = pressure * (self._load / float(pressure.sum()))
+        scale = max(float(self._normal.displacement(pressure)[contact].mean()), 1e-300)
+        closing = self._closing(pressure, heat)
+        error, sets, converged = np.inf, 0, False
+        while sets < options.most_active_sets:
+            sets += 1
+            residual = -(closing + self._gap)[contact]
+            residual -= residual.mean()
+            error = float(np.sqrt(np.mean(residual**2))) / scale
+            wanted = max(0.5 * tolerance / error, options.reduction) if error > tolerance else 0.5
+            step, image = self._correction(contact, residual, heat, wanted)
+            pressure, closing = pressure + step, closing + image
+            opening = closing + self._gap
+            opening -= opening[contact].mean()
+            error = float(np.sqrt(np.mean(opening[contact] ** 2))) / scale
+            drop, add = contact & (pressure < 0.0), ~contact & (opening < -tolerance * scale)
+            dropped, added, size = (int(np.count_nonzero(m)) for m in (drop, add, contact))
+            if dropped + added == 0:
+                if error <= tolerance:
+                    converged = True
+                    break
+                continue
+            if (dropped and added > options.wandering * size) or dropped == size:
+                break
+            # Two elements may swap for ever on a symmetric border: then only what must go goes.
+            contact = contact & ~drop if sets > options.most_active_sets // 2 and dropped else (contact & ~drop) | add
+            pressure = np.where(contact, pressure, 0.0)
+            pressure *= self._load / float(pressure.sum())
+            closing = self._closing(pressure, heat)
+        expansion = self._expand(pressure) * heat
+        return HeatedContact(pressure, expansion, error, self.applications - before, sets, 1, heat, converged)
+
+    def _closing(self, pressure: Array, heat: float) -> Array:
+        """(A − E) p in m."""
+        self.applications += 1
+        indented = self._normal.displacement(pressure)
+        return indented - heat * self._expand(pressure) if heat else indented
+
+    def _correction(self, contact: Mask, residual: Vector, heat: float, wanted: float) -> tuple[Array, Array]:
+        """The change of pressure without change of load that takes up `residual` (m, on the contact, no mean) by the factor
+        `wanted`, and (A − E) of it."""
+        def on_grid(values: Vector) -> Array:
+            field = np.zeros(contact.shape)
+            field[contact] = values
+            return field
+
+        def closing(values: Vector) -> Vector:
+            return self._closing(on_grid(values), heat).ravel()
+
+        def without_mean(_: Vector, image: Vector) -> Vector:
+            inside = image.reshape(contact.shape)[contact]
+            return np.asarray(inside - inside.mean())
+
+        def precondition(values: Vector) -> Vector:
+            return self._normal.precondition(on_grid(values), contact)[contact]
+
+        solution = gmres(closing, without_mean, precondition, residual, wanted, self.options.most_iterations)
+        if solution.iterations == 0:
+            # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
+            return np.zeros(contact.shape), np.zeros(contact.shape)
+        return on_grid(solution.step), solution.image.reshape(contact.shape)
+
+    def continued(self, pressure: Array, tolerance: float) -> HeatedContact:
+        """The state at full heat: tried at once from `pressure`, else by raising the heat from none.
+
+        Where a step fails it is halved. The state at the highest heat that was reached is returned; below 1, a further
+        `smallest_step` of the heat has no state that the iteration finds, or none within `most_applications`."""
+        options, before = self.options, self.applications
+        found = self.solve(pressure, tolerance)
+        sets, steps = found.active_sets, 1
+        if found.converged:
+            return found
+        if found.residual <= options.on_the_way:
+            # Only elements of the border came and went, for a gap that is closed: no heat need be raised for that.
+            found = self.solve(pressure, options.on_the_way)
+            sets, steps = sets + found.active_sets, steps + 1
+            if found.converged:
+                return replace(found, applications=self.applications - before, active_sets=sets, steps=steps)
+        reached = self.solve(pressure, options.on_the_way, 0.0)
+        sets, steps = sets + reached.active_sets, steps + 1
+        step = 0.25
+        while (reached.reached < 1.0 and step >= options.smallest_step and reached.converged
+               and self.applications - before < options.most_applications):
+            heat = min(1.0, reached.reached + step)
+            found = self.solve(reached.pressure, options.on_the_way, heat)
+            sets, steps = sets + found.active_sets, steps + 1
+            if found.converged:
+                reached, step = found, options.growth * step
+            else:
+                step *= 0.5
+        if reached.reached == 1.0:
+            # The last digits are no part of the way: should they not come, the heat has been reached all the same.
+            found = self.solve(reached.pressure, tolerance)
+            sets, steps, reached = sets + found.active_sets, steps + 1, found if found.converged else reached
+        return replace(reached, applications=self.applications - before, active_sets=sets, steps=steps,
+                       converged=reached.converged and reached.reached == 1.0, raised=True)

@@ -1,0 +1,226 @@
+"""Temperature and thermal stresses inside a half-space under one heated element on moving material.
+
+The element of dx × dy carries a uniform heat flux q into the body; the surface is free of traction and otherwise insulated, and
+the state is steady. Lengths are in dx, P = V dx/κ along x and along y, ``aspect`` b = dy/dx, z ≥ 0 points into the body.
+With w² = k_x² + k_y² and s² = w² + i(k_x P_x + k_y P_y) the response to q is, per wavenumber (Goodier's potential plus the
+isothermal correction that frees the surface),
+
+    T = e^(−sz)/s                                in q dx/k
+    H = 2 e^(−wz)/(w s (s+w)),   Ψ = e^(−wz) z² (s−w) φ(X)/(s (s+w)),   φ(X) = (e^(−X) − 1 + X)/X²,   X = (s−w)z
+    σ_xx = −T + ∂_xx Ψ − (∂_xx + ν ∂_yy) H       σ_zz = −(∂_xx + ∂_yy) Ψ       in Eα/(1−ν) · q dx/k
+    σ_xy = ∂_xy Ψ − (1−ν) ∂_xy H                 σ_xz = ∂_x ∂_z Ψ              and σ_yy, σ_yz by x ↔ y.
+
+Nothing is sampled over wavenumbers, whose periodic images would leave per cents of error: in real space both potentials are
+superpositions of Gaussians of variance 2u that have drifted by Pt,
+
+    H = ∫∫ 2 erfc(a) G dt du,   Ψ = ∫∫ [(z²/2u) erfc(a) − erf(a) + (2/√π) a exp(−a²)] G dt du,   0 < t < u < ∞,
+    G = exp(−z²/4u)/√(πu) · gx(X − P_x t; u) gy(Y − P_y t; u),   a² = z² t/(4u(u − t)),
+
+with gx and gy the integrals over the element of a Gaussian each. The Gaussians do not depend on the depth. At each node u of
+the outer rule the inner one gives a function of x alone for each depth, so that a table is a product of two matrices.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.special import erf, erfc
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.drift_rules import FAST, TAIL, Steps, inner_rule, outer_rule
+from thermoroll_cli.halfspace.subsurface_elastic import TWISTED, Corner, between_corners
+from thermoroll_cli.halfspace.thermal import temperature_at_depths
+
+SLOW = 1e-11
+"""P × table size below which the limit P → 0 is exact to rounding."""
+CHUNK = 48
+"""Inner nodes taken together: few enough for narrow windows."""
+BLOCK = 64
+"""Outer nodes taken together: enough for efficient matrix products, few enough for their memory."""
+
+
+def thermal_stress(
+    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float, poisson_ratio: float,
+    steps: Steps = FAST,
+) -> Array:
+    """Thermal stresses under one heated element, in Eα/(1−ν) · q dx/k.
+
+    `x`, `y` are ascending offsets from the element's centre in steps of 1 and of `aspect`, and must keep off its edges;
+    `depths` ascend. Returns (len(depths), 6, len(x), len(y)), components xx yy zz xy xz yz, good to 1e-7 of the largest with
+    the `steps` FAST. Raises ValueError for a depth that is negative or a Péclet number that is not finite.
+    """
+    _check(depths, peclet_x, peclet_y)
+    size = max(float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect)
+    if math.hypot(peclet_x, peclet_y) * size < SLOW:
+        return np.stack([stationary_stress(x, y, float(z), aspect, poisson_ratio) for z in depths])
+    if abs(peclet_y) > abs(peclet_x):
+        # The inner rule follows the motion along x: exchange the axes, in units of dy.
+        turned = thermal_stress(y / aspect, x / aspect, depths / aspect, 1.0 / aspect, peclet_y * aspect, peclet_x * aspect,
+                                poisson_ratio, steps)
+        return aspect * turned.transpose(0, 1, 3, 2)[:, list(TWISTED)]
+    if peclet_x < 0.0:
+        mirrored = thermal_stress(-x[::-1], y, depths, aspect, -peclet_x, peclet_y, poisson_ratio, steps)[:, :, ::-1]
+        return mirrored * np.array([1.0, 1.0, 1.0, -1.0, -1.0, 1.0])[:, None, None]
+    stress = _Superposition(x, y, depths, aspect, (peclet_x, peclet_y), poisson_ratio, steps).sum()
+    temperature = temperature_at_depths(x, y, depths, aspect, peclet_x, peclet_y)
+    stress[:, 0] -= temperature
+    stress[:, 1] -= temperature
+    return stress
+
+
+def stationary_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
+    """The limit P → 0, where σ_zz, σ_xz and σ_yz vanish (Sternberg and McDowell 1957); (6, len(x), len(y)).
+
+    1/2π times the differences between the element's corners of σ_xx = −(1−ν)[y L_y − z A_y] and
+    σ_xy = (1−ν)[r − z ln(r+z)], with L and A of `subsurface_elastic`; σ_yy by x ↔ y."""
+    def primitive(corner: Corner) -> Array:
+        flipped, r = corner.twisted, corner.r
+        zero = np.zeros_like(r)
+        return (1.0 - poisson_ratio) * np.stack([
+            z * flipped.angle() - corner.y * flipped.inverse_sine(),
+            z * corner.angle() - corner.x * corner.inverse_sine(),
+            zero, r - z * np.log(r + z), zero, zero,
+        ])
+
+    return between_corners(x, y, z, aspect, primitive)
+
+
+def _check(depths: Array, peclet_x: float, peclet_y: float) -> None:
+    if not (math.isfinite(peclet_x) and math.isfinite(peclet_y)):
+        raise ValueError(f"Péclet numbers must be finite, not {peclet_x}, {peclet_y}")
+    if not (np.isfinite(depths).all() and (depths >= 0.0).all() and (np.diff(depths) > 0.0).all()):
+        raise ValueError("depths must ascend from 0 or deeper")
+
+
+@dataclass(frozen=True)
+class _Inner:
+    """Nodes t of the inner rule at one u, and the weights (3, depths, nodes) of H, Ψ and ∂_z Ψ."""
+
+    t: Array
+    weights: Array
+
+
+@dataclass(frozen=True)
+class _Superposition:
+    """The double integral over the Gaussians, without −T: P_x > 0."""
+
+    x: Array
+    y: Array
+    depths: Array
+    aspect: float
+    peclet: tuple[float, float]
+    poisson_ratio: float
+    steps: Steps
+
+    def sum(self) -> Array:
+        """(depths, 6, len(x), len(y))."""
+        total = np.zeros((len(self.depths), 6, len(self.x), len(self.y)))
+        u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet, self.steps)
+        for start, stop in pairwise([*range(0, len(u), BLOCK), len(u)]):
+            # Deeper than that nothing has arrived yet.
+            active = int(np.searchsorted(self.depths, 2.0 * TAIL * math.sqrt(u[stop - 1]), side="right"))
+            self._add(total[:active], u[start:stop], weights[start:stop], self.depths[:active])
+        return total
+
+    def _reach(self) -> float:
+        """How far downstream anything is asked for, at least one element."""
+        return max(float(self.x[-1]) + 0.5, 1.0)
+
+    def _add(self, total: Array, u: Array, weights: Array, depths: Array) -> None:
+        """Add what the outer nodes `u` contribute to the first depths."""
+        along, across = [], []
+        for variance, weight in zip(u, weights, strict=True):
+            inner = self._inner(float(variance), float(weight), depths)
+            shifts, shares = self._lateral(float(variance), inner.t)
+            along.append(self._along(float(variance), inner, shares))
+            across += [_cell(self.y - shift, self.aspect, float(variance)) for shift in shifts]
+        # (terms, depths, nodes, x) and (orders, nodes, y); with lateral motion every node u counts once for each shift.
+        f = np.concatenate(along, axis=2)
+        g = np.stack(across, axis=1)
+        nu = self.poisson_ratio
+        h0, h2, psi0, psi2, mixed, shear_x, shear_y = f
+        for layer in range(len(depths)):
+            xx = np.concatenate([psi2[layer] - h2[layer], -nu * h0[layer]])
+            yy = np.concatenate([psi0[layer] - h0[layer], -nu * h2[layer]])
+            zz = np.concatenate([-psi2[layer], -psi0[layer]])
+            even, odd = np.concatenate([g[0], g[2]]), np.concatenate([g[2], g[0]])
+            total[layer, 0] += xx.T @ even
+            total[layer, 1] += yy.T @ odd
+            total[layer, 2] += zz.T @ even
+            total[layer, 3] += mixed[layer].T @ g[1]
+            total[layer, 4] += shear_x[layer].T @ g[0]
+            total[layer, 5] += shear_y[layer].T @ g[1]
+
+    def _inner(self, u: float, weight: float, depths: Array) -> _Inner:
+        """The inner rule at one u with everything that multiplies gx gy in it."""
+
+        furthest = (self._reach() + 2.0 * TAIL * math.sqrt(u)) / self.peclet[0]
+        odds, t, dt, first, last = inner_rule(u, furthest, self.peclet[0], self.steps)
+        # a = z √(t/(4u(u−t))); `odds` is t/(u−t) to full precision at both ends.
+        rate = np.sqrt(odds / (4.0 * u))
+        z = depths[:, None]
+        a = z * rate
+        gauss, tail = np.exp(-a * a), erfc(a)
+        ratio = z * z / (2.0 * u)
+        psi = ratio * tail - erf(a) + 2.0 / math.sqrt(math.pi) * a * gauss
+        slope = z / (2.0 * u) * (2.0 * tail - psi) - 2.0 / math.sqrt(math.pi) * (2.0 * a * a + ratio) * rate * gauss
+        every = np.stack([2.0 * tail, psi, slope]) * dt
+        every *= (np.exp(-0.5 * ratio) * (weight / math.sqrt(math.pi * u)))
+        # Where the Gaussians no longer move, nodes differ only by their weights.
+        kept = every[:, :, first : last + 1].copy()
+        kept[:, :, 0] += every[:, :, :first].sum(axis=2)
+        kept[:, :, -1] += every[:, :, last + 1 :].sum(axis=2)
+        return _Inner(t[first : last + 1], kept)
+
+    def _along(self, u: float, inner: _Inner, shares: Array) -> Array:
+        """Inner sums (7, depths, shifts, len(x)): of H and Ψ without and with ∂_xx, ∂_x of Ψ − (1−ν)H, and ∂_x ∂_z Ψ, ∂_z Ψ."""
+        h, psi, slope = (part[:, None, :] * shares for part in inner.weights)
+        mixed = psi - (1.0 - self.poisson_ratio) * h
+        by_order = (np.stack([h, psi, slope]), np.stack([mixed, slope]), np.stack([h, psi]))
+        targets = ([0, 2, 6], [4, 5], [1, 3])
+        out = np.zeros((7, *h.shape[:2], len(self.x)))
+        speed = self.peclet[0]
+        spread = 2.0 * TAIL * math.sqrt(u) + 0.5
+        for start in range(0, len(inner.t), CHUNK):
+            times = inner.t[start : start + CHUNK]
+            low, high = np.searchsorted(self.x, [speed * times[0] - spread, speed * times[-1] + spread])
+            if low == high:
+                continue
+            gx = _cell(self.x[None, low:high] - speed * times[:, None], 1.0, u)
+            for order, (weights, target) in enumerate(zip(by_order, targets, strict=True)):
+                out[target, :, :, low:high] += weights[..., start : start + CHUNK] @ gx[order]
+        return out
+
+    def _lateral(self, u: float, t: Array) -> tuple[Array, Array]:
+        """Shifts along y and the share of each inner node that belongs to each: interpolation in the lateral drift P_y t.
+
+        Without lateral motion there is one shift, zero. The drift is short against the width 2√u of the Gaussians wherever a
+        body moves much faster along x, so that a few Chebyshev points suffice."""
+        speed = self.peclet[1]
+        if speed == 0.0 or len(t) == 1:
+            return speed * t[:1], np.ones((1, len(t)))
+        centre, half = 0.5 * speed * (t[0] + t[-1]), 0.5 * speed * (t[-1] - t[0])
+        count = 4 + math.ceil(6.0 * abs(half) / math.sqrt(u))
+        angle = (np.arange(count) + 0.5) * math.pi / count
+        nodes = np.cos(angle)
+        place = np.clip((speed * t - centre) / half, -1.0, 1.0)
+        # Σ_m T_m(place) T_m(node): the interpolating polynomial of each node in Chebyshev's basis.
+        orders = np.arange(count)
+        basis = np.cos(orders[:, None] * np.arccos(place)[None, :])
+        basis[0] *= 0.5
+        return centre + half * nodes, 2.0 / count * np.cos(angle[:, None] * orders[None, :]) @ basis
+
+
+def _cell(centres: Array, length: float, u: float) -> Array:
+    """A Gaussian of variance 2u integrated over the element, and its first two derivatives: (3, …) as `centres`, whose last
+    axis ascends in steps of `length`."""
+
+    edges = np.concatenate([centres - 0.5 * length, centres[..., -1:] + 0.5 * length], axis=-1)
+    width = 2.0 * math.sqrt(u)
+    scaled = edges / width
+    density = np.exp(-scaled * scaled) / (math.sqrt(math.pi) * width)
+    primitives = np.stack([0.5 * erf(scaled), density, scaled * density * (-2.0 / width)])
+    return np.asarray(np.diff(primitives, axis=-1))

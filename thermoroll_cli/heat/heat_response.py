@@ -1,0 +1,224 @@
+"""Temperature and thermal expansion of both surfaces from the heat that enters them (Eqs. 17–20)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
+from thermoroll_cli.halfspace.thermal_slope import slopes, temperature_slope_table
+from thermoroll_cli.numerics.convolution import Convolution, Spectrum
+from thermoroll_cli.numerics.grid import Grid
+
+
+@dataclass(frozen=True)
+class HeatedBody:
+    """One body as its surface sees the heat: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
+    material passes through the contact."""
+
+    conductivity: float
+    free_expansion: float
+    diffusivity: float
+    speed_x: float
+    speed_y: float = 0.0
+
+
+@dataclass(frozen=True)
+class DividedHeat:
+    """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the lower body takes the part `share` at every point, and
+    the flux `exchanged` that leaves the upper body for the lower one besides, of either sign (None: nothing does). `total`
+    changes by `slope` along x through each element (None: as its neighbours tell, `kernels.thermal_slope`)."""
+
+    total: Array
+    share: float
+    exchanged: Array | None = None
+    slope: Array | None = None
+
+    @property
+    def lower(self) -> Array:
+        """Heat flux into the lower body."""
+        own = self.share * self.total
+        return own if self.exchanged is None else np.asarray(own + self.exchanged)
+
+    @property
+    def upper(self) -> Array:
+        """Heat flux into the upper body."""
+        own = (1.0 - self.share) * self.total
+        return own if self.exchanged is None else np.asarray(own - self.exchanged)
+
+
+class ThermalResponse(Protocol):
+    """Linear response of two surfaces to heat, for one state of motion."""
+
+    @property
+    def matched_share(self) -> float | None:
+        """Share of the lower body with which both surfaces get equally warm everywhere, if there is one."""
+
+    @property
+    def likely_share(self) -> float:
+        """About the share of the lower body with which both surfaces get equally warm on average."""
+
+    def displacement(self, heat: DividedHeat) -> Array:
+        """u_z^t > 0 in m: expansion of both bodies towards each other, up to a constant for sources at rest."""
+
+    def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
+        """Surface temperature rise in K of the lower and of the upper body."""
+
+    def temperature_gap(self, exchange: Array) -> Array:
+        """Temperature of the lower less that of the upper surface if the flux `exchange` leaves the upper body for the
+        lower one."""
+
+    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+        """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
+
+    def gap_patterns(
+        self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]
+    ) -> tuple[Array, Array] | None:
+        """What `gap_symbol` lacks on the `contact` (nx, ny), if anything does: u vᵀ acts on fluxes summed over rows and adds
+        the same to all rows. Returns what the inverse of the symbol, `inverted`, makes of the n patterns u on the contact, or
+        on one that is nearly the same, (n, nx, ny), and v, (ny, n)."""
+
+
+class HeatResponse:
+    """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
+
+    For temperatures frictional heat changes linearly along x within each element (`kernels.thermal_slope`): they are those of
+    the elements' centres, at second order. `tables` counts influence tables built: equal bodies at equal speed share theirs.
+    """
+
+    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody) -> None:
+        self.grid = grid
+        self.bodies = (lower, upper)
+        self.tables = 0
+        self._convolution: Convolution | None = None
+        self._temperature: dict[tuple[float, float], Spectrum] = {}
+        self._slope: dict[tuple[float, float], Spectrum] = {}
+        self._expansion: dict[tuple[float, float], Spectrum] = {}
+        self._gap: Spectrum | None = None
+
+    @property
+    def convolution(self) -> Convolution:
+        if self._convolution is None:
+            self._convolution = Convolution(*self.grid.shape)
+        return self._convolution
+
+    @property
+    def transforms(self) -> int:
+        return self._convolution.transforms if self._convolution is not None else 0
+
+    @property
+    def matched_share(self) -> float | None:
+        lower, upper = self.bodies
+        if _peclets(self.grid, lower) != _peclets(self.grid, upper):
+            return None
+        return lower.conductivity / (lower.conductivity + upper.conductivity)
+
+    @property
+    def likely_share(self) -> float:
+        lower, upper = (thermal_admittance(self.grid, b, math.hypot(b.speed_x, b.speed_y)) for b in self.bodies)
+        return lower / (lower + upper)
+
+    def displacement(self, heat: DividedHeat) -> Array:
+        """As `ThermalResponse`. The gap only feels the sum of both expansions: heat that is divided evenly takes one
+        transform of it, and one of the result, whatever the bodies."""
+        convolution = self.convolution
+        if heat.exchanged is None:
+            hat = convolution.forward(heat.total)
+            hat *= self._joint_expansion(heat.share, 1.0 - heat.share)
+            return convolution.inverse(hat)
+        hat = convolution.forward(heat.lower)
+        hat *= self._joint_expansion(1.0, 0.0)
+        hat += convolution.forward(heat.upper) * self._joint_expansion(0.0, 1.0)
+        return convolution.inverse(hat)
+
+    def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
+        """As `ThermalResponse`. What is exchanged is constant in each element: it may change its sign from one to the next, and
+        with slopes of either sign surfaces would get colder than their surroundings."""
+        lower, upper = self.bodies
+        # Laws of slip zones may leave negative heat at the end of an element, which must not be where material enters.
+        entered_behind = min(lower.speed_x, upper.speed_x) < 0.0
+        changes = slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
+        flux, slope = (self.convolution.forward(field) for field in (heat.total, changes))
+        exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
+        return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
+                self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
+
+    def temperature_gap(self, exchange: Array) -> Array:
+        """As `ThermalResponse`."""
+        convolution, spectrum = self.gap_symbol()
+        hat = convolution.forward(exchange)
+        hat *= spectrum
+        return convolution.inverse(hat)
+
+    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+        """As `ThermalResponse`."""
+        if self._gap is None:
+            spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]
+            self._gap = np.asarray(spectra[0] + spectra[1])
+        return self.convolution, self._gap
+
+    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
+        """As `ThermalResponse`: nothing is lacking."""
+        return None
+
+    def _rise(
+        self, body: HeatedBody, flux: Spectrum, slope: Spectrum, share: float, exchanged: Spectrum | None, sign: float
+    ) -> Array:
+        """Temperature of a body that takes `share` of a flux and `sign` times what is exchanged; all given as transforms."""
+        own = share * flux
+        if exchanged is not None:
+            own += sign * exchanged
+        own *= self._temperature_spectrum(body)
+        own += share * slope * self._slope_spectrum(body)
+        rise = self.convolution.inverse(own)
+        rise *= self.grid.dx / body.conductivity
+        return rise
+
+    def _temperature_spectrum(self, body: HeatedBody) -> Spectrum:
+        grid, key = self.grid, _peclets(self.grid, body)
+        if key not in self._temperature:
+            self.tables += 1
+            table = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
+            self._temperature[key] = self.convolution.spectrum(table)
+        return self._temperature[key]
+
+    def _slope_spectrum(self, body: HeatedBody) -> Spectrum:
+        grid, key = self.grid, _peclets(self.grid, body)
+        if key not in self._slope:
+            self._slope[key] = self.convolution.spectrum(temperature_slope_table(grid.nx, grid.ny, grid.dy / grid.dx, *key))
+        return self._slope[key]
+
+    def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
+        """Kernel of the sum of both expansions if the bodies take these shares of a heat flux."""
+        shares = lower, upper
+        if shares not in self._expansion:
+            grid = self.grid
+            weights: dict[tuple[float, float], float] = {}
+            for body, share in zip(self.bodies, shares, strict=True):
+                factor = share * body.free_expansion * grid.dx**2 / body.conductivity
+                key = _peclets(grid, body)
+                weights[key] = weights.get(key, 0.0) + factor
+            total = np.zeros((2 * grid.nx - 1, 2 * grid.ny - 1))
+            for key, factor in weights.items():
+                if factor:
+                    self.tables += 1
+                    total += factor * displacement_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
+            self._expansion[shares] = self.convolution.spectrum(total)
+        return self._expansion[shares]
+
+
+def thermal_admittance(grid: Grid, body: HeatedBody, speed: float) -> float:
+    """How readily a body takes up heat on the size of the grid, relative: k for material at rest, k sqrt(P) for fast."""
+    size = 0.5 * math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy)
+    return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)
+
+
+def _peclets(grid: Grid, body: HeatedBody) -> tuple[float, float]:
+    """V dx/κ along x and y: what the tables are made for."""
+    return body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity

@@ -1,0 +1,190 @@
+"""Thermal response where every source has its own Péclet number, made with the local slip speed (after Eq. 20).
+
+The article lets heat travel with the sliding speed, which differs from point to point in rolling contact. Every source
+element x' then has its own kernel of Pe(x') = |ṡ(x')| l/κ, and T(x) = Σ K_Pe(x')(x − x') q(x') becomes a short sum of
+convolutions (`kernels.variable_peclet`).
+
+**Direction.** The magnitude is that of the slip, the direction that of rolling: the material of both bodies moves along
++x, as it passes through the contact, whichever way the surfaces slip. So reversed creepages, bodies that change places
+and mirror images have the heat they should. The article's Pe_x, Pe_y, made with the components of the slip, put the wake
+of sideways slip sideways, and that of negative slip ahead of the contact, of both bodies alike. Where slip is along +x
+both agree; otherwise they differ in proportion to the Péclet number, and not at all where that is small.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.thermal import temperature_table
+from thermoroll_cli.halfspace.variable_peclet import ThermalKind, VariablePecletKernel, variable_peclet_kernel
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, thermal_admittance
+from thermoroll_cli.numerics.convolution import Convolution, Spectrum
+from thermoroll_cli.numerics.grid import Grid
+
+TOLERANCE = 1e-5
+"""Error of the expansion relative to the largest coefficient, and to the sum of all."""
+RANGES_KEPT = 2
+"""Expansions kept per kind: a slip speed that moves back and forth over the end of a range needs both."""
+
+
+@dataclass(frozen=True)
+class _Expansion:
+    """`kernel` without its tables, whose spectra these are."""
+
+    kernel: VariablePecletKernel
+    spectra: list[Spectrum]
+
+
+class SlidingKernels:
+    """Expansions on one grid, kept from one state to the next.
+
+    An expansion covers Péclet numbers up to a power of two, so that it serves states with half to all of that slip, and
+    depends on nothing but the state. `built` counts expansions.
+    """
+
+    def __init__(self, grid: Grid) -> None:
+        self.grid = grid
+        self.convolution = Convolution(*grid.shape)
+        self.built = 0
+        self._kept: dict[ThermalKind, dict[float, _Expansion]] = {"temperature": {}, "displacement": {}}
+
+    @property
+    def transforms(self) -> int:
+        return self.convolution.transforms
+
+    def covering(self, kind: ThermalKind, peclet: float) -> _Expansion:
+        """The expansion for Péclet numbers V dx/κ up to `peclet`."""
+        limit = 2.0 ** math.ceil(math.log2(peclet)) if peclet > 0.0 else 0.0
+        kept = self._kept[kind]
+        if limit not in kept:
+            grid = self.grid
+            kernel = variable_peclet_kernel(grid.nx, grid.ny, grid.dy / grid.dx, limit, kind, TOLERANCE)
+            spectra = [self.convolution.spectrum(table) for table in kernel.tables]
+            bare = replace(kernel, tables=np.empty((kernel.terms, 0, 0)))
+            self.built += 1
+            kept[limit] = _Expansion(bare, spectra)
+        kept[limit] = kept.pop(limit)  # the last one used stands last
+        while len(kept) > RANGES_KEPT:
+            del kept[next(iter(kept))]
+        return kept[limit]
+
+
+class SlidingHeatResponse:
+    """Response of two bodies that slip at `slip_speed` (m/s, (nx, ny), ≥ 0) against each other.
+
+    The speeds of the bodies themselves (`HeatedBody.speed_x`, `speed_y`) do not matter here.
+    """
+
+    def __init__(self, kernels: SlidingKernels, lower: HeatedBody, upper: HeatedBody, slip_speed: Array) -> None:
+        self.grid = kernels.grid
+        self.bodies = (lower, upper)
+        self._kernels = kernels
+        self._slip_speed = slip_speed
+        self._fastest = float(slip_speed.max())
+        self._weights: dict[tuple[ThermalKind, float], tuple[_Expansion, Array, Array]] = {}
+        self._symbol: Spectrum | None = None
+
+    @property
+    def _alike(self) -> bool:
+        """Whether both bodies have the same kernels."""
+        return self.bodies[0].diffusivity == self.bodies[1].diffusivity
+
+    @property
+    def matched_share(self) -> float | None:
+        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        lower, upper = (body.conductivity for body in self.bodies)
+        return lower / (lower + upper) if self._alike else None
+
+    @property
+    def likely_share(self) -> float:
+        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        lower, upper = (thermal_admittance(self.grid, body, 0.5 * self._fastest) for body in self.bodies)
+        return lower / (lower + upper)
+
+    def displacement(self, heat: DividedHeat) -> Array:
+        """As `solvers.thermal.heat_response.ThermalResponse`; one expansion if the bodies are of one diffusivity."""
+        lower, upper = self.bodies
+        scaled = [
+            flux * (body.free_expansion * self.grid.dx**2 / body.conductivity)
+            for body, flux in zip(self.bodies, (heat.lower, heat.upper), strict=True)
+        ]
+        if self._alike:
+            return self._respond("displacement", lower, scaled[0] + scaled[1])
+        return self._respond("displacement", lower, scaled[0]) + self._respond("displacement", upper, scaled[1])
+
+    def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
+        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        lower, upper = self.bodies
+        if self._alike and heat.exchanged is None:
+            rise = self._respond("temperature", lower, heat.total) * self.grid.dx
+            return (
+                rise * (heat.share / lower.conductivity),
+                rise * ((1.0 - heat.share) / upper.conductivity),
+            )
+        return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
+
+    def temperature_gap(self, exchange: Array) -> Array:
+        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        lower, upper = self.bodies
+        if self._alike:
+            rise = self._respond("temperature", lower, exchange)
+            return rise * (self.grid.dx * (1.0 / lower.conductivity + 1.0 / upper.conductivity))
+        return self._rise(lower, exchange) + self._rise(upper, exchange)
+
+    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+        """As `ThermalResponse`, for sources that all slip at the mean speed of those that slip."""
+        if self._symbol is None:
+            grid = self.grid
+            slipping = self._slip_speed > 0.0
+            speed = float(self._slip_speed[slipping].mean()) if slipping.any() else 0.0
+            table = np.zeros((2 * grid.nx - 1, 2 * grid.ny - 1))
+            for body in self.bodies:
+                kernel = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, speed * grid.dx / body.diffusivity)
+                table += kernel * (grid.dx / body.conductivity)
+            self._symbol = self._kernels.convolution.spectrum(table)
+        return self._kernels.convolution, self._symbol
+
+    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
+        """As `ThermalResponse`: nothing that is known is lacking."""
+        return None
+
+    def mean_peclet(self, flux: Array) -> float:
+        """Mean of |ṡ| l/κ, weighted with `flux`, of the body where it is larger; l is half the side of the grid."""
+        size = 0.5 * math.sqrt(self.grid.nx * self.grid.dx * self.grid.ny * self.grid.dy)
+        slowest = min(body.diffusivity for body in self.bodies)
+        return float((self._slip_speed * flux).sum() / flux.sum()) * size / slowest
+
+    def report(self) -> dict[str, float]:
+        """Terms and error of the expansions used so far: `terms_temperature`, `terms_displacement` (of the body that takes
+        more) and `error`."""
+        result: dict[str, float] = {}
+        for (kind, _), (expansion, _, _) in self._weights.items():
+            name = f"terms_{kind}"
+            result[name] = max(result.get(name, 0), expansion.kernel.terms)
+            result["error"] = max(result.get("error", 0.0), expansion.kernel.error)
+        return result
+
+    def _rise(self, body: HeatedBody, flux: Array) -> Array:
+        return self._respond("temperature", body, flux) * (self.grid.dx / body.conductivity)
+
+    def _respond(self, kind: ThermalKind, body: HeatedBody, flux: Array) -> Array:
+        """Σ K_P(x')(x − x') flux(x') in the units of the tables."""
+        key = kind, body.diffusivity
+        if key not in self._weights:
+            peclet = self._slip_speed * (self.grid.dx / body.diffusivity)
+            expansion = self._kernels.covering(kind, float(peclet.max()))
+            self._weights[key] = expansion, expansion.kernel.weights(peclet), expansion.kernel.offset(peclet)
+        expansion, weights, offset = self._weights[key]
+        convolution = self._kernels.convolution
+        total = np.zeros((convolution.half, convolution.px), dtype=np.complex128)
+        for weight, spectrum in zip(weights, expansion.spectra, strict=True):
+            hat = convolution.forward(weight * flux)
+            hat *= spectrum
+            total += hat
+        return convolution.inverse(total) + float((offset * flux).sum())

@@ -1,0 +1,183 @@
+"""Free-space discrete convolution by FFT (DC-FFT, Liu et al. 2000) with the passes over zeros left out.
+
+A field of nx × ny elements is convolved with an influence table without wrap-around images. Only rows that hold
+the field are transformed along y, and only rows that are asked for are transformed back: about two thirds of the
+plain padded transform. Plans use FFTW_ESTIMATE, so results repeat bit by bit.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from scipy.fft import fft, rfft
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.fftw import fftw
+from thermoroll_cli.numerics.padded import PaddedPlane, Spectrum
+
+SUMMED = 40
+"""Sides of a quarter plane up to which its cosines and sines are summed: FFTW takes much longer to plan such a transform."""
+
+
+class Convolution:
+    """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after.
+
+    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured. `precision`
+    is the type of the fields.
+    """
+
+    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0, precision: Any = np.float64) -> None:
+        self.nx, self.ny, self.before, self.after = nx, ny, before, after
+        self.px, self.py = free_space(nx + max(before, after), ny)
+        self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py), precision)
+        self.half = self._padded.half
+        self._scale = 1.0 / (self.px * self.py)
+
+    @property
+    def transforms(self) -> int:
+        return self._padded.transforms
+
+    def forward(self, field: Array, out: Spectrum | None = None) -> Spectrum:
+        """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here.
+
+        Transforms straight into `out` where that comes from `empty_spectrum`."""
+        if out is None:
+            out = self.empty_spectrum()
+        self._padded.field[:, : self.ny] = field
+        self._padded.forward(out)
+        return out
+
+    def empty_spectrum(self) -> Spectrum:
+        """An array for a spectrum that transforms can read and write directly."""
+        return self._padded.empty_spectrum()
+
+    @property
+    def plane(self) -> Spectrum:
+        """A buffer in which to build the spectrum for `inverse`; the next transform may overwrite it."""
+        return self._padded.spectrum
+
+    def inverse(self, spectrum: Spectrum, out: Array | None = None) -> Array:
+        """Rows −before … nx−1+after of the convolution whose spectrum is given, shape (rows, ny), into `out` if given."""
+        self._padded.inverse(spectrum)
+        return np.multiply(self._padded.line[:, : self.ny], self._scale, out=out)
+
+    def spectrum(self, table: Array) -> Spectrum:
+        """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
+
+        Raises ValueError where the convolution was planned with extra rows, which such a table does not reach."""
+
+        nx, ny = self.nx, self.ny
+        if self.before or self.after or table.shape != (2 * nx - 1, 2 * ny - 1):
+            raise ValueError(f"a table of shape {(2 * nx - 1, 2 * ny - 1)} is needed, got {table.shape}")
+        padded = np.zeros((self.px, self.py))
+        ix = np.arange(-(nx - 1), nx)
+        iy = np.arange(-(ny - 1), ny)
+        padded[np.ix_(ix, iy)] = table
+        return np.asarray(fft(np.ascontiguousarray(rfft(padded, axis=1).T), axis=1))
+
+    def quadrant_spectrum(self, quadrant: Array, parity: int = 1) -> Array:
+        """Real spectrum of a kernel that is even (`parity` 1) or odd (−1) in both offsets, given for offsets ≥ 0.
+
+        `quadrant` has shape (≥ reach_x, ny) with reach_x = nx + max(before, after). Each value is stored twice, beside
+        itself, so that it multiplies a complex spectrum viewed as floats: NumPy would otherwise convert it every time.
+        """
+        reach = self.nx + max(self.before, self.after)
+        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity), self._padded.line.dtype)
+
+
+def even_length(n: int) -> int:
+    """Length ≥ n that transforms fast and is even, as symmetric kernels need it."""
+    return 2 * int(fftw().next_fast_len((n + 1) // 2))
+
+
+def free_space(nx: int, ny: int) -> tuple[int, int]:
+    """Sides (px, py) of the padded plane in which nx × ny elements do not see their periodic images."""
+    return even_length(2 * nx - 1), even_length(2 * ny - 1)
+
+
+def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tuple[int, int] = 1) -> Array:
+    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, zero beyond; even (`parity` 1) or odd (−1) in both, or as
+    the pair of parities along x and y says. A kernel odd in one of them has −i times the array returned as its spectrum.
+
+    Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant is a quarter of the work of the whole
+    plane's. Raises ValueError where `padded` = (px, py) are not even."""
+    px, py = padded
+    if px % 2 or py % 2:
+        raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
+    along, across = (parity, parity) if isinstance(parity, int) else parity
+    hx, hy = px // 2, py // 2
+    quarter = np.zeros((hy + 1, hx + 1))
+    part = quadrant[: hx + 1, : hy + 1].T
+    quarter[: part.shape[0], : part.shape[1]] = part
+    quarter = _cosines_or_sines(quarter, along, across)
+    symbol = np.empty((hy + 1, px))
+    symbol[:, : hx + 1] = quarter
+    np.multiply(quarter[:, -2:0:-1], along, out=symbol[:, hx + 1 :])
+    return symbol
+
+
+def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
+    """Cosine (parity 1) or sine (−1) transforms of type I of a quarter plane, axis 0 across and axis 1 along, not normalised.
+
+    Odd kernels vanish on their axes and where two images meet. Two sines have the factor (−i)² = −1."""
+    if max(quarter.shape) <= SUMMED:
+        waves = [_waves(length - 1, parity) for length, parity in zip(quarter.shape, (across, along), strict=True)]
+        sums: Array = waves[0] @ quarter @ waves[1].T
+        return -sums if along < 0 and across < 0 else sums
+    result = np.zeros_like(quarter)
+    inner = tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
+    part = quarter[inner]
+    if not part.size:
+        return result
+    kinds = ["FFTW_RODFT00" if parity < 0 else "FFTW_REDFT00" for parity in (across, along)]
+    pyfftw = fftw()
+    source, target = (pyfftw.empty_aligned(part.shape, dtype=np.float64) for _ in range(2))
+    plan = pyfftw.FFTW(source, target, axes=(0, 1), direction=kinds, flags=("FFTW_ESTIMATE",))
+    source[...] = part
+    plan.execute()
+    result[inner] = -target if along < 0 and across < 0 else target
+    return result
+
+
+@lru_cache(maxsize=32)
+def _waves(last: int, parity: int) -> Array:
+    """The transform of type I as a matrix (last + 1, last + 1), of cosines or of sines; sines have zeros at both ends."""
+    steps = np.arange(last + 1)
+    # Of angles within one period, so that all are as exact as the first.
+    angles = np.pi / max(last, 1) * (np.outer(steps, steps) % max(2 * last, 1))
+    waves: Array = 2.0 * (np.cos(angles) if parity > 0 else np.sin(angles))
+    ends = [0, last]
+    if parity > 0:
+        waves[:, ends] *= 0.5
+    else:
+        waves[ends], waves[:, ends] = 0.0, 0.0
+    waves.setflags(write=False)
+    return waves
+
+
+def blocks(rows: int, length: int) -> list[slice]:
+    """Groups of rows of `length` numbers each that stay in the cache while several steps are made with them."""
+    step = max(1, 2**14 // length)
+    return [slice(i, min(i + step, rows)) for i in range(0, rows, step)]
+
+
+def in_pairs(real: Array, precision: Any = np.float64) -> Array:
+    """Each value twice, beside itself, in the given type (see `multiply`)."""
+    return np.repeat(real.astype(precision), 2, axis=1)
+
+
+def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
+    """`out` = complex spectrum times a real one stored in pairs (see `in_pairs`), both of the same precision."""
+    precision = real_pairs.dtype
+    np.multiply(spectrum.view(precision), real_pairs, out=out.view(precision))
+    return out
+
+
+def periodic_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
+    """Real symbol, (px, py//2+1), of a kernel wrapped around a period of `padded` = (px, py) elements, both even.
+
+    `quadrant` holds offsets ≥ 0, shape (≥ px//2+1, ≥ py//2+1), of a kernel even (`parity` 1) or odd (−1) in both. For
+    preconditioners: the wrap-around costs them nothing that matters."""
+    return np.ascontiguousarray(quadrant_symbol(quadrant, padded, parity).T)

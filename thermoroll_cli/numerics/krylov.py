@@ -1,0 +1,107 @@
+"""Right-preconditioned GMRES that also returns what the operator's expensive part made of the solution."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Vector = NDArray[Any]
+
+CANCELLED = 0.1
+"""Gram–Schmidt is repeated where it leaves less than this of a vector (Daniel et al. 1976)."""
+
+
+@dataclass(frozen=True)
+class KrylovSolution:
+    """`step` solves the system to relative residual `residual` in `iterations`; `image` is the expensive part of the
+    operator applied to `step`, combined from the iterations and therefore free."""
+
+    step: Vector
+    image: Vector
+    iterations: int
+    residual: float
+
+
+def gmres(
+    expensive: Callable[[Vector], Vector],
+    cheap: Callable[[Vector, Vector], Vector],
+    precondition: Callable[[Vector], Vector],
+    right_hand_side: Vector,
+    tolerance: float,
+    max_iterations: int,
+) -> KrylovSolution:
+    """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
+
+    `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
+    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits. All vectors
+    have the precision of the right-hand side, the small least-squares problem is solved in double precision.
+    """
+    norm = float(np.linalg.norm(right_hand_side))
+    if norm == 0.0:
+        zero = np.zeros_like(right_hand_side)
+        return KrylovSolution(zero, zero.copy(), 0, 0.0)
+    # Rows that are never reached are never touched, and so cost no memory.
+    precision = right_hand_side.dtype
+    lost = 4.0 * float(np.finfo(precision).eps)
+    basis = np.empty((max_iterations + 1, right_hand_side.size), dtype=precision)
+    np.divide(right_hand_side, norm, out=basis[0])
+    steps: list[Vector] = []
+    images: list[Vector] = []
+    hessenberg = np.zeros((max_iterations + 1, max_iterations))
+    rotations: list[tuple[float, float]] = []
+    residuals = np.zeros(max_iterations + 1)
+    residuals[0] = 1.0
+    k = 0
+    while k < max_iterations:
+        step = precondition(basis[k])
+        image = expensive(step)
+        w = cheap(step, image)
+        steps.append(step)
+        images.append(image)
+        column = _orthogonalised(w, basis[: k + 1])
+        length = float(column[-1])
+        for i, (c, s) in enumerate(rotations):
+            column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
+        r = float(np.hypot(column[k], column[k + 1]))
+        if r == 0.0:
+            break  # the operator has lost this direction: the solution so far is the best there is
+        c, s = column[k] / r, column[k + 1] / r
+        rotations.append((c, s))
+        column[k], column[k + 1] = r, 0.0
+        hessenberg[: k + 2, k] = column
+        residuals[k], residuals[k + 1] = c * residuals[k], -s * residuals[k]
+        k += 1
+        if abs(residuals[k]) <= tolerance or length <= lost * r:
+            break
+        np.divide(w, length, out=basis[k])
+    if k == 0:
+        zero = np.zeros_like(right_hand_side)
+        return KrylovSolution(zero, zero.copy(), 0, 1.0)
+    y = [float(v) for v in np.linalg.solve(hessenberg[:k, :k], residuals[:k] * norm)]
+    return KrylovSolution(_combination(y, steps[:k]), _combination(y, images[:k]), k, float(abs(residuals[k])))
+
+
+def _orthogonalised(w: Vector, basis: Vector) -> Vector:
+    """Take from `w`, in place, its components along the orthonormal rows of `basis`. Returns them, and the length left."""
+    before = float(np.linalg.norm(w))
+    components = basis @ w
+    w -= components @ basis
+    length = float(np.linalg.norm(w))
+    if length < CANCELLED * before:
+        correction = basis @ w
+        w -= correction @ basis
+        components += correction
+        length = float(np.linalg.norm(w))
+    return np.append(components, length)
+
+
+def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
+    total = coefficients[0] * vectors[0]
+    term = np.empty_like(total)
+    for c, v in zip(coefficients[1:], vectors[1:], strict=True):
+        total += np.multiply(c, v, out=term)
+    return np.asarray(total)

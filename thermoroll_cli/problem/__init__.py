@@ -1,0 +1,1 @@
+"""The question and the answer: `Problem` with bodies, materials and profiles, `Result` with its states, names and units."""

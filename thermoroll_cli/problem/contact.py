@@ -1,0 +1,99 @@
+"""The contact at one moment of the computation: raw fields of all stages on one grid."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array, Mask
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m),
+    and what had closed the gap beforehand, `offset` (m, up to a constant; None: nothing).
+
+    `whole_elements` is the pressure before the contact border was resolved, from which the next solve starts (None: the
+    pressure itself)."""
+
+    pressure: Array
+    covered: Array
+    displacement: Array
+    gap: Array
+    approach: float
+    peak: float
+    offset: Array | None = None
+    whole_elements: Array | None = None
+    iterations: int = 0
+    converged: bool = True
+    touches_rim: bool = False
+
+    @property
+    def contact(self) -> Mask:
+        return self.covered > 0.0
+
+    @property
+    def start(self) -> Array:
+        """Pressure from which the next solve starts."""
+        return self.pressure if self.whole_elements is None else self.whole_elements
+
+
+@dataclass(frozen=True)
+class Traction:
+    """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the creepages
+    in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N)."""
+
+    traction: Array
+    slip: Array
+    stick: Mask
+    creepage: tuple[float, float]
+    heat: Array
+    heat_slope: Array
+    work: float
+    residual: float = 0.0
+    newton_steps: int = 0
+    applications: int = 0
+    converged: bool = True
+
+    @classmethod
+    def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:
+        """Tractions (2, nx, ny) only to start from."""
+        nothing = np.zeros(traction.shape[1:])
+        return cls(traction, np.zeros_like(traction), nothing > 0.0, creepage, nothing, nothing, work=0.0, residual=residual)
+
+    @classmethod
+    def unknown(cls, shape: tuple[int, int]) -> Traction:
+        """Nothing to start from: the solver then begins from full stick."""
+        return cls.guess(np.zeros((2, *shape)), (0.0, 0.0), math.inf)
+
+    @property
+    def is_unknown(self) -> bool:
+        return math.isinf(self.residual)
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A complete state, with the fields (nx, ny) that act back on the contact; None where one does not take part.
+
+    `expansion` is the thermal expansion that the pressure was computed with, in m; `shear_displacement` the normal displacement
+    −u_z^τ by which the shear of dissimilar bodies closes the gap, in m; `friction` the local coefficient, if it is not the same
+    everywhere."""
+
+    normal: Pressure
+    tangential: Traction
+    expansion: Array | None = None
+    shear_displacement: Array | None = None
+    friction: Array | None = None
+
+    def traction_bound(self, friction: float) -> Array:
+        """Largest traction in Pa, (nx, ny): `friction`, or the local coefficient, times pressure."""
+        return (friction if self.friction is None else self.friction) * self.normal.pressure
+
+    @property
+    def offset(self) -> Array | None:
+        """All that closes the gap besides load and elastic indentation, in m, (nx, ny); None if nothing does."""
+        if self.expansion is None or self.shear_displacement is None:
+            return self.shear_displacement if self.expansion is None else self.expansion
+        return self.expansion + self.shear_displacement

@@ -1,0 +1,211 @@
+"""What is to be solved: two bodies, a load, creepages and heat, in SI units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from thermoroll_cli.problem.profile import Profile
+
+PecletMode = Literal["rolling", "sliding", "stationary"]
+Partition = float | Literal["matched"]
+BodyName = Literal["lower", "upper"]
+KeptFields = Literal["plane", "von_mises", "full"]
+BODIES: tuple[BodyName, ...] = ("lower", "upper")
+
+STANDARD_ACCURACY = 1e-3
+"""Relative accuracy aimed at where a case asks for none."""
+
+
+@dataclass(frozen=True)
+class Material:
+    """An isotropic body. Thermal constants are None in a purely mechanical problem (SI units)."""
+
+    youngs_modulus: float
+    poisson_ratio: float
+    conductivity: float | None = None
+    expansion: float | None = None
+    diffusivity: float | None = None
+
+    @property
+    def shear_modulus(self) -> float:
+        return self.youngs_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def plane_strain_modulus(self) -> float:
+        return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
+
+    @property
+    def thermal(self) -> bool:
+        """Whether all three thermal constants are known."""
+        return None not in (self.conductivity, self.expansion, self.diffusivity)
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf."""
+
+    lower_radius_x: float
+    lower_radius_y: float
+    upper_radius_x: float
+    upper_radius_y: float
+    lower_profile: Profile | None = None
+    upper_profile: Profile | None = None
+
+    @property
+    def has_profile(self) -> bool:
+        """Whether a body has a transverse profile: then the contact is not one of Hertz's."""
+        return self.lower_profile is not None or self.upper_profile is not None
+
+    @property
+    def curvature_x(self) -> float:
+        """Relative curvature 1/R'_x = 1/R_x1 + 1/R_x2 in 1/m."""
+        return 1.0 / self.lower_radius_x + 1.0 / self.upper_radius_x
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative curvature 1/R'_y = 1/R_y1 + 1/R_y2 in 1/m."""
+        return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Rolling speed in m/s and what drives the slip.
+
+    Creepages are dimensionless, spin is in rad/m. A prescribed force (N) replaces the creepage of its
+    direction, which is then None here and becomes an unknown. With `differential_slip` the rolling radii vary across the
+    contact as the surfaces curve, where that matters (see `differential_slip.resolved`).
+    """
+
+    speed: float
+    creepage_x: float | None = 0.0
+    creepage_y: float | None = 0.0
+    spin: float = 0.0
+    force_x: float | None = None
+    force_y: float | None = None
+    differential_slip: bool = True
+
+
+@dataclass(frozen=True)
+class Recirculation:
+    """A body that turns and brings its heated track back: its `width` (m), contacts per turn, and either `convection`
+    (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
+
+    width: float
+    passes: int = 1
+    convection: float | None = None
+    resistance: float | None = None
+
+
+@dataclass(frozen=True)
+class Heating:
+    """How frictional heat is treated.
+
+    `partition` is the share of the lower body, or "matched": divided from point to point so that both surfaces are equally
+    warm inside the contact. Bulk temperatures (K) are those of the bodies far from the contact, above the temperature to
+    which the coefficient of friction belongs; with a matched partition their difference drives heat through the contact.
+    `lower_track`, `upper_track`: how a body that turns is cooled (None: it does not come back); its bulk temperature is then
+    that of its surroundings.
+    """
+
+    heat: bool = True
+    deformation: bool = True
+    peclet: PecletMode = "rolling"
+    partition: Partition = 0.5
+    bulk_lower: float = 0.0
+    bulk_upper: float = 0.0
+    lower_track: Recirculation | None = None
+    upper_track: Recirculation | None = None
+
+    @property
+    def recirculates(self) -> bool:
+        """Whether a body brings heat back to the contact."""
+        return self.heat and (self.lower_track is not None or self.upper_track is not None)
+
+    @property
+    def bulk_difference(self) -> float:
+        """Bulk temperature of the upper body less that of the lower one in K."""
+        return self.bulk_upper - self.bulk_lower
+
+    @property
+    def conducts(self) -> bool:
+        """Whether heat flows between the bodies even without friction."""
+        return self.partition == "matched" and self.bulk_difference != 0.0
+
+
+@dataclass(frozen=True)
+class Numerics:
+    """Discretisation wishes: either a grid (elements per side) or a relative accuracy, and the domain side in
+    Hertz semi-axes (`extent` = domain side / semi-axis, so 2.2 covers the contact with 5 % to spare on each side)."""
+
+    grid: tuple[int, int] | None = None
+    accuracy: float | None = None
+    extent: float = 2.2
+
+    @property
+    def wanted_accuracy(self) -> float:
+        """What is aimed at: what cannot change a result by more is left out."""
+        return self.accuracy or STANDARD_ACCURACY
+
+
+@dataclass(frozen=True)
+class SubsurfaceRequest:
+    """What to compute below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None: by
+    the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, and which
+    fields are kept."""
+
+    bodies: tuple[BodyName, ...] = BODIES
+    depth: float | None = None
+    layers: int | None = None
+    thermal: bool = True
+    fields: KeptFields = "plane"
+
+
+@dataclass(frozen=True)
+class Problem:
+    """A complete steady-state rolling contact problem in SI units.
+
+    Above the temperature `friction_start` (K) `friction` falls by the share `friction_slope` per K of contact temperature, down
+    to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`.
+    """
+
+    lower: Material
+    upper: Material
+    geometry: Geometry
+    normal_force: float
+    friction: float
+    motion: Motion
+    heating: Heating = Heating()
+    numerics: Numerics = Numerics()
+    title: str = ""
+    friction_slope: float = 0.0
+    friction_minimum: float = 0.1
+    friction_maximum: float = 2.0
+    friction_start: float = 0.0
+    subsurface: SubsurfaceRequest | None = None
+
+    @property
+    def contact_modulus(self) -> float:
+        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa."""
+        return 1.0 / (1.0 / self.lower.plane_strain_modulus + 1.0 / self.upper.plane_strain_modulus)
+
+    @property
+    def friction_varies(self) -> bool:
+        """Whether the coefficient of friction depends on the temperature."""
+        return self.friction > 0.0 and self.friction_slope != 0.0 and self.heating.heat
+
+    @property
+    def highest_friction(self) -> float:
+        """The largest coefficient of friction that any temperature makes."""
+        return self.friction * (self.friction_maximum if self.friction_slope < 0.0 else 1.0)
+
+    @property
+    def traction_limit(self) -> float:
+        """μW in N: no tangential force can exceed it."""
+        return self.friction * self.normal_force
+
+    @property
+    def prescribed_force(self) -> float:
+        """Magnitude of the prescribed tangential force in N."""
+        return math.hypot(self.motion.force_x or 0.0, self.motion.force_y or 0.0)

@@ -1,0 +1,152 @@
+"""Each run checks itself: what fails makes the result not converged, with a reason a person can act on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.refinement.scalars import power_balance_error
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.fixed_point import SteadyState
+from thermoroll_cli.steady_state.friction import friction_of, transmissible_force
+
+LOAD_ERROR = 1e-6
+"""Over the load: the pressure is scaled to it, so that only rounding remains."""
+FORCE_ERROR = 1e-5
+"""Over μW: what a residual of the tractions may leave of a prescribed force."""
+COULOMB_EXCESS = 1e-4
+"""Traction above its bound over the bound, both in the 2-norm: ten times the residual of the tractions."""
+DIRECTION_ERROR = 1e-3
+"""Power lost because slip does not point along the traction, over the power: small slip is known to few digits."""
+HEAT_BALANCE = 1e-6
+"""Heat over the work of the creep forces: it is distributed so that they agree, but for rounding."""
+TEMPERATURE_MISMATCH = 1e-4
+"""Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
+UNRESOLVED_HEAT = 0.5
+"""Share of the heat from slip zones narrower than an element: where most of the heat is, and it shapes the contact, the state
+is one of the grid's."""
+SHAPING = 0.3
+"""Variation of the thermal expansion over the contact from which heat shapes it, over the approach. Below it, unresolved slip
+costs accuracy alone, which the estimates tell."""
+FEWEST_ELEMENTS = 12
+"""Elements of a heated contact below which its grid no longer shows it."""
+
+
+def failures(
+    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, home: Discretisation,
+    coupled: SteadyState | None, of_heat: Sequence[str],
+) -> list[str]:
+    """Reasons why the result cannot be trusted, among them those `of_heat` (`heat_failures`); empty when it can. The `coupled`
+    state lives on `home`."""
+    reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
+    if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
+        falls = derived.problem.friction_varies
+        coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
+        reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
+                       f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
+    if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
+        reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
+    reasons += of_heat
+    if coupled is not None:
+        reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
+    return reasons
+
+
+def heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
+    """In which ways the coupled iteration on `home` failed for its heat, and not for its domain; empty where it did not."""
+    if coupled is None or (coupled.touches_rim and home.followed is None):
+        return []
+    if coupled.touches_rim:
+        tried = home.options.refinement.most_moves
+        return [f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which "
+                "does not show that there is none; lower the speed or the creepage"]
+    if not coupled.converged:
+        return [_not_coupled(coupled)]
+    reasons = []
+    if (unresolved := _unresolved_heat(home, coupled)) > UNRESOLVED_HEAT:
+        reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
+                       "than an element: set a finer numerics.grid, or lower the speed or the creepage")
+    if _shrunk(isothermal, coupled):
+        reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
+                       "finer numerics.grid")
+    return reasons
+
+
+def _not_coupled(coupled: SteadyState) -> str:
+    """Which criterion the coupled state has failed: whether its pressure has no balance with the heat, or is not found."""
+    if coupled.heat_reached < 1.0:
+        share = 100.0 * coupled.heat_reached
+        return (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
+                "heat: raising it further failed, which does not show that there is no steady state; lower "
+                "the speed or the creepage, or try a finer numerics.grid")
+    return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
+            "approach: no steady state was found, which does not show that there is none; try a finer or coarser "
+            "numerics.grid, or lower the speed or the creepage")
+
+
+def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
+    """Whether so little is left of the contact that the grid no longer shows it."""
+    # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
+    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.contact.normal.covered.sum())
+    return left < min(FEWEST_ELEMENTS, 0.5 * before)
+
+
+def _unresolved_heat(home: Discretisation, coupled: SteadyState) -> float:
+    """Share of the heat that no slip of whole elements accounts for; 0 where heat hardly shapes the contact."""
+    expansion, normal = coupled.contact.expansion, coupled.contact.normal
+    if expansion is None or float(np.ptp(expansion[normal.contact])) < SHAPING * home.derived.scales.approach:
+        return 0.0
+    return power_balance_error(coupled.contact.tangential, home.grid.element_area)
+
+
+def _elements(contact: Contact) -> int:
+    return int(np.count_nonzero(contact.normal.contact))
+
+
+def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, contact: Contact) -> list[str]:
+    problem, grid = derived.problem, discretisation.grid
+    normal, tangential = contact.normal, contact.tangential
+    reasons: list[str] = []
+    everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
+    if not all(np.isfinite(f).all() for f in everything):
+        return ["a field is not finite"]
+    load = float(normal.pressure.sum()) * grid.element_area / problem.normal_force
+    if abs(load - 1.0) > LOAD_ERROR:
+        reasons.append(f"pressure carries {load:.6f} of the load")
+    if normal.pressure.min() < 0.0:
+        reasons.append("negative pressure")
+    if not tangential.converged:
+        reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
+    bound = contact.traction_bound(problem.friction)
+    shear = np.hypot(*tangential.traction)
+    if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
+        reasons.append("traction exceeds the Coulomb bound")
+    if problem.friction > 0.0:
+        speed = np.hypot(*tangential.slip)
+        along = (tangential.traction * tangential.slip).sum(axis=0)
+        # Where almost everything sticks, what little slips is of the size of the tolerance: the work sets the scale.
+        total = max(float((shear * speed).sum()), abs(tangential.work) / grid.element_area)
+        if float((shear * speed - along).sum()) > DIRECTION_ERROR * total:
+            reasons.append("slip does not point along the traction")
+    heat = float(tangential.heat.sum()) * grid.element_area
+    if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
+        share = heat / tangential.work if tangential.work else np.inf
+        reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
+    if problem.friction_varies:
+        limit = transmissible_force(discretisation, friction_of(discretisation, discretisation.heat(contact)), normal.pressure)
+        if problem.prescribed_force > limit:
+            reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "
+                           f"prescribed {problem.prescribed_force:.6g} N")
+    if problem.heating.heat and problem.heating.partition == "matched":
+        mismatch = discretisation.heat(contact).partition.mismatch
+        if mismatch > TEMPERATURE_MISMATCH:
+            reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
+    motion = problem.motion
+    force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
+    for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
+        if wanted is not None and abs(got - wanted) > FORCE_ERROR * problem.traction_limit:
+            reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
+    return reasons

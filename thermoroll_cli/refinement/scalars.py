@@ -1,0 +1,186 @@
+"""From raw fields to a reported state: temperatures, masks and the article's scalars."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
+from thermoroll_cli.numerics.peak import between_sides, peak_value
+from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.problem.result import State
+from thermoroll_cli.refinement.track_scalars import NAMES as TRACKS
+from thermoroll_cli.refinement.track_scalars import entry_fields, track_scalars
+from thermoroll_cli.rolling.stick_border import stick_surplus
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+OUT, STICK, SLIP = 0, 1, 2
+VANISHING = 1e-13
+"""Over μW: no force."""
+COOLED = 1e-12
+"""Rise over the largest change of temperature: none. Rounding leaves this much ahead of a contact that only cools."""
+
+
+def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
+    """The scalars of `HERTZ_SCALARS`: known before anything is solved."""
+    problem = derived.problem
+    lower, upper = problem.lower, problem.upper
+    return {
+        **_ellipse(derived),
+        "friction_limit_N": problem.traction_limit,
+        "peclet_lower": derived.peclet(lower),
+        "peclet_upper": derived.peclet(upper),
+        **_kalker(derived),
+        # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
+        "speed_solved_m_s": problem.motion.speed,
+    }
+
+
+def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
+    """Hertz's contact; nothing (nan) where a body has a profile."""
+    if derived.problem.geometry.has_profile:
+        return dict.fromkeys(("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa"), math.nan)
+    hertz = derived.hertz
+    return {
+        "hertz_a_mm": hertz.semi_axis_x * 1e3,
+        "hertz_b_mm": hertz.semi_axis_y * 1e3,
+        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+    }
+
+
+def _kalker(derived: DerivedQuantities) -> dict[str, float]:
+    """Kalker's coefficients, which are those of ellipses."""
+    if derived.problem.geometry.has_profile:
+        return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23"), math.nan)
+    lower, upper, hertz = derived.problem.lower, derived.problem.upper, derived.hertz
+    _, poisson_ratio = combined_constants(
+        lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+    kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
+    return {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23}
+
+
+def _reference(discretisation: Discretisation) -> tuple[float, float]:
+    """Area (m²) and peak pressure (Pa) to which γ_c and γ_p relate: Hertz's, or those of the cold profiles on this grid."""
+    derived = discretisation.derived
+    if not derived.problem.geometry.has_profile:
+        return derived.hertz.area, derived.hertz.peak_pressure
+    cold = discretisation.isothermal_pressure
+    return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
+
+
+def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> Array:
+    """`field` where its largest value is looked for: at the end of a crown the pressure falls within an element, and single
+    elements there carry what belongs to their neighbours."""
+    if not discretisation.derived.problem.geometry.has_profile:
+        return field
+    return between_sides(field, contact.normal.pressure, discretisation.at_ends)
+
+
+def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
+    """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
+    derived, grid = discretisation.derived, discretisation.grid
+    problem, (cold_area, cold_peak) = derived.problem, _reference(discretisation)
+    normal, tangential = contact.normal, contact.tangential
+    area = float(normal.covered.sum()) * grid.element_area
+    sticking = float(normal.covered[tangential.stick].sum())
+    if derived.has_traction:
+        bound = contact.traction_bound(problem.friction)
+        sticking += stick_surplus(tangential.traction, tangential.slip, bound, tangential.stick, normal.covered,
+                                  grid.dx, grid.dy, derived.shear_compliance)
+    stick_area = min(sticking * grid.element_area, area)
+    force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
+    x, y = grid.x[:, None], grid.y[None, :]
+    moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
+    # What vanishes by symmetry is zero, and not the rounding of its sum.
+    force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
+    if abs(moment) < VANISHING * problem.traction_limit * derived.scales.mean_radius:
+        moment = 0.0
+    shear = np.hypot(tangential.traction[0], tangential.traction[1])
+    return {
+        "Q_F_W": tangential.work * problem.motion.speed,
+        "gamma_c": area / cold_area,
+        "gamma_st": stick_area / area,
+        "gamma_p": normal.peak / cold_peak,
+        "force_x_N": float(force[0]),
+        "force_y_N": float(force[1]),
+        "spin_moment_Nmm": moment * 1e3,
+        "T_gamma_N": tangential.work,
+        "creepage_longitudinal": tangential.creepage[0],
+        "creepage_lateral": tangential.creepage[1],
+        "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
+        "pressure_max_MPa": normal.peak * 1e-6,
+        "shear_max_MPa": peak_value(_smooth(shear, discretisation, contact)) * 1e-6,
+        "approach_um": float(normal.approach) * 1e6,
+        "contact_area_mm2": area * 1e6,
+        "stick_area_mm2": stick_area * 1e6,
+        "power_balance_error": power_balance_error(tangential, grid.element_area),
+    }
+
+
+def power_balance_error(tangential: Traction, element_area: float) -> float:
+    """Part of the creep forces' work that the slip of whole elements does not account for (0 without work).
+
+    It measures resolution: the missing part belongs to slip zones narrower than an element (`Discretisation.roll` returns it
+    to the heat flux, whose integral therefore is the work)."""
+    if tangential.work == 0.0:
+        return 0.0
+    slipped = float((tangential.traction * tangential.slip).sum()) * element_area
+    return abs(slipped - tangential.work) / abs(tangential.work)
+
+
+def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:
+    """Fields and scalars of one state. `expansion` is the thermal displacement that goes with its heat (None: not
+    computed); temperatures are computed when asked for."""
+    speed = discretisation.derived.problem.motion.speed
+    normal, tangential = contact.normal, contact.tangential
+    inside = normal.contact
+    flux = discretisation.heat_flux(tangential)
+    fields: dict[str, NDArray[Any]] = {
+        "pressure": normal.pressure,
+        "shear_x": tangential.traction[0],
+        "shear_y": tangential.traction[1],
+        "slip_x": tangential.slip[0] * speed,
+        "slip_y": tangential.slip[1] * speed,
+        "state": np.where(inside, np.where(tangential.stick, STICK, SLIP), OUT).astype(np.int8),
+        "heat_flux": flux,
+        "displacement_elastic": normal.displacement if contact.shear_displacement is None
+        else normal.displacement - contact.shear_displacement,
+        "gap": normal.gap,
+    }
+    if contact.friction is not None:
+        fields["friction_coefficient"] = contact.friction * inside
+    scalars = scalars_of(discretisation, contact)
+    scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
+    rises = (math.nan, math.nan)
+    scalars["partition_mean"] = math.nan
+    scalars |= dict.fromkeys(TRACKS, math.nan)
+    if temperatures:
+        heat = discretisation.heat(contact)
+        lower, upper = heat.temperatures()
+        scalars["partition_mean"] = heat.mean_share
+        if heat.into.exchanged is not None:
+            fields["heat_flux_lower"] = heat.into.lower
+        fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
+        rises = (_hottest(lower), _hottest(upper))
+        if any(heat.tracks):
+            scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside, discretisation.grid.element_area)
+            fields |= entry_fields(heat)
+    heating = discretisation.derived.problem.heating
+    for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
+        scalars[f"temperature_rise_max_{body}_K"] = rise
+        scalars[f"surface_temperature_max_{body}_K"] = bulk + rise
+    scalars["thermal_displacement_max_um"] = math.nan
+    if expansion is not None:
+        fields["displacement_thermal"] = expansion
+        scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
+    return State(fields, scalars, discretisation.grid.x, discretisation.grid.y)
+
+
+def _hottest(rise: Array) -> float:
+    """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
+    return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0

@@ -1,0 +1,106 @@
+"""What the stage below the surface will do, and what it takes, known before solving."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from thermoroll_cli.problem.problem import SubsurfaceRequest
+from thermoroll_cli.refinement.subsurface_layers import depths_of
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.stress.superposition import TABLE_BYTES
+
+STAGE, THERMAL = "below the surface", "thermal stresses"
+FASTEST = 1e6
+"""Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
+SIDEWAYS = 0.5
+"""Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
+
+
+@dataclass(frozen=True)
+class SubsurfacePlan:
+    """Stages that run and those that are skipped, with reasons; numbers known before; memory and time on one core."""
+
+    run: list[str]
+    skipped: dict[str, str]
+    facts: dict[str, float]
+    memory_bytes: int
+    seconds: float
+
+
+def subsurface_plan(
+    request: SubsurfaceRequest, derived: DerivedQuantities, shape: tuple[int, int], *, heated: bool
+) -> SubsurfacePlan:
+    """Plan for one problem on a grid of `shape`, with heat in the contact or not (`heated`)."""
+    run, skipped = [STAGE], {}
+    hot = hot_bodies(request, derived, heated=heated)
+    for body in ("lower", "upper"):
+        if body not in request.bodies:
+            skipped[f"{STAGE}, {body} body"] = "not asked for"
+        elif hot and body not in hot:
+            skipped[f"{THERMAL}, {body} body"] = _out_of_reach(derived, body) or "no heat enters it"
+    if hot:
+        run.append(THERMAL)
+    else:
+        skipped[THERMAL] = _why_cold(request, derived, heated=heated)
+    if not derived.has_traction:
+        skipped[f"{STAGE}, shear"] = "no traction acts on the surfaces"
+    mirrored = derived.mirror_on(shape[1], heated=bool(hot)) == (1, -1)
+    if mirrored:
+        skipped[f"{STAGE}, y < 0"] = "the mirror image of y > 0"
+    if len(request.bodies) == 2 and derived.problem.lower.poisson_ratio == derived.problem.upper.poisson_ratio:
+        skipped[f"{STAGE}, tables of the second body"] = "both bodies have the same Poisson ratio"
+    depths = depths_of(request, derived, heated=bool(hot))
+    facts = {"subsurface_layers": float(len(depths)), "subsurface_depth_mm": float(depths[-1]) * 1e3}
+    return SubsurfacePlan(run, skipped, facts, *_cost(request, derived, shape, len(depths), hot, mirrored=mirrored))
+
+
+def hot_bodies(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> tuple[str, ...]:
+    """The bodies with thermal stresses."""
+    partition = derived.problem.heating.partition
+    if not (heated and request.thermal) or derived.problem.heating.peclet == "sliding":
+        return ()
+    return tuple(body for body in request.bodies
+                 if partition != (0.0 if body == "lower" else 1.0) and not _out_of_reach(derived, body))
+
+
+def _out_of_reach(derived: DerivedQuantities, body: str) -> str:
+    """Why thermal stresses of a moving body are not computed, or nothing."""
+    if derived.problem.heating.peclet != "rolling":
+        return ""
+    motion = derived.problem.motion
+    along, across = 0.5 * abs(motion.creepage_x or 0.0), 0.5 * abs(motion.creepage_y or 0.0)
+    if derived.peclet(getattr(derived.problem, body)) * (1.0 + max(along, across)) > FASTEST:
+        return f"at a Péclet number above {FASTEST:.0e} the heated skin is too thin to be worth its cost"
+    if across > SIDEWAYS * max(1.0 - along, SIDEWAYS):
+        return "its material moves sideways about as fast as along rolling"
+    return ""
+
+
+def _why_cold(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> str:
+    if not heated:
+        return "no heat"
+    if derived.problem.heating.peclet == "sliding":
+        return 'not computed with thermal.peclet = "sliding", where every source moves at a speed of its own'
+    if not request.thermal:
+        return "switched off"
+    return next(filter(None, (_out_of_reach(derived, body) for body in request.bodies)), "no heat enters the bodies asked for")
+
+
+def _cost(
+    request: SubsurfaceRequest, derived: DerivedQuantities, shape: tuple[int, int], layers: int, hot: tuple[str, ...], *,
+    mirrored: bool,
+) -> tuple[int, float]:
+    """Rough memory (bytes) and time (s, one core): fields of single precision, tables, transforms times their size."""
+    elements, columns = shape[0] * shape[1], 0.5 if mirrored else 1.0
+    judged = sum(5.0 if body in hot else 2.0 for body in request.bodies) * columns
+    kept = {"plane": 0.0, "von_mises": sum(3.0 if body in hot else 1.0 for body in request.bodies) * (mirrored)}
+    kept["full"] = kept["von_mises"] + 6.0 * len(request.bodies) * (1.0 + columns * mirrored)
+    tables = min(1.4 * TABLE_BYTES, 8.0 * 14.0 * layers * elements) if hot else 0.0
+    memory = 4.0 * layers * elements * (judged + kept[request.fields]) + tables + 8.0 * 4.0 * elements * 60.0
+    ratios = len({getattr(derived.problem, body).poisson_ratio for body in request.bodies})
+    padded = 4.0 * elements
+    transforms = (12.0 if derived.has_traction else 6.0) * ratios + 14.0 * len(hot)
+    each = transforms * padded * math.log2(padded) * 1.2e-9 + judged * elements * 8e-8
+    # Coarser grids, for the error estimates, add a third.
+    return int(memory), 1.33 * layers * each + 0.5 * len(hot)

@@ -1,0 +1,135 @@
+"""The stage of a solve: stresses below the surface of a steady state, on the finest grids that were solved."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.problem import BODIES, KeptFields, SubsurfaceRequest
+from thermoroll_cli.problem.subsurface import Peak, Subsurface
+from thermoroll_cli.refinement.stress_error_estimate import error_of, errors_with_rivals
+from thermoroll_cli.refinement.subsurface_layers import depths_of
+from thermoroll_cli.refinement.subsurface_plan import hot_bodies
+from thermoroll_cli.refinement.surface_load import SurfaceLoad, recirculating, surface_loads
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.stress.body_stresses import Collector, scalars_of
+from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, ThermalLayers
+
+
+@dataclass(frozen=True)
+class SolvedGrid:
+    """A steady state on one grid."""
+
+    discretisation: Discretisation
+    contact: Contact
+
+
+def below_the_surface(
+    request: SubsurfaceRequest, grids: Sequence[SolvedGrid], reference: Mapping[str, float], *, heated: bool
+) -> Subsurface:
+    """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
+
+    `grids` are up to three states of the same problem, coarse to fine, each side doubled: the last one is reported, the
+    others tell its error. `reference` are its scalars and those of the inputs, which errors are related to; `heated` tells
+    whether there is any heat."""
+    derived = grids[-1].discretisation.derived
+    hot = hot_bodies(request, derived, heated=heated)
+    depths = depths_of(request, derived, heated=bool(hot))
+    collected = [
+        _collect(grid, request.bodies, depths, thermal=bool(hot), keep=request.fields if grid is grids[-1] else None)
+        for grid in grids
+    ]
+    found = [_peaks(collectors) for collectors in collected]
+    by_grid = [_scalars(peaks) for peaks in found]
+    finest = collected[-1]
+    by_layers = _scalars(_peaks(finest, every=2))
+    results = {body: collector.result(collector.peaks(collector.total)[0]) for body, collector in finest.items()}
+    warnings = [
+        f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
+        for body, result in results.items() if result.most_stressed.z >= depths[-1]
+    ]
+    warnings += [
+        f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
+        "what earlier passes have left"
+        for body in recirculating(derived) if body in hot
+    ]
+    error = error_of(by_grid, by_layers, reference, _at_surface(found[-1]))
+    for (body, prefix), (strongest, *_) in found[-1].items():
+        rivals = [_rivals(collectors[body], prefix) for collectors in collected]
+        error |= errors_with_rivals(f"{prefix}von_mises_{{}}_{body}_{{}}", error, strongest, rivals, reference)
+    return Subsurface(results, by_grid[-1], error, tuple(warnings))
+
+
+def _collect(
+    grid: SolvedGrid, bodies: tuple[str, ...], depths: Array, *, thermal: bool, keep: KeptFields | None
+) -> dict[str, Collector]:
+    """All layers of the `bodies` on one grid."""
+    discretisation = grid.discretisation
+    mirrored = discretisation.derived.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
+    transforms = LayerTransforms(discretisation.grid, mirrored)
+    loads = surface_loads(discretisation, grid.contact, bodies, thermal)
+    y = discretisation.grid.y[-transforms.columns :]
+    pressure = grid.contact.normal.pressure[:, -transforms.columns :]
+    plane = int(np.argmax(pressure.max(axis=0)))
+    collectors = {
+        body: Collector(depths, discretisation.grid.x, y, mirrored, load.heat is not None, keep, plane)
+        for body, load in loads.items()
+    }
+    heats = {body: ThermalLayers(transforms, load).layers(depths) for body, load in loads.items() if load.heat is not None}
+    for layer, elastic in enumerate(_elastic(transforms, loads, depths)):
+        for body, collector in collectors.items():
+            collector.take(layer, elastic[body], next(heats[body]) if body in heats else None)
+    return collectors
+
+
+def _elastic(transforms: LayerTransforms, loads: dict[str, SurfaceLoad], depths: Array) -> Iterator[dict[str, Array]]:
+    """Elastic stresses of each body, layer by layer: bodies with the same Poisson ratio share all but the sign of τ."""
+    by_ratio = {
+        load.poisson_ratio: ElasticLayers(transforms, load.pressure, load.traction, load.poisson_ratio)
+        for load in loads.values()
+    }
+    for depth in depths:
+        parts = {ratio: layers.at(float(depth)) for ratio, layers in by_ratio.items()}
+        stresses = {}
+        for body, load in loads.items():
+            by_pressure, by_traction = parts[load.poisson_ratio]
+            stresses[body] = by_pressure if by_traction is None else by_pressure + load.sign * by_traction
+        yield stresses
+
+
+Peaks = dict[tuple[str, str], tuple[Peak, Peak, Peak]]
+"""Of each body and of total (prefix "") and elastic stresses: largest von Mises stress, range of σ_xz, principal stress."""
+
+
+def _peaks(collectors: dict[str, Collector], every: int = 1) -> Peaks:
+    peaks: Peaks = {}
+    for body in BODIES:
+        if body in collectors:
+            collector = collectors[body]
+            peaks[body, ""] = collector.peaks(collector.total, every)
+            peaks[body, "elastic_"] = collector.peaks(collector.elastic, every) if collector.thermal else peaks[body, ""]
+    return peaks
+
+
+def _scalars(peaks: Peaks) -> dict[str, float]:
+    scalars: dict[str, float] = {}
+    for (body, prefix), found in peaks.items():
+        scalars |= scalars_of(body, found, prefix)
+    return scalars
+
+
+def _rivals(collector: Collector, prefix: str) -> tuple[Peak, Peak]:
+    return collector.rivals(collector.elastic if prefix else collector.total)
+
+
+def _at_surface(peaks: Peaks) -> set[str]:
+    """Names of the scalars whose maximum lies at the surface."""
+    names: set[str] = set()
+    for (body, prefix), found in peaks.items():
+        marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z == 0.0 else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
+        names |= {name for name, value in scalars_of(body, (marked[0], marked[1], marked[2]), prefix).items() if value}
+    return names

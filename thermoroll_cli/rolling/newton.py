@@ -1,0 +1,289 @@
+"""One Newton step on τ − Proj(τ + ρ s) = 0: the natural residual of Coulomb friction and its generalised derivative."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import AnyArray, Mask
+from thermoroll_cli.numerics.krylov import gmres
+from thermoroll_cli.numerics.solver_options import RollingOptions
+from thermoroll_cli.rolling.edge_compliance import EdgeCompliance
+from thermoroll_cli.rolling.neutral_line import neutral_compliance
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
+from thermoroll_cli.rolling.tangential_problem import TangentialProblem
+
+UNFELT = 1e-30
+"""A smaller response of the force to a free creepage is none."""
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """One iterate with everything the next Newton step needs."""
+
+    traction: AnyArray
+    unknown: AnyArray
+    slip: AnyArray
+    residual: AnyArray
+    stick: Mask
+    scale: AnyArray
+    direction: AnyArray
+    norm: float
+
+
+class Newton:
+    """The linearisation of τ − Proj(τ + ρ s) = 0, with Σ τ dA = F for the directions whose creepage is free."""
+
+    def __init__(
+        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse, options: RollingOptions
+    ) -> None:
+        self.problem, self.gradient, self.inverse, self.options = problem, gradient, inverse, options
+        self.contact: Mask = (problem.traction_bound > 0.0) & (problem.covered > 0.0)
+        self.traction_bound = np.where(self.contact, problem.traction_bound, 0.0)
+        element = np.array(gradient.self_gradient)[:, None, None]
+        self.neutral: AnyArray | None = None
+        self.crossed: Mask = np.zeros_like(self.contact)
+        if problem.variation is not None:
+            self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
+        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
+                                     problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
+                                     options)
+        self.self_compliance = element + self.border.diagonal
+        self.rho = options.relaxation / self.self_compliance.mean(axis=0)
+        self.free = problem.free
+        self.count = max(int(self.contact.sum()), 1)
+        self.size = self.traction_bound.size
+        self.force_scale = math.sqrt(self.count) / options.force_weight
+        # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
+        rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
+        force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
+        expected = np.minimum(self.traction_bound, options.stick_traction * rigid / float(element.mean()) + force_traction)
+        self.reference = float(np.linalg.norm(expected)) or 1.0
+        typical = float(self.traction_bound.sum()) / self.count
+        self.creepage_unit = typical * float(element.mean()) or 1.0  # a creepage of the size that matters
+        self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
+
+    # --- state ---------------------------------------------------------------------------------------------------
+
+    def creepage(self, unknown: AnyArray) -> AnyArray:
+        creep = np.zeros(2)
+        creep[list(self.free)] = unknown * self.creepage_unit
+        return creep
+
+    def start(self, traction: AnyArray, creepage: tuple[float, float]) -> Iterate:
+        size = np.hypot(traction[0], traction[1])
+        shrink = np.where(size > self.traction_bound, self.traction_bound / np.where(size > 0.0, size, 1.0), 1.0)
+        unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
+        traction = traction * (shrink * self.contact)
+        return self._iterate(traction, unknown, self._slip(traction, unknown))
+
+    def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray]:
+        """The last iterate with its slip computed afresh (combined images carry rounding), the slip to report, (2, n, m), and
+        the power lost to the discretisation, (n, m)."""
+        gradient, dissipative = self.gradient.split(state.traction)
+        slip = self._slip_of(gradient, state.traction, state.unknown)
+        state = self._iterate(state.traction, state.unknown, slip)
+        back = self.border.trailing(state.traction)
+        if self.neutral is not None:
+            back = back + self.neutral * state.traction
+        stick = self.sticking(state)
+        back = np.where(stick, 0.0, back)
+        # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no part across.
+        size = np.hypot(state.traction[0], state.traction[1])
+        along = state.traction / np.where(size > 0.0, size, 1.0)
+        back = along * (along * back).sum(axis=0)
+        lost = (state.traction * (self.border.add(dissipative, state.traction) - back)).sum(axis=0)
+        return state, np.where(stick, 0.0, state.slip + back), lost
+
+    def sticking(self, state: Iterate) -> Mask:
+        """Elements that stick, (n, m): of those below their bound not the ones that slide both ways about a neutral line."""
+        return np.asarray(state.stick & self.contact & ~self.crossed)
+
+    def _slip(self, traction: AnyArray, unknown: AnyArray) -> AnyArray:
+        return self._slip_of(self.gradient(traction), traction, unknown)
+
+    def _slip_of(self, gradient: AnyArray, traction: AnyArray, unknown: AnyArray) -> AnyArray:
+        slip = self.problem.rigid_slip - gradient
+        slip -= self.border.apply(traction)
+        slip += self.creepage(unknown)[:, None, None]
+        return slip
+
+    def _iterate(self, traction: AnyArray, unknown: AnyArray, slip: AnyArray) -> Iterate:
+        trial = traction + self.rho * slip
+        length = np.hypot(trial[0], trial[1])
+        stick = length <= self.traction_bound
+        safe = np.where(stick, 1.0, length)
+        scale = np.where(stick, 1.0, self.traction_bound / safe)
+        residual = traction - scale * trial
+        residual *= self.contact
+        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
+        full = np.concatenate([residual.ravel(), force])
+        direction = np.where(stick, 0.0, trial / safe)
+        return Iterate(traction, unknown, slip, full, stick, scale, direction,
+                        float(np.linalg.norm(full)) / self.reference)
+
+    def without_false_slip(self, state: Iterate) -> Iterate:
+        """`state` with slip that one or two elements, or rows, have alone between sticking ones taken for stick.
+
+        Material that sticks keeps what it was given upstream: such slip moves down its row by an element a step, and the
+        residual falls with 1/N of it. The norm is that of the other equations, which ask for no slip there."""
+        slip, stick = self.contact & ~state.stick, self.sticking(state)
+        lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
+        if not lone.any():
+            return state
+        residual = state.residual.copy()
+        tractions = residual[: 2 * self.size].reshape(2, *self.contact.shape)
+        tractions[:, lone] = -(self.rho * state.slip)[:, lone]
+        return replace(state, residual=residual, stick=state.stick | lone, scale=np.where(lone, 1.0, state.scale),
+                       direction=np.where(lone, 0.0, state.direction), norm=float(np.linalg.norm(residual)) / self.reference)
+
+    # --- one step ------------------------------------------------------------------------------------------------
+
+    def step(self, state: Iterate, forcing: float) -> Iterate:
+        linear = Linearisation(self, state)
+        precision = self.inverse.precision
+        # What a precision cannot resolve is left to the next step, whose residual is computed afresh.
+        forcing = max(forcing, self.options.finest_forcing * float(np.finfo(precision).eps))
+        # Single precision has room for 1e±38: the unit of the residual is taken out.
+        right = (state.residual * (-1.0 / self.reference)).astype(precision)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing,
+                         self.options.most_krylov_steps)
+        shape = (2, *self.traction_bound.shape)
+        n = 2 * self.size
+        step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
+        change, change_unknown = step[:n].reshape(shape), step[n:]
+        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(image.reshape(shape), change)
+        # Slip is affine in the traction, so trying a shorter step costs no convolution.
+        length = self._longest(state.unknown, change_unknown)
+        trials: list[Iterate] = []
+        for _ in range(self.options.most_halvings):
+            trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
+                                  state.slip + length * change_slip)
+            trials.append(trial)
+            if trial.norm <= (1.0 - self.options.sufficient_decrease * length) * state.norm:
+                break
+            length *= 0.5
+        return min(trials, key=lambda t: t.norm)
+
+    def _longest(self, unknown: AnyArray, change: AnyArray) -> float:
+        """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
+        and a full step would leap into sliding, from where there is no gradient back."""
+        size = float(np.linalg.norm(change))
+        allowed = float(np.linalg.norm(unknown)) + self.options.unseen_creepage
+        return min(1.0, allowed / size) if size > allowed else 1.0
+
+
+class Linearisation:
+    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner."""
+
+    def __init__(self, newton: Newton, state: Iterate) -> None:
+        self.newton = newton
+        precision = newton.inverse.precision
+        self.border = newton.border.in_precision(precision)
+        contact, stick = newton.contact, state.stick & newton.contact
+        slip = contact & ~stick
+        nx, ny = state.direction
+        f = state.scale
+        # Projection across the traction, I − n nᵀ, on slip elements; identity on stick elements.
+        xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
+        one = np.where(slip, 1.0, 0.0)
+        self.p = _as(precision, np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0))
+        rho = newton.rho * contact
+        self.q = _as(precision, rho * xx, rho * yy, rho * xy)
+        # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
+        head = stick & newton.border.partial
+        head[1:] &= ~stick[:-1]
+        head |= stick & newton.crossed
+        self.inner = stick & ~head
+        self.starts = run_starts(self.inner)
+        own_x, own_y = newton.self_compliance
+        scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
+        scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
+        across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
+        self.local = _as(precision, scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
+                         one * nx * ny - across * nx * ny)
+        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0).astype(precision)
+        self._border_force()
+
+    def _border_force(self) -> None:
+        """Response of the preconditioner to each free creepage, for the bordered system."""
+        newton = self.newton
+        columns = []
+        for i in newton.free:
+            unit = np.zeros(2)
+            unit[i] = newton.creepage_unit
+            e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.traction_bound.shape))
+            columns.append(self._invert(self._times(self.q, e)))
+        self.response = columns
+        free = list(newton.free)
+        if free:
+            schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
+            # A response without size has no inverse: pinv makes zero of zero, but overflows single precision at almost zero.
+            self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
+
+    @staticmethod
+    def _times(block: tuple[AnyArray, ...], v: AnyArray) -> AnyArray:
+        xx, yy, xy = block
+        out = np.empty_like(v)
+        term = np.multiply(xy, v[1])
+        np.multiply(xx, v[0], out=out[0])
+        out[0] += term
+        np.multiply(yy, v[1], out=out[1])
+        out[1] += np.multiply(xy, v[0], out=term)
+        return out
+
+    def expensive(self, v: AnyArray) -> AnyArray:
+        n = 2 * self.newton.size
+        return self.newton.gradient(v[:n].reshape(2, *self.newton.traction_bound.shape)).ravel()
+
+    def cheap(self, v: AnyArray, image: AnyArray) -> AnyArray:
+        newton = self.newton
+        shape = (2, *newton.traction_bound.shape)
+        n = 2 * newton.size
+        change = v[:n].reshape(shape)
+        inner = self.border.add(image.reshape(shape).copy(), change)
+        if newton.free:
+            inner -= newton.creepage(v[n:])[:, None, None].astype(v.dtype)
+        out = self._times(self.q, inner)
+        out += self._times(self.p, change)
+        if not newton.free:
+            return out.ravel()
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
+        return np.concatenate([out.ravel(), force], dtype=v.dtype)
+
+    def _invert(self, r: AnyArray) -> AnyArray:
+        out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
+        out += self._times(self.local, r)
+        return out
+
+    def precondition(self, v: AnyArray) -> AnyArray:
+        newton = self.newton
+        if not newton.options.preconditioned:
+            return v
+        n = 2 * newton.size
+        change = self._invert(v[:n].reshape(2, *newton.traction_bound.shape))
+        if not newton.free:
+            return change.ravel()
+        force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
+        unknown = self.schur_inverse @ (v[n:] - force)
+        for u, column in zip(unknown, self.response, strict=True):
+            change += float(u) * column
+        return np.concatenate([change.ravel(), unknown], dtype=v.dtype)
+
+
+def _lone(slip: Mask, stick: Mask) -> Mask:
+    """Where one or two of `slip` stand between elements of `stick` along the first axis."""
+    lone = np.zeros_like(slip)
+    lone[1:-1] = slip[1:-1] & stick[:-2] & stick[2:]
+    pairs = slip[1:-2] & slip[2:-1] & stick[:-3] & stick[3:]
+    lone[1:-2] |= pairs
+    lone[2:-1] |= pairs
+    return lone
+
+
+def _as(precision: Any, *arrays: AnyArray) -> tuple[AnyArray, ...]:
+    return tuple(a.astype(precision) for a in arrays)

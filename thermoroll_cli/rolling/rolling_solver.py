@@ -1,0 +1,131 @@
+"""Steady rolling with Coulomb friction: semismooth Newton on the slip equation itself (Eqs. 7–11).
+
+On every contact element the traction τ and the slip s = ξ − ∂u/∂x satisfy τ = Proj(τ + ρ s), the projection being onto
+the disk |τ| ≤ μp: stick where τ + ρ s lies inside, slip along τ where it lies outside. No f(y), g(y) of the article's
+Eq. 12 are needed, because the slip equation is discretised and not its integral.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.numerics.solver_options import RollingOptions
+from thermoroll_cli.rolling.newton import Iterate, Newton
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.stick_inverse import StickInverse
+from thermoroll_cli.rolling.tangential_problem import TangentialProblem
+
+Start = tuple[Array, tuple[float, float]]
+
+__all__ = ["RollingSolver", "Start", "TangentialProblem", "TangentialSolution"]
+
+
+@dataclass(frozen=True)
+class TangentialSolution:
+    """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
+    solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over
+    the tractions to expect, both in the 2-norm."""
+
+    traction: Array
+    slip: Array
+    lost: Array
+    stick: Mask
+    creepage: tuple[float, float]
+    residual: float
+    newton_steps: int
+    applications: int
+    converged: bool
+    history: tuple[float, ...] = field(default=())
+
+
+class RollingSolver:
+    """Tangential solver for one bounding box and grid: keeps kernels and plans between solves."""
+
+    def __init__(self, gradient: RollingGradient, options: RollingOptions | None = None) -> None:
+        self.gradient = gradient
+        self.options = options or RollingOptions()
+        self._inverses: dict[Any, StickInverse] = {}
+
+    def _inverse(self, tolerance: float) -> StickInverse:
+        """The preconditioner, in the precision in which Newton steps are solved: residuals are always computed in double."""
+        precision = np.float32 if tolerance >= self.options.single_suffices else np.float64
+        if precision not in self._inverses:
+            g = self.gradient
+            self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision, g.weights)
+        return self._inverses[precision]
+
+    def solve(
+        self,
+        problem: TangentialProblem,
+        starts: Sequence[Start],
+        tolerance: float = 1e-6,
+    ) -> TangentialSolution:
+        """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from.
+
+        Without a start, or where that start fails, Newton begins from the tractions of full stick cut down to the bound. From
+        anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
+        that nothing drives them back."""
+        before = self.gradient.applications
+        newton = Newton(problem, self.gradient, self._inverse(tolerance), self.options)
+        history: list[float] = []
+        states = [newton.start(*start) for start in starts]
+        if states:
+            state = self._iterate(newton, min(states, key=lambda s: s.norm), tolerance, history)
+        if not states or state.norm > tolerance:
+            start = newton.start(*self._full_stick(problem, newton.inverse))
+            state = self._iterate(newton, start, tolerance, history)
+        state, slip, lost = newton.finish(state)
+        if tolerance < state.norm < self.options.refinable:
+            # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
+            state, slip, lost = newton.finish(self._iterate(newton, state, tolerance, history))
+        creep = tuple(float(c) for c in newton.creepage(state.unknown))
+        return TangentialSolution(
+            traction=state.traction,
+            slip=slip,
+            lost=lost,
+            stick=newton.sticking(state),
+            creepage=(creep[0], creep[1]),
+            residual=state.norm,
+            newton_steps=len(history) - 1,
+            applications=self.gradient.applications - before,
+            converged=state.norm <= 2.0 * tolerance,
+            history=tuple(history),
+        )
+
+    def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
+        """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
+        history.append(state.norm)
+        forcing = self.options.loosest_forcing
+        best, looked = state, False
+        for step in range(self.options.most_newton_steps):
+            if state.norm <= tolerance:
+                break
+            if step:
+                ratio = history[-1] / history[-2]
+                earned = max(self.options.forcing_share * ratio**2, 0.5 * tolerance / state.norm)
+                forcing = min(self.options.loosest_forcing, earned)
+                # Slip that is alone and true has to come back where taking it away does not help.
+                looked = ratio > self.options.slow and not (looked and ratio > self.options.no_help)
+                if looked:
+                    state = newton.without_false_slip(state)
+            state = newton.step(state, forcing)
+            history.append(state.norm)
+            if state.norm < best.norm:
+                best = state
+        return best
+
+    def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
+        """Tractions that let nothing slip, whatever the bound: a linear problem."""
+        unbounded = replace(problem, traction_bound=problem.traction_bound * self.options.unbounded)
+        newton = Newton(unbounded, self.gradient, inverse, self.options)
+        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), self.options.stick_forcing)
+        creep = newton.creepage(state.unknown)
+        return state.traction, (float(creep[0]), float(creep[1]))
+
+

@@ -1,0 +1,207 @@
+"""Where along its row slip makes heat: the heat of each element, and how it changes along x within.
+
+The power is τ·s, plus what the discretisation takes up and `lost` tells element by element (`TangentialSolution`): with it each
+row has the power that it should, and the sum is exactly the work of the forces. Where a slip zone begins that is the wrong
+heat in single elements, though: slip starts like a square root, at a place inside an element (`stick_border`), and behind a
+stick area of the length L it is close to Carter's (1926)
+
+    s ∝ sqrt(d (L + d)) ≈ sqrt(L d) (1 + d/2L)     at the distance d from the border,
+
+so on the first elements of a zone the heat that they have together is made to follow sqrt(d) (1 + B d) and to go on to the
+next; likewise on the last ones, where slip is smooth and the pressure ends like a square root. Temperatures of zones of few
+elements depend on that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.thermal_slope import slopes
+from thermoroll_cli.rolling.rolling_solver import TangentialProblem, TangentialSolution
+from thermoroll_cli.rolling.stick_border import stick_ends
+
+FIRST = 4
+"""Elements, from the last one that sticks on, whose heat follows the root: slip errs by 6, 4, 1.5 and 0.7 % of its maximum on
+them. More would put the root where zones of a few elements end."""
+LEAST_BEND, MOST_BEND = -0.15, 0.3
+"""How much the root may bend per element, so that it goes on to the slip behind: between Carter's, behind a short stick area,
+and slip in contacts so slender that it stops growing."""
+SHORTEST = 5
+"""Elements of a zone whose last three follow the pressure: the slip that is continued must not be that of its beginning."""
+WHOLE = 0.8
+"""Covered fraction from which the last element but one counts as covered."""
+
+
+@dataclass(frozen=True)
+class _Onset:
+    """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, FIRST + 1), and which of them are `inside`.
+    There root-like slip times μp has the means `weight`, centred at the distance `centre` from the border in elements, and
+    changes through an element by `slope` times its mean. `bend` is what Carter's slip grows by beyond a root per element."""
+
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    inside: Mask
+    weight: Array
+    centre: Array
+    slope: Array
+    bend: Array
+
+
+def heat_of_slip(
+    solution: TangentialSolution, problem: TangentialProblem, rigid: Array, compliance: ShearCompliance, dx: float, dy: float
+) -> tuple[Array, Array]:
+    """Heat flux over V in Pa, element averages ≥ 0, (n, m), whose sum is the work of the tractions on the `rigid` slip
+    (2, n, m); and its change along x through each element, nowhere so steep that its front had negative heat: surfaces would
+    get colder there than their surroundings."""
+    slips = (problem.covered > 0.0) & ~solution.stick
+    zones = _zones(slips)
+    onset = _onset(solution, problem, zones, slips, compliance, dx, dy)
+    heat = _balanced(solution, zones, slips, onset)
+    _follow_the_pressure(heat, solution, problem.covered, slips)
+    _follow_the_root(heat, onset)
+    heat = np.maximum(heat, 0.0)
+    total, work = float(heat.sum()), float((solution.traction * rigid).sum())
+    heat *= max(work, 0.0) / total if total > 0.0 else 0.0
+    slope = slopes(heat)
+    first = onset.inside & (np.arange(FIRST + 1) < FIRST)
+    at = onset.rows[first], onset.columns[first]
+    slope[at] = heat[at] * onset.slope[first]
+    _slope_at_the_end(slope, heat, problem.covered, slips)
+    return heat, np.minimum(slope, 2.0 * heat)
+
+
+def _zones(slips: Mask) -> NDArray[np.intp]:
+    """Number of the zone of each element, (n, m): elements that slip in a row, with those in front of them that do not."""
+    rows = slips.T
+    first = np.ones_like(rows)
+    first[:, 1:] = rows[:, :-1] & ~rows[:, 1:]
+    return np.asarray((np.cumsum(first.ravel()) - 1).reshape(rows.shape).T)
+
+
+def _onset(
+    solution: TangentialSolution, problem: TangentialProblem, zones: NDArray[np.intp], slips: Mask, compliance: ShearCompliance,
+    dx: float, dy: float,
+) -> _Onset:
+    """The first elements of all zones that begin behind stick."""
+    i, j, place = stick_ends(
+        solution.traction, solution.slip, problem.traction_bound, solution.stick, problem.covered, dx, dy, compliance)
+    step = np.arange(FIRST + 1)
+    rows, columns = np.minimum(i[:, None] + step, len(slips) - 1), np.broadcast_to(j[:, None], (len(i), FIRST + 1))
+    inside = (i[:, None] + step < len(slips)) & (zones[rows, columns] == zones[i, j][:, None])
+    covered = problem.covered[rows, columns]
+    near = step - 0.5 - place[:, None]
+    covered = np.where(covered > 0.0, covered, 1.0)
+    root, centre = _root(np.maximum(near, 0.0), np.maximum(near + covered, 0.0))
+    weight = root / covered * problem.traction_bound[rows, columns] * inside
+    known = (weight[:, :FIRST].sum(axis=1) > 0.0)[:, None] & inside
+    bend = 0.5 / (_run_lengths(solution.stick)[i, j] - 0.5 + place)
+    return _Onset(rows, columns, known, weight, centre, 12.0 * (centre - near - 0.5) * (weight > 0.0), bend)
+
+
+def _root(near: Array, far: Array) -> tuple[Array, Array]:
+    """Integral of sqrt(d) over `near` ≤ d ≤ `far`, and the centre of that."""
+    area = (far**1.5 - near**1.5) / 1.5
+    return area, (far**2.5 - near**2.5) / 2.5 / np.where(area > 0.0, area, 1.0)
+
+
+def _run_lengths(mask: Mask) -> Array:
+    """How many elements of the mask end at each one, in a row along x."""
+    lengths, run = np.zeros(mask.shape), np.zeros(mask.shape[1])
+    for i, row in enumerate(mask):
+        run = (run + 1.0) * row
+        lengths[i] = run
+    return lengths
+
+
+def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask, onset: _Onset) -> Array:
+    """Heat of the elements that leaves each zone the power that it has: τ·s and what is lost, of either sign. Heat of elements
+    that stick goes to the last of them. Where no root is known it is given back in proportion to what is lost, or taken."""
+    count = int(zones.max()) + 1
+
+    def of_zones(field: Array) -> Array:
+        return np.bincount(zones.ravel(), field.ravel(), count).astype(np.float64)
+
+    resolved = np.maximum((solution.traction * solution.slip).sum(axis=0), 0.0)
+    taken = np.maximum(solution.lost, 0.0)
+    missing, losses, made = of_zones(solution.lost), of_zones(taken), of_zones(resolved)
+    back = np.maximum(missing, 0.0) / np.where(losses > 0.0, losses, 1.0)
+    less = np.maximum(1.0 + np.minimum(missing, 0.0) / np.where(made > 0.0, made, 1.0), 0.0)
+    heat = resolved * less[zones] + taken * back[zones]
+    whole = np.where(slips, resolved + solution.lost, 0.0)
+    known = onset.inside[:, 0]
+    last = onset.rows[known, 0], onset.columns[known, 0]
+    whole[last] = of_zones(np.where(slips, 0.0, resolved + solution.lost))[zones[last]]
+    has_root = np.zeros(count, dtype=bool)
+    has_root[zones[last]] = True
+    return np.where(has_root[zones], whole, heat)
+
+
+def _follow_the_root(heat: Array, onset: _Onset) -> None:
+    """Let the first elements of each zone share what they have together as root-like slip does, in place."""
+    now = heat[onset.rows, onset.columns] * onset.inside
+    together, behind = now[:, :FIRST].sum(axis=1), now[:, FIRST]
+    weight, centre = onset.weight[:, :FIRST], onset.centre[:, :FIRST]
+    plain, bent = weight.sum(axis=1), (weight * centre).sum(axis=1)
+    # weight (1 + bend d) has the sum `together`, and goes on to what is behind.
+    share = together * onset.weight[:, FIRST]
+    lever = bent * behind - share * onset.centre[:, FIRST]
+    known = onset.inside[:, FIRST] & (share > 0.0) & (lever < 0.0)
+    bend = np.where(known, (share - plain * behind) / np.where(known, lever, 1.0), onset.bend)
+    shape = weight * (1.0 + np.clip(bend, LEAST_BEND, MOST_BEND)[:, None] * centre)
+    total = shape.sum(axis=1)
+    shape *= (together / np.where(total > 0.0, total, 1.0))[:, None]
+    inside = onset.inside[:, :FIRST]
+    heat[onset.rows[:, :FIRST][inside], onset.columns[:, :FIRST][inside]] = shape[inside]
+
+
+def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Elements that slip and have none behind them that does."""
+    behind = np.zeros_like(slips)
+    behind[:-1] = slips[1:]
+    i, j = np.nonzero(slips & ~behind)
+    return i, j
+
+
+def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Array, slips: Mask) -> None:
+    """Let the last three elements of each zone that ends with the contact share what they have together as their tractions do
+    with slip that goes on as before, in place: slip is smooth there, but the formula for it reaches across the border."""
+    i, j = _ends(slips)
+    far = i >= SHORTEST - 1
+    for k in range(1, SHORTEST):
+        far &= slips[np.maximum(i - k, 0), j]
+    far[i + 1 < len(covered)] &= covered[i[i + 1 < len(covered)] + 1, j[i + 1 < len(covered)]] == 0.0
+    i, j = i[far], j[far]
+    speed = np.hypot(solution.slip[0], solution.slip[1])
+    size = np.hypot(solution.traction[0], solution.traction[1])
+    start = speed[i - 2, j]
+    steps = np.stack([np.zeros(len(i)), np.ones(len(i)), 1.5 + 0.4 * covered[i, j]])
+    weight = np.maximum(start + (start - speed[i - 3, j]) * steps, 0.0)
+    weight *= np.stack([size[i - k, j] for k in (2, 1, 0)])
+    together = heat[i, j] + heat[i - 1, j] + heat[i - 2, j]
+    total = weight.sum(axis=0)
+    known = (total > 0.0) & (together > 0.0)
+    for k, part in zip((2, 1, 0), weight, strict=True):
+        heat[i[known] - k, j[known]] = (part * together / np.where(known, total, 1.0))[known]
+
+
+def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) -> None:
+    """Slopes of the last two elements of each zone that ends with the contact, in place: a square root that ends at the border,
+    times what changes slowly."""
+    i, j = _ends(slips)
+    behind = np.pad(covered, ((0, 1), (0, 0)))[i + 1, j]
+    i, j = i[behind == 0.0], j[behind == 0.0]
+    part = covered[i, j]
+    # A line cannot have all heat at one end: on less than a third of an element it tells the temperature of that element.
+    slope[i, j] = heat[i, j] * np.maximum(4.8 * part - 6.0, -6.0 * part)
+    one, other = np.maximum(i - 1, 0), np.maximum(i - 2, 0)
+    two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE)
+    i, j = i[two] - 1, j[two]
+    part = np.maximum(part[two] + covered[i, j] - 1.0, 0.0)
+    mean, centre = _root(part, part + 1.0)
+    before, _ = _root(part + 1.0, part + 2.0)
+    slope[i, j] = 12.0 * heat[i, j] * (part + 0.5 - centre) + heat[i, j] - heat[i - 1, j] * mean / before

@@ -1,1 +1,0 @@
-"""Algorithms that know nothing of contacts: mixing of fixed points, Krylov iterations, interpolation between grids."""

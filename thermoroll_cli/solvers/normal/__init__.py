@@ -1,1 +1,0 @@
-"""Pressure from the gap: Eqs. 1–6."""

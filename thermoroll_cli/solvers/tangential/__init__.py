@@ -1,1 +1,0 @@
-"""Traction, stick and slip under a given pressure: Eqs. 7–15."""

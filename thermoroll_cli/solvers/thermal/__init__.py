@@ -1,1 +1,0 @@
-"""Temperature and thermal expansion from heat: Eqs. 17–20."""

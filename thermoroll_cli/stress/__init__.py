@@ -1,0 +1,1 @@
+"""Stresses and temperatures below the surface of each body."""

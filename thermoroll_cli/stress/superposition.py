@@ -1,0 +1,204 @@
+"""Stresses and temperatures on whole layers: the responses of single elements, convolved with the loads by FFT."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
+from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
+from thermoroll_cli.halfspace.thermal import temperature_at_depths
+from thermoroll_cli.numerics.convolution import Convolution, Spectrum, in_pairs, multiply, quadrant_symbol
+from thermoroll_cli.numerics.grid import Grid
+
+ODD_IN_Y = (False, False, False, True, False, True)
+"""Of the stresses xx yy zz xy xz yz, those that change sign in the mirror y → −y."""
+ODD_IN_X = (False, False, False, True, True, False)
+
+TABLE_BYTES = 64 * 2**20
+"""Thermal tables made together: layers share most of their cost, but not of their memory."""
+
+
+@dataclass(frozen=True)
+class SurfaceLoad:
+    """Loads on one body, averages over elements, and what its material makes of them (SI, arrays (nx, ny)).
+
+    `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
+    the surface), None where there is none; `heat` is the flux into the body, None where thermal stresses are left out.
+    `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact, `surface_rise` the
+    temperature rise (K) of the surface if it is known better than from averages."""
+
+    pressure: Array
+    traction: Array | None
+    heat: Array | None
+    poisson_ratio: float
+    sign: float = 1.0
+    thermal_modulus: float = 0.0
+    conductivity: float = 1.0
+    diffusivity: float = 1.0
+    speed: tuple[float, float] = (0.0, 0.0)
+    surface_rise: Array | None = None
+
+
+class LayerTransforms:
+    """Free-space convolutions of loads on one grid, brought back whole or, of mirror-symmetric states, for y > 0."""
+
+    def __init__(self, grid: Grid, mirrored: bool) -> None:
+        self.grid, self.mirrored = grid, mirrored
+        self.plane = Convolution(grid.nx, grid.ny)
+        self.columns = grid.ny // 2 if mirrored else grid.ny
+        """Columns that are brought back: the last ones."""
+
+    @property
+    def transforms(self) -> int:
+        return self.plane.transforms
+
+    def forward(self, field: Array) -> Spectrum:
+        return self.plane.forward(field)
+
+    def second_differences(self, along: float, across: float) -> Array:
+        """Spectrum (py//2+1, px) of second differences along x and along y with these weights."""
+        px, py = self.plane.px, self.plane.py
+        angle_x, angle_y = 2.0 * np.pi * np.arange(px) / px, 2.0 * np.pi * np.arange(self.plane.half) / py
+        return np.asarray(2.0 * along * (np.cos(angle_x) - 1.0)[None, :] + 2.0 * across * (np.cos(angle_y) - 1.0)[:, None])
+
+    def back(self, spectra: list[Spectrum], odd: tuple[bool, ...]) -> Array:
+        """Fields (n, nx, columns) of `spectra`, of which some are `odd` in y.
+
+        Of mirror-symmetric states one transform brings back an even and an odd field: both halves of the sum tell."""
+        out = np.empty((len(spectra), self.grid.nx, self.columns))
+        if not self.mirrored:
+            for target, spectrum in zip(out, spectra, strict=True):
+                self.plane.inverse(spectrum, target)
+            return out
+        evens = [i for i, is_odd in enumerate(odd) if not is_odd]
+        odds = [i for i, is_odd in enumerate(odd) if is_odd]
+        while evens or odds:
+            even, other = evens.pop(0) if evens else None, odds.pop(0) if odds else None
+            parts = [spectra[i] for i in (even, other) if i is not None]
+            whole = self.plane.inverse(parts[0] if len(parts) == 1 else parts[0] + parts[1])
+            near, far = whole[:, self.columns :], whole[:, self.columns - 1 :: -1]
+            if even is not None:
+                np.add(near, far, out=out[even])
+                out[even] *= 0.5
+            if other is not None:
+                np.subtract(near, far, out=out[other])
+                out[other] *= 0.5
+        return out
+
+
+class Sharpened:
+    """The spectrum of a load given as averages over elements, as it acts below them.
+
+    An average is the value plus 1/24 of the second difference; spread evenly over the element again, the load acts, from half
+    an element's depth on, as if averaged twice. Less that second difference, what is left is of fourth order in the size of
+    the elements; it adds nothing to the whole load."""
+
+    def __init__(self, transforms: LayerTransforms, load: Array) -> None:
+        self._transforms = transforms
+        self._spectrum = transforms.forward(load)
+        self._weights: tuple[float, float] | None = None
+        self._sharp = self._spectrum
+
+    def below(self, depth: float) -> Spectrum:
+        """For stresses at this depth in m."""
+        grid = self._transforms.grid
+        weights = tuple(1.0 / 12.0 if depth > 0.5 * size else 1.0 / 24.0 for size in (grid.dx, grid.dy))
+        if weights != self._weights:
+            along, across = self._weights = (weights[0], weights[1])
+            self._sharp = self._spectrum - self._spectrum * self._transforms.second_differences(along, across)
+        return self._sharp
+
+
+class ElasticLayers:
+    """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load."""
+
+    def __init__(
+        self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float
+    ) -> None:
+        self._transforms, self._poisson_ratio = transforms, poisson_ratio
+        self._loads = [Sharpened(transforms, load) for load in (pressure, *(() if traction is None else traction))]
+
+    def at(self, depth: float) -> tuple[Array, Array | None]:
+        """Stresses in Pa at `depth` (m) by the pressure, and by the traction as it was given (None without one)."""
+        grid = self._transforms.grid
+        at = np.arange(float(grid.nx)), np.arange(float(grid.ny)) * (grid.dy / grid.dx), depth / grid.dx, grid.dy / grid.dx
+        # Kernels odd along one axis have −i times a real spectrum.
+        pressure, *traction = [(sharp := load.below(depth), sharp * -1j) for load in self._loads]
+        normal = self._sum([(pressure, pressure_stress(*at, self._poisson_ratio), (False, False))])
+        if not traction:
+            return normal, None
+        tangential = self._sum([
+            (traction[0], traction_x_stress(*at, self._poisson_ratio), (True, False)),
+            (traction[1], traction_y_stress(*at, self._poisson_ratio), (False, True)),
+        ])
+        return normal, tangential
+
+    def _sum(self, parts: list[tuple[tuple[Spectrum, Spectrum], Array, tuple[bool, bool]]]) -> Array:
+        """Stresses by loads with the given spectra and element tables; a load along an axis flips the parity along it."""
+        plane = self._transforms.plane
+        spectra = []
+        for component in range(6):
+            total: Spectrum | None = None
+            for spectrum, tables, (flip_x, flip_y) in parts:
+                parity = -1 if ODD_IN_X[component] != flip_x else 1, -1 if ODD_IN_Y[component] != flip_y else 1
+                symbol = in_pairs(quadrant_symbol(tables[component], (plane.px, plane.py), parity))
+                turned = spectrum[parity[0] != parity[1]]
+                term = multiply(turned, symbol, out=np.empty_like(turned))
+                total = term if total is None else np.add(total, term, out=total)
+            assert total is not None
+            spectra.append(total)
+        return self._transforms.back(spectra, ODD_IN_Y)
+
+
+class ThermalLayers:
+    """Thermal stresses and temperatures of one body, layer after layer from the surface down."""
+
+    def __init__(self, transforms: LayerTransforms, load: SurfaceLoad) -> None:
+        assert load.heat is not None
+        self._transforms, self._load = transforms, load
+        self._heat = Sharpened(transforms, load.heat)
+
+    def layers(self, depths: Array) -> Iterator[tuple[Array, Array]]:
+        """Stresses (6, nx, columns) in Pa and temperature rise (nx, columns) in K at each of the ascending `depths` (m)."""
+        grid = self._transforms.grid
+        lateral = self._load.speed[1] != 0.0
+        entries = 7 * 8 * (2 * grid.nx - 1) * (2 * grid.ny - 1 if lateral else grid.ny)
+        together = max(1, TABLE_BYTES // entries)
+        for start in range(0, len(depths), together):
+            yield from self._group(depths[start : start + together], lateral)
+
+    def _group(self, depths: Array, lateral: bool) -> Iterator[tuple[Array, Array]]:
+        grid, load = self._transforms.grid, self._load
+        aspect = grid.dy / grid.dx
+        x, y = np.arange(1.0 - grid.nx, grid.nx), aspect * np.arange(1.0 - grid.ny if lateral else 0.0, grid.ny)
+        peclet = [speed * grid.dx / load.diffusivity for speed in load.speed]
+        z = depths / grid.dx
+        stresses = thermal_stress(x, y, z, aspect, peclet[0], peclet[1], load.poisson_ratio)
+        temperatures = temperature_at_depths(x, y, z, aspect, peclet[0], peclet[1])
+        to_kelvin = grid.dx / load.conductivity
+        for depth, stress, temperature in zip(depths, stresses, temperatures, strict=True):
+            heat = self._heat.below(float(depth))
+            responses = [*stress, temperature]
+            odd = (*ODD_IN_Y, False)
+            spectra = [
+                self._transforms.plane.spectrum(table if lateral else _both_sides(table, is_odd)) * heat
+                for table, is_odd in zip(responses, odd, strict=True)
+            ]
+            fields = self._transforms.back(spectra, odd)
+            fields[:6] *= load.thermal_modulus * to_kelvin
+            fields[6] *= to_kelvin
+            if depth == 0.0 and load.surface_rise is not None:
+                # Heat that changes within the elements: σ_xx and σ_yy feel the temperature of the place itself.
+                known = load.surface_rise[:, -self._transforms.columns :]
+                fields[:2] -= load.thermal_modulus * (known - fields[6])
+                fields[6] = known
+            yield fields[:6], fields[6]
+
+
+def _both_sides(table: Array, odd: bool) -> Array:
+    """A table at offsets y ≥ 0, unfolded."""
+    return np.concatenate([-table[:, :0:-1] if odd else table[:, :0:-1], table], axis=1)
