@@ -46,8 +46,8 @@ def hertz(n: int) -> Array:
 
 
 def thermoroll(n: int, flat: bool) -> Solve:
-    from thermoroll_cli.kernels.grid import Grid
-    from thermoroll_cli.solvers.normal.active_set import NormalSolver
+    from thermoroll_cli.contact.active_set import NormalSolver
+    from thermoroll_cli.numerics.grid import Grid
 
     solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)
     gap = _gap(n)
@@ -59,7 +59,7 @@ def polonsky_keer(n: int) -> Solve:
     sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
     from polonsky_keer import PolonskyKeer
 
-    from thermoroll_cli.kernels.grid import Grid
+    from thermoroll_cli.numerics.grid import Grid
 
     solver = PolonskyKeer(Grid.over((n, n), SIDE, SIDE), 1.0)
     gap = _gap(n)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.kernels.convolution import Convolution, multiply
-from thermoroll_cli.kernels.elastic import normal_table
-from thermoroll_cli.kernels.grid import Grid
+from thermoroll_cli.halfspace.elastic import normal_table
+from thermoroll_cli.numerics.convolution import Convolution, multiply
+from thermoroll_cli.numerics.grid import Grid
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from thermoroll_cli.solvers.solver_options import RefinementOptions, RollingOptions, SolverOptions
+from thermoroll_cli.numerics.solver_options import RefinementOptions, RollingOptions, SolverOptions
 
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
 """(u_i − u_{i−1})/h at offsets −2 … 1."""

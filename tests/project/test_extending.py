@@ -58,4 +58,4 @@ def test_wear_goes_the_whole_way(place: Path) -> None:
 
 def test_the_document_shows_every_step() -> None:
     files = {Path(path).parts[1] for path, _ in BLOCKS}
-    assert files == {"model", "assessment", "refinement", "files", "plots"}
+    assert files == {"problem", "refinement", "files", "plots"}

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -244,23 +242,6 @@ def test_error_estimates_cover_coarse_grids():
             reference = fine.subsurface.error[name]
             covered += abs(coarse.scalars[name] - fine.subsurface.scalars[name]) <= (error + reference) * scale
     assert covered >= 0.92 * seen
-
-
-def test_nothing_is_imported_without_the_table():
-    code = """
-import sys
-from tests.support.scenes import rolling
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import solve
-problem = rolling(grid=16, creepage=(0.001, 0.0))
-make_plan(problem)
-result = solve(problem)
-assert result.subsurface is None and not any(name.startswith("von_mises") for name in result.summary())
-found = [name for name in sys.modules if "subsurface" in name]
-assert not found, found
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=Path(__file__).parents[2])
-    assert done.returncode == 0, done.stderr
 
 
 def test_the_surface_carries_the_load_of_a_contact_that_shrinks():
