@@ -19,15 +19,11 @@ if TYPE_CHECKING:
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.files.case.case import Case
     from thermoroll_cli.files.case.case_errors import CaseError
-    from thermoroll_cli.files.result.stored import StoredResult, read_result
     from thermoroll_cli.problem.problem import Problem
-    from thermoroll_cli.problem.result import Result
-    from thermoroll_cli.python_api import solve, sweep
-    from thermoroll_cli.refinement.solve import Solver
+    from thermoroll_cli.python_api import Result, Solver, read_result, solve, sweep
 
 __all__ = [
-    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "StoredResult", "__version__", "read_result",
-    "solve", "sweep",
+    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "read_result", "solve", "sweep",
 ]  # fmt: skip
 
 _PLACES = {
@@ -35,10 +31,9 @@ _PLACES = {
     "CaseError": "thermoroll_cli.files.case.case_errors",
     "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
     "Problem": "thermoroll_cli.problem.problem",
-    "Result": "thermoroll_cli.problem.result",
-    "Solver": "thermoroll_cli.refinement.solve",
-    "StoredResult": "thermoroll_cli.files.result.stored",
-    "read_result": "thermoroll_cli.files.result.stored",
+    "Result": "thermoroll_cli.python_api",
+    "Solver": "thermoroll_cli.python_api",
+    "read_result": "thermoroll_cli.python_api",
     "solve": "thermoroll_cli.python_api",
     "sweep": "thermoroll_cli.python_api",
 }

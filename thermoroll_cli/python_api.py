@@ -1,77 +1,102 @@
-"""What notebooks and scripts use beyond a single solve: files, labelled arrays and sweeps. It stands above all layers, and
-`thermoroll_cli` offers it lazily."""
+"""What notebooks and scripts use: `thermoroll_cli` offers these names, and loads them when they are asked for.
+
+It stands above all rooms, so a `Result` can have the methods that write and draw it here."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import math
 import os
 import pathlib
 import tempfile
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
+
+from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case.case_errors import CaseError
+from thermoroll_cli.files.result import hdf5
+from thermoroll_cli.problem import result as results
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import FIELDS
+from thermoroll_cli.refinement import solve as refinement
+from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
+from thermoroll_cli.sweeps.points import make_points
+from thermoroll_cli.sweeps.sweep import Sweep, run_sweep
+from thermoroll_cli.sweeps.table import Row
 
 if TYPE_CHECKING:
     import xarray
 
-    from thermoroll_cli.files.case.case import Case
-    from thermoroll_cli.problem.problem import Problem
-    from thermoroll_cli.problem.result import Result
-
 Number = int | float
+Report = Callable[[str, Mapping[str, Any]], None]
 COMMAND_LINE = "Python"
 """What files written from Python have in place of a command line."""
 
 
-def solve(case: Case | Problem, *, threads: int = 1, report: Callable[[str, Mapping[str, Any]], None] | None = None) -> Result:
+class Result(results.Result):
+    """A result that can write itself to a file and show itself in a notebook."""
+
+    @classmethod
+    def of(cls, result: results.Result) -> Self:
+        return cls(**{field.name: getattr(result, field.name) for field in dataclasses.fields(result)})
+
+    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
+        """Write this result as `thermoroll run` does (docs/file_format.md), complete or not at all, and return the path.
+
+        A result of a `Case` carries that case, and `thermoroll run --from` solves it again; one of a `Problem` has none. Raises
+        OSError, with a plain message, if the file cannot be written."""
+        hdf5.write_result(path, self, case_text=self.case_text, case_json=self.case_json, command_line=COMMAND_LINE)
+        return pathlib.Path(path)
+
+    def to_xarray(self, state: str = "coupled") -> xarray.Dataset:
+        """The fields of one state, "coupled" or "isothermal", as an `xarray.Dataset` over x and y in m, with units, as opening
+        its file gives; scalars are attributes.
+
+        Raises ImportError, which says what to install, where xarray is missing; ValueError for another state."""
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+        if state not in ("coupled", "isothermal"):
+            raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
+        chosen = self.coupled if state == "coupled" else self.isothermal
+        variables = {}
+        for name, values in chosen.fields.items():
+            units, long_name = FIELDS.get(name, ("", name))
+            variables[name] = (("x", "y"), values, {"units": units, "long_name": long_name})
+        coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
+        return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
+
+
+class Solver(refinement.Solver):
+    """Solves problem after problem: each starts from the one before it where kernels and grids are the same."""
+
+    def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
+        """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
+        that is asked for has none."""
+        return Result.of(super().solve(problem, report=report, search=search))
+
+
+def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
+    """The result in the file at `path`; without its fields and histories if only the scalars and the case matter.
+
+    Raises OSError, with a plain message, for a file that is missing, unreadable, foreign, truncated, damaged or of another
+    version."""
+    return Result.of(hdf5.read_result(path, with_fields=with_fields))
+
+
+def solve(case: Case | Problem, *, threads: int = 1, report: Report | None = None) -> Result:
     """Solve a case (or a problem in SI units): both states with fields in SI units, scalars in those of their names.
 
     `threads` > 1 transforms both traction components side by side, with the same result. `report` is called with the name of a
     stage and a mapping (grid, iteration, residual, …) as the work goes on; what it raises ends the work. A result that did not
     converge says so in `converged` and `reason`. Raises ValueError where no steady state can exist.
     """
-    import dataclasses
-
-    from thermoroll_cli.problem.problem import Problem
-    from thermoroll_cli.refinement.solve import solve as solve_problem
-
     if isinstance(case, Problem):
-        return solve_problem(case, threads=threads, report=report)
-    result = solve_problem(case.problem, threads=threads, report=report)
+        return Solver(threads).solve(case, report=report)
+    result = Solver(threads).solve(case.problem, report=report)
     return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
-
-
-def save(result: Result, path: str | os.PathLike[str]) -> pathlib.Path:
-    """Write `result` as `thermoroll run` does (docs/file_format.md), complete or not at all, and return the path.
-
-    A result of a `Case` carries that case, and `thermoroll run --from` solves it again; one of a `Problem` has none. Raises
-    OSError, with a plain message, if the file cannot be written."""
-    from thermoroll_cli.files.result.hdf5 import write_result
-
-    write_result(path, result, case_text=result.case_text, case_json=result.case_json, command_line=COMMAND_LINE)
-    return pathlib.Path(path)
-
-
-def to_xarray(result: Result, state: str = "coupled") -> xarray.Dataset:
-    """The fields of one state of `result`, "coupled" or "isothermal", as an `xarray.Dataset` over x and y in m, with units, as
-    opening its file gives; scalars are attributes.
-
-    Raises ImportError, which says what to install, where xarray is missing; ValueError for another state."""
-    try:
-        import xarray
-    except ImportError:
-        raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
-    from thermoroll_cli.problem.result import FIELDS
-
-    if state not in ("coupled", "isothermal"):
-        raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
-    chosen = result.coupled if state == "coupled" else result.isothermal
-    variables = {}
-    for name, values in chosen.fields.items():
-        units, long_name = FIELDS.get(name, ("", name))
-        variables[name] = (("x", "y"), values, {"units": units, "long_name": long_name})
-    coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
-    return xarray.Dataset(variables, coordinates, {**chosen.scalars, **result.hertz, "converged": int(result.converged)})
 
 
 def sweep(
@@ -93,14 +118,6 @@ def sweep(
 
     Raises CaseError (all errors of all points), ValueError (no values, the same value or key twice), OSError.
     """
-    from dataclasses import replace
-
-    from thermoroll_cli.files.case.case_errors import CaseError
-    from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
-    from thermoroll_cli.sweeps.points import make_points
-    from thermoroll_cli.sweeps.sweep import Sweep, run_sweep
-    from thermoroll_cli.sweeps.table import Row
-
     axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in over.items())
     for axis in axes:
         if not axis.values or len(set(axis.values)) < len(axis.values):
@@ -112,7 +129,7 @@ def sweep(
         points = make_points(case.to_toml(), case.name, case.name, axes)
     except CaseError as cause:
         # Nobody has typed an option here.
-        asked = (replace(f, source=f.source.replace("--over ", "sweep over ", 1)) for f in cause.findings)
+        asked = (dataclasses.replace(f, source=f.source.replace("--over ", "sweep over ", 1)) for f in cause.findings)
         raise CaseError(list(asked)) from None
 
     def row_of(row: Row) -> dict[str, Any]:

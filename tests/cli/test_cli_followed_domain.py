@@ -33,7 +33,7 @@ def test_what_is_told(folder: Path) -> None:
     assert stored.own_grids
     dx = stored.x[1] - stored.x[0]
     assert 1e3 * (stored.x[0] - 0.5 * dx) == pytest.approx(left) and 1e3 * (stored.x[-1] + 0.5 * dx) == pytest.approx(right)
-    assert stored.isothermal_x == pytest.approx(-stored.isothermal_x[::-1])
+    assert stored.isothermal.x == pytest.approx(-stored.isothermal.x[::-1])
     assert {p.name for p in folder.glob("*.png")} >= {"article_4_1_summary.png", "article_4_1_temperature.png"}
 
 
@@ -50,8 +50,9 @@ def test_exports_have_both_sets_of_points(folder: Path) -> None:
     done = call("export", folder / "article_4_1.h5", "--format", "csv")
     written = [Path(line) for line in done.stdout.splitlines()]
     assert [path.name for path in written] == ["article_4_1.csv", "article_4_1_isothermal.csv"]
-    for path, x, column, field in ((written[0], stored.x, "pressure_MPa", stored.fields["pressure"]),
-                                   (written[1], stored.isothermal_x, "isothermal_pressure_MPa", stored.isothermal["pressure"])):
+    columns = ("pressure_MPa", "isothermal_pressure_MPa")
+    for path, state, column in zip(written, (stored.coupled, stored.isothermal), columns, strict=True):
+        x, field = state.x, state.fields["pressure"]
         table = np.genfromtxt(path, delimiter=",", names=True)
         np.testing.assert_allclose(table["x_mm"][:: len(x)], 1e3 * x, rtol=1e-8, atol=1e-12)
         np.testing.assert_allclose(table[column], 1e-6 * field.ravel(), rtol=1e-8)
@@ -59,7 +60,7 @@ def test_exports_have_both_sets_of_points(folder: Path) -> None:
     grids = ElementTree.parse(folder / "article_4_1.xdmf").findall(".//Grid")
     assert [grid.get("Name") for grid in grids] == ["contact", "contact without thermal deformation"]
     with h5py.File(folder / "article_4_1.h5") as file:
-        for grid, x in zip(grids, (stored.x, stored.isothermal_x), strict=True):
+        for grid, x in zip(grids, (stored.x, stored.isothermal.x), strict=True):
             where = [str(item.text).split(":")[1] for item in grid.iter("DataItem")]
             assert all(place in file for place in where)
             np.testing.assert_allclose(file[where[0]][:, 0, 0], x, rtol=1e-6)

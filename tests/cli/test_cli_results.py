@@ -67,10 +67,10 @@ def test_a_state_that_is_the_same_is_compared_once_and_fields_where_they_differ_
     rows = {row["name"]: row for row in json.loads(done.stdout)["rows"]}
     assert not [name for name in rows if name.startswith("isothermal.")]
     a, b = (read_result(results / f"{name}.h5") for name in "ab")
-    distance = np.abs(a.fields["shear_x"] - b.fields["shear_x"])
+    distance = np.abs(a.coupled.fields["shear_x"] - b.coupled.fields["shear_x"])
     i, j = np.unravel_index(distance.argmax(), distance.shape)
     shear = rows["shear_x"]
-    assert (shear["a"], shear["b"]) == (a.fields["shear_x"][i, j], b.fields["shear_x"][i, j])
+    assert (shear["a"], shear["b"]) == (a.coupled.fields["shear_x"][i, j], b.coupled.fields["shear_x"][i, j])
     assert shear["note"] == f"at x = {1e3 * a.x[i]:.3g}, y = {1e3 * a.y[j]:.3g} mm"
     assert rows["pressure"]["note"] == "largest magnitudes" and rows["pressure"]["difference"] == 0.0
 

@@ -48,7 +48,7 @@ def printed(table: Called) -> dict[str, tuple[float, float]]:
 
 def test_table_json_and_hdf5_tell_the_same_error_of_every_scalar(outputs: tuple[Called, dict[str, Any], Path]) -> None:
     table, record, path = outputs
-    stored, rows = read_result(path).summary, printed(table)
+    stored, rows = read_result(path).summary(), printed(table)
     # What this case has no use for (tracks of turning bodies, …) is null, and in no table.
     assert set(rows) == {name for name in (*SCALARS, *HERTZ_SCALARS) if record.get(name) is not None}
     assert len(rows) >= 30

@@ -153,5 +153,5 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     (tmp_path / "cut_profile.png").unlink()
     assert call("plot", tmp_path / "cut.h5", "-o", tmp_path, "--normalised").returncode == 0
     assert (tmp_path / "cut_profile.png").exists()
-    stored = read_result(tmp_path / "cut.h5").summary
+    stored = read_result(tmp_path / "cut.h5").summary()
     assert "pressure_max_MPa" in stored["unbounded"] and len(stored["patches"]) == 1

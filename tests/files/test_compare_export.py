@@ -16,50 +16,63 @@ import pytest
 from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
-from thermoroll_cli.files.result.hdf5 import ResultFileError, StoredResult, read_result, write_result
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
 from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result
 
 
-def stored(path: pathlib.Path, result: Result) -> StoredResult:
+def stored(path: pathlib.Path, result: Result) -> Result:
     write_result(path, result, case_text="", case_json="{}", command_line="")
     return read_result(path)
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory: pytest.TempPathFactory) -> StoredResult:
-    return stored(tmp_path_factory.mktemp("a") / "a.h5", synthetic.result((20, 16)))
+def path(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    return tmp_path_factory.mktemp("a") / "a.h5"
 
 
-def with_scalars(result: StoredResult, **scalars: float | str) -> StoredResult:
-    return dataclasses.replace(result, summary={**result.summary, **scalars})
+@pytest.fixture(scope="module")
+def reference(path: pathlib.Path) -> Result:
+    return stored(path, synthetic.result((20, 16)))
+
+
+def with_scalars(result: Result, **scalars: float) -> Result:
+    hertz = {name: scalars.pop(name) for name in HERTZ_SCALARS if name in scalars}
+    coupled = dataclasses.replace(result.coupled, scalars={**result.coupled.scalars, **scalars})
+    return dataclasses.replace(result, coupled=coupled, hertz={**result.hertz, **hertz})
+
+
+def with_field(result: Result, name: str, values: np.ndarray) -> Result:
+    coupled = dataclasses.replace(result.coupled, fields={**result.coupled.fields, name: values})
+    return dataclasses.replace(result, coupled=coupled)
 
 
 def row(comparison: Comparison, name: str) -> Pair:
     return next(row for row in comparison.rows if row.name == name)
 
 
-def test_a_result_is_equal_to_itself(reference: StoredResult) -> None:
+def test_a_result_is_equal_to_itself(reference: Result) -> None:
     comparison = compare_results(reference, reference, rtol=0.0)
     assert comparison.within and comparison.largest == 0.0 and not comparison.notes
     names = [row.name for row in comparison.rows]
     assert len(names) == len(set(names))
-    assert (set(SCALARS) | set(HERTZ_SCALARS)) & set(reference.summary) <= set(names)
-    assert {"isothermal." + name for name in reference.summary["isothermal"]} <= set(names)
+    assert (set(SCALARS) | set(HERTZ_SCALARS)) & set(reference.summary()) <= set(names)
+    assert {"isothermal." + name for name in reference.isothermal.scalars} <= set(names)
     assert {"pressure", "isothermal.pressure", "status"} <= set(names)
 
 
-def test_scalars_are_compared_relatively(reference: StoredResult) -> None:
-    changed = with_scalars(reference, gamma_p=reference.summary["gamma_p"] * 1.001)
+def test_scalars_are_compared_relatively(reference: Result) -> None:
+    changed = with_scalars(reference, gamma_p=reference.coupled.scalars["gamma_p"] * 1.001)
     comparison = compare_results(reference, changed, rtol=1e-4)
     assert [row.name for row in comparison.outside] == ["gamma_p"]
     assert row(comparison, "gamma_p").difference == pytest.approx(1e-3, rel=1e-2)
     assert compare_results(reference, changed, rtol=1.1e-3).within
-    assert not compare_results(reference, with_scalars(reference, status="not_converged")).within
+    assert not compare_results(reference, dataclasses.replace(reference, converged=False)).within
 
 
-def test_a_scalar_that_only_one_file_names_is_told_and_does_not_count(reference: StoredResult) -> None:
+def test_a_scalar_that_only_one_file_names_is_told_and_does_not_count(reference: Result) -> None:
     """As between files of two versions of the program; one that was not computed is another matter."""
-    older = dataclasses.replace(reference, summary={k: v for k, v in reference.summary.items() if k != "gamma_st"})
+    scalars = {k: v for k, v in reference.coupled.scalars.items() if k != "gamma_st"}
+    older = dataclasses.replace(reference, coupled=dataclasses.replace(reference.coupled, scalars=scalars))
     for one, other, side in ((reference, older, "second"), (older, reference, "first")):
         comparison = compare_results(one, other)
         assert comparison.within and comparison.largest == 0.0
@@ -67,41 +80,41 @@ def test_a_scalar_that_only_one_file_names_is_told_and_does_not_count(reference:
     assert not compare_results(reference, with_scalars(reference, gamma_st=math.nan)).within
 
 
-def test_rounding_noise_of_a_vanishing_component_is_no_difference(reference: StoredResult) -> None:
+def test_rounding_noise_of_a_vanishing_component_is_no_difference(reference: Result) -> None:
     one, other = (with_scalars(reference, force_y_N=noise, spin_moment_Nmm=noise) for noise in (1e-15, -3e-16))
     assert compare_results(one, other, rtol=1e-12).within
-    fields = {**reference.fields, "shear_y": reference.fields["shear_y"] + 1e-3}
-    assert compare_results(reference, dataclasses.replace(reference, fields=fields), rtol=1e-9).within
+    shaken = with_field(reference, "shear_y", reference.coupled.fields["shear_y"] + 1e-3)
+    assert compare_results(reference, shaken, rtol=1e-9).within
 
 
-def test_nan_equals_nan_and_nothing_else(reference: StoredResult) -> None:
+def test_nan_equals_nan_and_nothing_else(reference: Result) -> None:
     hole = with_scalars(reference, Q_F_W=math.nan)
     assert compare_results(hole, hole).within
     assert row(compare_results(hole, reference), "Q_F_W").difference == math.inf
-    values = reference.fields["pressure"].copy()
+    values = reference.coupled.fields["pressure"].copy()
     values[3, 3] = math.nan
-    holed = dataclasses.replace(reference, fields={**reference.fields, "pressure": values})
+    holed = with_field(reference, "pressure", values)
     assert compare_results(holed, holed).within
     assert row(compare_results(holed, reference), "pressure").difference == math.inf
     endless = with_scalars(reference, peclet_lower=math.inf)
     assert compare_results(endless, endless).within and not compare_results(endless, reference).within
 
 
-def test_fields_are_compared_by_their_largest_value(reference: StoredResult) -> None:
-    values = reference.fields["pressure"].copy()
+def test_fields_are_compared_by_their_largest_value(reference: Result) -> None:
+    values = reference.coupled.fields["pressure"].copy()
     values[10, 8] += 1e-3 * values.max()
-    other = dataclasses.replace(reference, fields={**reference.fields, "pressure": values})
+    other = with_field(reference, "pressure", values)
     comparison = compare_results(reference, other, rtol=1e-4)
     assert [row.name for row in comparison.outside] == ["pressure"]
     assert row(comparison, "pressure").difference == pytest.approx(1e-3)
-    labels = reference.fields["state"].copy()
+    labels = reference.coupled.fields["state"].copy()
     labels[10, 8] = 3 - labels[10, 8]
-    other = dataclasses.replace(reference, fields={**reference.fields, "state": labels})
+    other = with_field(reference, "state", labels)
     contact = np.count_nonzero(labels)
     assert row(compare_results(reference, other), "state").difference == pytest.approx(1 / contact)
 
 
-def test_what_one_side_lacks_is_a_difference(tmp_path: pathlib.Path, reference: StoredResult) -> None:
+def test_what_one_side_lacks_is_a_difference(tmp_path: pathlib.Path, reference: Result) -> None:
     cold = stored(tmp_path / "cold.h5", synthetic.result((20, 16), heat=False))
     comparison = compare_results(cold, reference, rtol=10.0)
     assert not comparison.within
@@ -113,7 +126,7 @@ def test_what_one_side_lacks_is_a_difference(tmp_path: pathlib.Path, reference: 
 
 @pytest.mark.parametrize("change", [{"shape": (24, 16)}, {"extent": 3.0}])
 def test_fields_on_different_grids_are_not_compared(
-    tmp_path: pathlib.Path, reference: StoredResult, change: dict[str, object]
+    tmp_path: pathlib.Path, reference: Result, change: dict[str, object]
 ) -> None:
     other = stored(tmp_path / "b.h5", synthetic.result(**{"shape": (20, 16), **change}))
     comparison = compare_results(reference, other, rtol=0.2)
@@ -123,8 +136,8 @@ def test_fields_on_different_grids_are_not_compared(
     assert comparison.within
 
 
-def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path, reference: StoredResult) -> None:
-    export_csv(reference.path, tmp_path / "a.csv")
+def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path, path: pathlib.Path, reference: Result) -> None:
+    export_csv(path, tmp_path / "a.csv")
     with open(tmp_path / "a.csv", newline="") as stream:
         lines = list(csv.DictReader(stream))
     assert len(lines) == 20 * 16
@@ -134,20 +147,22 @@ def test_csv_has_a_line_per_point_and_units_in_its_names(tmp_path: pathlib.Path,
     line = lines[i * 16 + j]
     assert float(line["x_mm"]) == pytest.approx(reference.x[i] * 1e3, rel=1e-9)
     assert float(line["y_mm"]) == pytest.approx(reference.y[j] * 1e3, rel=1e-9)
-    assert float(line["pressure_MPa"]) == pytest.approx(reference.fields["pressure"][i, j] * 1e-6, rel=1e-9)
-    assert line["state"] == str(reference.fields["state"][i, j])
+    assert float(line["pressure_MPa"]) == pytest.approx(reference.coupled.fields["pressure"][i, j] * 1e-6, rel=1e-9)
+    assert line["state"] == str(reference.coupled.fields["state"][i, j])
 
 
 def test_csv_of_a_single_state_has_no_second_one(tmp_path: pathlib.Path) -> None:
-    path = stored(tmp_path / "a.h5", synthetic.result((8, 8), deformation=False)).path
-    export_csv(path, tmp_path / "a.csv")
+    stored(tmp_path / "a.h5", synthetic.result((8, 8), deformation=False))
+    export_csv(tmp_path / "a.h5", tmp_path / "a.csv")
     assert "isothermal" not in (tmp_path / "a.csv").read_text().splitlines()[0]
 
 
-def test_xdmf_points_into_the_result_in_the_order_of_its_fields(tmp_path: pathlib.Path, reference: StoredResult) -> None:
+def test_xdmf_points_into_the_result_in_the_order_of_its_fields(
+    tmp_path: pathlib.Path, path: pathlib.Path, reference: Result
+) -> None:
     out = tmp_path / "elsewhere" / "a & b.xdmf"
     out.parent.mkdir()
-    export_xdmf(reference.path, out)
+    export_xdmf(path, out)
     grid = ElementTree.parse(out).getroot().find("./Domain/Grid")
     assert grid is not None
     topology, points = grid.find("Topology"), grid.find("Geometry/DataItem")

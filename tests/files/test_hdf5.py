@@ -24,7 +24,7 @@ from thermoroll_cli import __version__
 from thermoroll_cli.files import atomic
 from thermoroll_cli.files.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
-from thermoroll_cli.problem.result import FIELDS, Result
+from thermoroll_cli.problem.result import FIELDS, SCALARS, Result
 
 CASE_TEXT = '# Grüße\ntitle = "κ"\n'
 CASE_JSON = '{"title": "κ"}'
@@ -44,31 +44,30 @@ def test_everything_comes_back(stored: pathlib.Path) -> None:
     original = synthetic.result((24, 16), aspect=2.0)
     result = read_result(stored)
     assert result.case_text == CASE_TEXT and result.case_json == CASE_JSON
-    assert result.title == "Synthetic" and result.converged is True
+    assert result.problem == original.problem and result.converged is True
     assert result.attributes["program_version"] == __version__
     assert result.attributes["command_line"] == "thermoroll run case.toml"
     np.testing.assert_array_equal(result.x, original.x)
     np.testing.assert_array_equal(result.y, original.y)
-    for state, fields in ((original.coupled, result.fields), (original.isothermal, result.isothermal)):
-        assert set(fields) == set(state.fields) <= set(FIELDS)
+    for state, found in ((original.coupled, result.coupled), (original.isothermal, result.isothermal)):
+        assert set(found.fields) == set(state.fields) <= set(FIELDS)
         for name, values in state.fields.items():
-            np.testing.assert_array_equal(fields[name], values)
-    assert result.summary == original.summary()
-    assert result.problem["lower"]["conductivity"] == 50.2
-    assert result.problem["motion"]["speed"] == 200.0
+            np.testing.assert_array_equal(found.fields[name], values)
+    assert result.summary() == original.summary()
+    assert [*result.coupled.scalars] == [name for name in SCALARS if name in original.coupled.scalars]
     assert set(result.history) == set(original.history)
     np.testing.assert_array_equal(result.history["coupling"], original.history["coupling"])
 
 
 def test_scalars_alone_can_be_read(stored: pathlib.Path) -> None:
     result = read_result(stored, with_fields=False)
-    assert result.summary["status"] == "converged" and not result.fields and not result.history
+    assert result.status == "converged" and not result.coupled.fields and not result.history
 
 
 def test_states_that_are_the_same_stay_the_same(tmp_path: pathlib.Path) -> None:
     path = write(tmp_path / "one.h5", synthetic.result((16, 16), deformation=False))
     result = read_result(path)
-    assert result.isothermal is result.fields
+    assert result.isothermal is result.coupled
     with xarray.open_dataset(path, group="isothermal", engine="h5netcdf") as dataset:
         assert dataset.pressure.dims == ("x", "y")
 
@@ -78,10 +77,11 @@ def test_nan_infinity_and_odd_texts_survive(tmp_path: pathlib.Path) -> None:
     scalars = {**original.coupled.scalars, "gamma_p": float("nan"), "approach_um": float("inf")}
     coupled = dataclasses.replace(original.coupled, scalars=scalars)
     result = read_result(write(tmp_path / "odd.h5", dataclasses.replace(original, coupled=coupled, work={"a": np.pi})))
-    assert result.title == "NUL \N{REPLACEMENT CHARACTER} and lone \\udc80 surrogate"
-    assert result.converged is False and result.summary["reason"].startswith("the coupling iteration")
-    assert np.isnan(result.summary["gamma_p"]) and np.isinf(result.summary["approach_um"])
-    assert result.summary["work"] == {"a": np.pi}
+    title = "NUL \N{REPLACEMENT CHARACTER} and lone \\udc80 surrogate"
+    assert result.problem.title == result.attributes["title"] == title
+    assert result.converged is False and result.reason.startswith("the coupling iteration")
+    assert np.isnan(result.coupled.scalars["gamma_p"]) and np.isinf(result.coupled.scalars["approach_um"])
+    assert result.work == {"a": np.pi}
 
 
 @pytest.mark.parametrize("group", ["fields", "isothermal"])
@@ -269,6 +269,6 @@ def test_damage_anywhere_is_an_error_message_or_harmless(tmp_path: pathlib.Path,
             messages += 1
         else:
             # What is read without complaint is right: fields carry checksums too.
-            for name, values in intact.fields.items():
-                np.testing.assert_array_equal(result.fields[name], values)
+            for name, values in intact.coupled.fields.items():
+                np.testing.assert_array_equal(result.coupled.fields[name], values)
     assert messages > 90

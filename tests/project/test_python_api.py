@@ -56,8 +56,8 @@ def test_a_saved_result_is_the_file_of_the_command(hot: Result, tmp_path: Path) 
     assert hot.save(tmp_path / "saved.h5") == tmp_path / "saved.h5"
     command, saved = read_result(tmp_path / "results" / "hot.h5"), read_result(tmp_path / "saved.h5")
     assert (saved.case_text, saved.case_json) == (command.case_text, command.case_json)
-    for name, values in command.fields.items():
-        np.testing.assert_array_equal(saved.fields[name], values)
+    for name, values in command.coupled.fields.items():
+        np.testing.assert_array_equal(saved.coupled.fields[name], values)
     assert call("run", "--from", "saved.h5", "--no-plots", "-q", "-o", "again", cwd=tmp_path).returncode == 0
 
 
@@ -105,7 +105,7 @@ def test_a_sweep_gives_the_rows_of_the_command(tmp_path: Path) -> None:
     rows = thermoroll_cli.sweep(case, keys, tmp_path / "python", report=told.append)
     assert [row["file"].name for row in rows] == [f"case_000{n}.h5" for n in range(1, 5)] and told == rows
     for row in rows:
-        expected = read_result(tmp_path / "results" / row["file"].name).summary
+        expected = read_result(tmp_path / "results" / row["file"].name).summary()
         assert row["status"] == "converged" and row["force_x_N"] == expected["force_x_N"]
     unkept = thermoroll_cli.sweep(case, keys)
     assert [row["force_x_N"] for row in unkept] == [row["force_x_N"] for row in rows]

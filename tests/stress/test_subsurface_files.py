@@ -99,12 +99,12 @@ def test_hdf5_and_xarray(full: Path) -> None:
         assert set(SUBSURFACE_FIELDS) <= set(body.data_vars)
         assert body.plane_temperature_rise.dims == ("z", "x")
     stored = read_result(full)
-    assert set(stored.subsurface) == {"lower", "upper"}
-    assert set(SUBSURFACE_SCALARS) <= set(stored.summary)
-    lower = stored.subsurface["lower"]
-    assert lower.most_stressed.value == pytest.approx(stored.summary["von_mises_max_lower_MPa"] * 1e6)
+    assert set(stored.bodies) == {"lower", "upper"}
+    assert set(SUBSURFACE_SCALARS) <= set(stored.summary())
+    lower = stored.bodies["lower"]
+    assert lower.most_stressed.value == pytest.approx(stored.summary()["von_mises_max_lower_MPa"] * 1e6)
     assert lower.fields["von_mises"].max() <= lower.most_stressed.value * (1.0 + 1e-6)
-    assert stored.summary["error"]["von_mises_max_lower_MPa"] < 0.1
+    assert stored.summary()["error"]["von_mises_max_lower_MPa"] < 0.1
 
 
 def test_json_and_show(tmp_path: Path) -> None:
@@ -126,7 +126,7 @@ def test_json_and_show(tmp_path: Path) -> None:
 def test_stress_history(full: Path, tmp_path: Path) -> None:
     """A line along x: at a layer and a row the stored values, in between smooth ones; outside an error."""
     stored = read_result(full)
-    body = stored.subsurface["upper"]
+    body = stored.bodies["upper"]
     layer, row = 3, 9
     where = f"{float(stored.y[row] * 1e3)!r},{float(body.depths[layer] * 1e3)!r}"
     assert call("export", full, "--format", "csv", "--history", where, "-o", tmp_path).returncode == 0
@@ -137,7 +137,7 @@ def test_stress_history(full: Path, tmp_path: Path) -> None:
     np.testing.assert_allclose(got, body.fields["stress_xz"][layer, :, row] * 1e-6, rtol=1e-6, atol=1e-9)
     assert float(rows[-1]["time_s"]) == pytest.approx(np.ptp(stored.x) / 1.0)
     assert float(rows[5]["lower_temperature_rise_K"]) == pytest.approx(
-        float(stored.subsurface["lower"].fields["temperature_rise"][layer, 5, row]), rel=1e-5)  # fmt: skip
+        float(stored.bodies["lower"].fields["temperature_rise"][layer, 5, row]), rel=1e-5)  # fmt: skip
     for wrong, words in (("0,9", "outside"), ("9,0", "outside"), ("0", "not Y,Z"), ("a,b", "not Y,Z")):
         done = call("export", full, "--format", "csv", "--history", wrong)
         assert done.returncode == 2

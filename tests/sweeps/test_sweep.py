@@ -76,8 +76,8 @@ def assert_same(folder: Path, serial: Swept) -> None:
     for mine, other in zip(files(folder), files(serial.folder), strict=True):
         a, b = read_result(mine), read_result(other)
         assert a.case_json == b.case_json
-        for name, values in b.fields.items():
-            np.testing.assert_array_equal(a.fields[name], values, err_msg=f"{mine.name}: {name}")
+        for name, values in b.coupled.fields.items():
+            np.testing.assert_array_equal(a.coupled.fields[name], values, err_msg=f"{mine.name}: {name}")
     assert {path.name for path in folder.iterdir()} <= {path.name for path in serial.folder.iterdir()}
 
 
@@ -118,10 +118,10 @@ def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:
         assert record["over"] == {KEY: float(row[KEY])}
         assert record["files"] == [str(path)]
         for name in (*SCALARS, *HERTZ_SCALARS):
-            value = stored.summary[name]
+            value = stored.summary()[name]
             assert record[name] == (None if math.isnan(value) else value)
             assert row[name] == ("" if math.isnan(value) else repr(value))
-        assert float(row["isothermal.Q_F_W"]) == record["isothermal"]["Q_F_W"] == stored.summary["isothermal"]["Q_F_W"]
+        assert float(row["isothermal.Q_F_W"]) == record["isothermal"]["Q_F_W"] == stored.summary()["isothermal"]["Q_F_W"]
         assert record["work"]["grid"] == [16, 16]
         assert row["work.grid"] == "16x16"
 

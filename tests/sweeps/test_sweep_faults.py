@@ -175,7 +175,7 @@ def replace_by_text(path: Path) -> None:
 
 def damage_a_field(path: Path) -> None:
     content = bytearray(path.read_bytes())
-    pressure = read_result(path).fields["pressure"].tobytes()
+    pressure = read_result(path).coupled.fields["pressure"].tobytes()
     content[content.index(pressure) + len(pressure) // 2] ^= 0x55
     path.write_bytes(content)
 
@@ -186,7 +186,7 @@ def damage_a_field(path: Path) -> None:
 )
 def test_damaged_files_are_told_and_solved_again(damage: Any, told: str, case: Path, finished: Path) -> None:
     table = (finished / "sweep.csv").read_bytes()
-    before = read_result(finished / "spheres_0002.h5").fields["pressure"]
+    before = read_result(finished / "spheres_0002.h5").coupled.fields["pressure"]
     damage(finished / "spheres_0002.h5")
     done = call("sweep", case, *OVER, "-o", finished, "--resume")
     assert done.returncode == 0
@@ -194,7 +194,7 @@ def test_damaged_files_are_told_and_solved_again(damage: Any, told: str, case: P
     assert ("spheres_0002.h5" in done.stderr) == bool(told)
     assert "2 of 3 points are finished already" in done.stderr
     assert (finished / "sweep.csv").read_bytes() == table
-    assert (read_result(finished / "spheres_0002.h5").fields["pressure"] == before).all()
+    assert (read_result(finished / "spheres_0002.h5").coupled.fields["pressure"] == before).all()
 
 
 def test_points_are_recognised_by_their_case_not_their_name(case: Path, finished: Path) -> None:
@@ -224,7 +224,7 @@ def test_an_edited_case_is_another_case(case: Path, finished: Path) -> None:
     done = call("sweep", case, *OVER, "-o", finished, "--resume")
     assert "finished already" not in done.stderr
     assert done.stderr.count("of another case; replaced") == 3
-    assert {read_result(finished / row["file"]).problem["normal_force"] for row in rows(finished)} == {70.0}
+    assert {read_result(finished / row["file"]).problem.normal_force for row in rows(finished)} == {70.0}
 
 
 # --- folders -------------------------------------------------------------------------------------------------------

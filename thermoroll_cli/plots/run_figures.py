@@ -15,7 +15,7 @@ from thermoroll_cli.plots.sheet import FORMATS, save, style
 from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.plots.track_figure import track_figure
-from thermoroll_cli.plots.view import RunView, Stored, view_of
+from thermoroll_cli.plots.view import RunView, view_of
 from thermoroll_cli.problem.result import Result
 
 PICTURES = (
@@ -34,7 +34,7 @@ PICTURES = (
 
 
 def write_figures(
-    result: Result | Stored, stem: pathlib.Path, *, image_format: str = "png", normalised: bool = False
+    result: Result, stem: pathlib.Path, *, image_format: str = "png", normalised: bool = False
 ) -> list[pathlib.Path]:
     """Write the pictures of `result` as `STEM_pressure.png`, … (`PICTURES`), and return their paths. What was not computed, or
     is zero everywhere, has no picture.

@@ -1,4 +1,4 @@
-"""What the pictures need of a result, whether it was just solved or read back from a file."""
+"""What the pictures need of a result."""
 
 from __future__ import annotations
 
@@ -6,37 +6,13 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses
-
-
-class Stored(Protocol):
-    """A result read back: the coupled fields, the isothermal ones (the same object where nothing feeds back), the
-    summary as in `Result.summary()` and the problem in SI units as nested dictionaries."""
-
-    @property
-    def x(self) -> NDArray[np.float64]: ...
-    @property
-    def y(self) -> NDArray[np.float64]: ...
-    @property
-    def fields(self) -> Mapping[str, NDArray[Any]]: ...
-    @property
-    def isothermal_x(self) -> NDArray[np.float64]: ...
-    @property
-    def isothermal_y(self) -> NDArray[np.float64]: ...
-    @property
-    def isothermal(self) -> Mapping[str, NDArray[Any]]: ...
-    @property
-    def summary(self) -> Mapping[str, Any]: ...
-    @property
-    def problem(self) -> Mapping[str, Any]: ...
-    @property
-    def subsurface(self) -> Mapping[str, BodyStresses]: ...
 
 
 @dataclass(frozen=True)
@@ -87,20 +63,14 @@ class RunView:
         return bool(self.summary.get("status") == "converged")
 
 
-def view_of(result: Result | Stored) -> RunView:
-    """The neutral view of a solved or a stored result."""
-    if isinstance(result, Result):
-        coupled, isothermal = result.coupled.fields, result.isothermal.fields
-        problem: Mapping[str, Any] = dataclasses.asdict(result.problem)
-        single = result.coupled is result.isothermal
-        summary: Mapping[str, Any] = result.summary()
-        subsurface: Mapping[str, BodyStresses] = {} if result.subsurface is None else result.subsurface.bodies
-        cold_x, cold_y = result.isothermal.x, result.isothermal.y
-    else:
-        coupled, isothermal, problem, summary = result.fields, result.isothermal, result.problem, result.summary
-        single = coupled is isothermal
-        subsurface = result.subsurface
-        cold_x, cold_y = result.isothermal_x, result.isothermal_y
+def view_of(result: Result) -> RunView:
+    """The view of a result."""
+    coupled, isothermal = result.coupled.fields, result.isothermal.fields
+    problem: Mapping[str, Any] = dataclasses.asdict(result.problem)
+    single = result.coupled is result.isothermal
+    summary: Mapping[str, Any] = result.summary()
+    subsurface: Mapping[str, BodyStresses] = {} if result.subsurface is None else result.subsurface.bodies
+    cold_x, cold_y = result.isothermal.x, result.isothermal.y
     x, y, cold_x, cold_y = (np.asarray(axis) for axis in (result.x, result.y, cold_x, cold_y))
     states: tuple[StateView, ...] = (StateView("", coupled, summary, x, y),)
     if not single:

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import pathlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.subsurface import Subsurface
+from thermoroll_cli.problem.subsurface import BodyStresses, Subsurface
 
-if TYPE_CHECKING:
-    import xarray
-
+Value = TypeVar("Value")
 
 FIELDS: dict[str, tuple[str, str]] = {
     "pressure": ("Pa", "contact pressure"),
@@ -99,15 +95,44 @@ HERTZ_SCALARS: dict[str, str] = {
 """Scalars that belong to the inputs and not to a state."""
 
 
+class Named(Mapping[str, Value]):
+    """Values by name, which cannot be changed. A KeyError lists the names there are."""
+
+    def __init__(self, kind: str, values: Mapping[str, Value]) -> None:
+        self._kind, self._values = kind, dict(values)
+
+    def __getitem__(self, name: str) -> Value:
+        if name in self._values:
+            return self._values[name]
+        raise KeyError(f"no {self._kind} {name!r}; there are {', '.join(self._values) or 'none'}")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __repr__(self) -> str:
+        return repr(self._values)
+
+
 @dataclass(frozen=True)
 class State:
-    """One steady state on a grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny)), `x` and `y` the element
-    centres in m, `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or nan."""
+    """One steady state on a grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny), read-only), `x` and `y`
+    the element centres in m, `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or
+    nan."""
 
     fields: Mapping[str, NDArray[Any]]
     scalars: Mapping[str, float]
     x: NDArray[np.float64]
     y: NDArray[np.float64]
+
+    def __post_init__(self) -> None:
+        views = {name: np.asarray(values).view() for name, values in self.fields.items()}
+        for view in views.values():
+            view.flags.writeable = False
+        object.__setattr__(self, "fields", Named("field", views))
+        object.__setattr__(self, "scalars", Named("scalar", self.scalars))
 
     def __repr__(self) -> str:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
@@ -118,14 +143,15 @@ class Result:
     """Outcome of one solve.
 
     `coupled` is the state with thermal deformation, `isothermal` the state on the isothermal geometry; they are the
-    same object when nothing feeds back. Each has its own grid where the domain has followed a heated contact. `error`
-    maps scalar names to
-    the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON types: grid,
-    iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per residual.
+    same object when nothing feeds back. Each has its own grid where the domain has followed a heated contact. `error` maps
+    scalar names to the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON
+    types: grid, iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per
+    residual.
     `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
     `patches` (of bodies with profiles) has a mapping for each patch of the coupled state, named in units (`patches_of`);
     `unbounded` names scalars that grow with every refinement, at the end of a profile that the contact reaches.
-    `subsurface` has the stresses inside the bodies where the problem asks for them.
+    `subsurface` has the stresses inside the bodies where the problem asks for them. `attributes` are the root attributes of the
+    file that the result was read from: when, with which versions and by which command line it was computed.
     """
 
     problem: Problem
@@ -143,6 +169,7 @@ class Result:
     patches: tuple[Mapping[str, float], ...] = ()
     unbounded: tuple[str, ...] = ()
     subsurface: Subsurface | None = None
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def x(self) -> NDArray[np.float64]:
@@ -155,6 +182,11 @@ class Result:
         return self.coupled.y
 
     @property
+    def bodies(self) -> Mapping[str, BodyStresses]:
+        """Stresses inside the bodies that were looked into, by "lower" and "upper"; none where the problem asks for none."""
+        return {} if self.subsurface is None else self.subsurface.bodies
+
+    @property
     def own_grids(self) -> bool:
         """Whether the two states live on different grids."""
         cold = self.isothermal
@@ -163,20 +195,6 @@ class Result:
     @property
     def status(self) -> str:
         return "converged" if self.converged else "not_converged"
-
-    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
-        """Write this result as `thermoroll run` does; see `thermoroll_cli.python_api.save`. Raises OSError."""
-
-        from thermoroll_cli.python_api import save
-
-        return save(self, path)
-
-    def to_xarray(self, state: str = "coupled") -> xarray.Dataset:
-        """The fields of a state with coordinates and units; see `thermoroll_cli.python_api.to_xarray`. Raises ImportError."""
-
-        from thermoroll_cli.python_api import to_xarray
-
-        return to_xarray(self, state)
 
     def __repr__(self) -> str:
         title = f"{self.problem.title!r}, " if self.problem.title else ""

@@ -49,7 +49,7 @@ class Row:
 
 def row_of(point: Point, path: pathlib.Path) -> Row:
     """The row of a point from its result file. Raises OSError."""
-    stored = read_result(path, with_fields=False).summary
+    stored = read_result(path, with_fields=False).summary()
     scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
     states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
     scalars |= over_limit(scalars)

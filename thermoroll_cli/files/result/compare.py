@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.files.result.stored import StoredResult
 from thermoroll_cli.problem.error_scale import (
     BELOW_THE_SURFACE,
     CREEPAGES,
@@ -21,7 +20,7 @@ from thermoroll_cli.problem.error_scale import (
     temperature_difference,
 )
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import FIELDS, HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.result import FIELDS, HERTZ_SCALARS, SCALARS, Result, State
 from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS
 
 _FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
@@ -74,7 +73,7 @@ class Comparison:
         return max((row.difference for row in self.rows if not math.isnan(row.difference)), default=0.0)
 
 
-def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Comparison:
+def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     """Differences between two stored results, scalar by scalar and field by field, of both states.
 
     Scalars: |a − b| / max(|a|, |b|). Components that a symmetry makes zero would show their rounding noise as a
@@ -84,21 +83,21 @@ def compare_results(a: StoredResult, b: StoredResult, rtol: float = 1e-6) -> Com
     (shear and slip: of the vector; temperatures: of both bodies); `state`: the share of contact elements whose state
     differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
-    rows = [_text_row("status", a.summary, b.summary)]
-    arm = max(_arm(a.summary), _arm(b.summary))
-    rows += _scalar_rows("", a.summary, b.summary, (*SCALARS, *HERTZ_SCALARS), arm)
-    both = a.isothermal is not a.fields or b.isothermal is not b.fields
+    one, other = a.summary(), b.summary()
+    rows = [_text_row("status", one, other)]
+    arm = max(_arm(one), _arm(other))
+    rows += _scalar_rows("", one, other, (*SCALARS, *HERTZ_SCALARS), arm)
+    both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
     if both:
-        rows += _scalar_rows("isothermal.", a.summary["isothermal"], b.summary["isothermal"], tuple(SCALARS), arm)
+        rows += _scalar_rows("isothermal.", one["isothermal"], other["isothermal"], tuple(SCALARS), arm)
     notes = list(_told_apart(rows))
-    for prefix, here, there in (("", _Place.of_coupled(a), _Place.of_coupled(b)),
-                                ("isothermal.", _Place.of_isothermal(a), _Place.of_isothermal(b))):
+    for prefix, here, there in (("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)):
         if prefix and not both:
             continue
-        if here.is_that_of(there):
+        if _same_grid(here, there):
             rows += _field_rows(prefix, here, there.fields)
             continue
-        note = f"fields not compared: different grids ({here} and {there})"
+        note = f"fields not compared: different grids ({_grid_words(here)} and {_grid_words(there)})"
         if note not in notes:
             notes.append(note)
         rows += [
@@ -136,36 +135,21 @@ def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order:
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Fields of one state and where they live (m)."""
-
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    fields: Mapping[str, NDArray[Any]]
-
-    @classmethod
-    def of_coupled(cls, result: StoredResult) -> _Place:
-        return cls(result.x, result.y, result.fields)
-
-    @classmethod
-    def of_isothermal(cls, result: StoredResult) -> _Place:
-        return cls(result.isothermal_x, result.isothermal_y, result.isothermal)
-
-    def is_that_of(self, other: _Place) -> bool:
-        """Whether both grids are the same but for rounding."""
-        return all(left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
-                   for left, right in ((self.x, other.x), (self.y, other.y)))
-
-    def __str__(self) -> str:
-        """Elements and domain in words: two grids may differ in extent or place alone."""
-        (nx, width, east), (ny, height, north) = (
-            (n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1), 5e2 * (axis[0] + axis[-1])) for axis in (self.x, self.y))
-        about = f" about x = {east:.4g}, y = {north:.4g} mm" if max(abs(east / width), abs(north / height)) > 1e-6 else ""
-        return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm{about}"
+def _same_grid(one: State, other: State) -> bool:
+    """Whether both grids are the same but for rounding."""
+    return all(left.shape == right.shape and bool(np.allclose(left, right, rtol=0.0, atol=1e-9 * np.abs(left).max()))
+               for left, right in ((one.x, other.x), (one.y, other.y)))
 
 
-def _field_rows(prefix: str, on: _Place, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
+def _grid_words(state: State) -> str:
+    """Elements and domain in words: two grids may differ in extent or place alone."""
+    (nx, width, east), (ny, height, north) = (
+        (n := axis.size, 1e3 * np.ptp(axis) * n / max(1, n - 1), 5e2 * (axis[0] + axis[-1])) for axis in (state.x, state.y))
+    about = f" about x = {east:.4g}, y = {north:.4g} mm" if max(abs(east / width), abs(north / height)) > 1e-6 else ""
+    return f"{nx}×{ny} over {width:.4g}×{height:.4g} mm{about}"
+
+
+def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
     a = on.fields
     for name in _union(a, b, tuple(FIELDS)):
         if name not in a or name not in b:
@@ -181,13 +165,13 @@ def _field_rows(prefix: str, on: _Place, b: Mapping[str, NDArray[Any]]) -> Itera
             yield _field_row(prefix + name, on, a[name], b[name], scale)
 
 
-def _rows_below(a: StoredResult, b: StoredResult) -> Iterator[Pair]:
+def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
     """What is kept of the stresses inside the bodies, each stress measured by the largest von Mises stress of its body."""
-    for body in _union(a.subsurface, b.subsurface, BODIES):
-        if body not in a.subsurface or body not in b.subsurface:
-            yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.subsurface))
+    for body in _union(a.bodies, b.bodies, BODIES):
+        if body not in a.bodies or body not in b.bodies:
+            yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.bodies))
             continue
-        left, right = a.subsurface[body], b.subsurface[body]
+        left, right = a.bodies[body], b.bodies[body]
         for part, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
             for name in _union(fields, others, tuple(SUBSURFACE_FIELDS)):
                 full_name, here, there = f"subsurface.{body}.{part}{name}", fields.get(name), others.get(name)
@@ -201,7 +185,7 @@ def _rows_below(a: StoredResult, b: StoredResult) -> Iterator[Pair]:
                 yield Pair(full_name, "field", _magnitude(here), _magnitude(there), relative, "largest magnitudes")
 
 
-def _field_row(name: str, on: _Place, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
+def _field_row(name: str, on: State, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
     """The difference of a field, and both values where it is largest."""
     distance = np.abs(np.asarray(a, dtype=np.float64) - b)
     distance[np.isnan(a) & np.isnan(b)] = 0.0

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.stored import StoredResult, read_result
-from thermoroll_cli.problem.result import FIELDS
+from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.problem.result import FIELDS, Result
 from thermoroll_cli.problem.subsurface import BodyStresses
 
 Fields = Mapping[str, NDArray[Any]]
@@ -63,7 +63,7 @@ def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]
                 attribute = ElementTree.SubElement(grid, "Attribute", Name=prefix + name, AttributeType="Scalar", Center="Node")
                 kind = "Char" if values.dtype == np.int8 else "Float"
                 _data_item(attribute, shape, kind, values.dtype.itemsize, f"{hdf5}:{group}/{name}")
-    for body, stresses in result.subsurface.items():
+    for body, stresses in result.bodies.items():
         _add_body(domain, body, stresses, hdf5)
     ElementTree.indent(root)
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
@@ -86,7 +86,7 @@ def export_csv(result_path: str | os.PathLike[str], out: str | os.PathLike[str])
         return [path]
     beside = path.with_name(f"{path.stem}_isothermal{path.suffix}")
     _write_csv(path, result.x, result.y, states[:1])
-    _write_csv(beside, result.isothermal_x, result.isothermal_y, states[1:])
+    _write_csv(beside, result.isothermal.x, result.isothermal.y, states[1:])
     return [path, beside]
 
 
@@ -124,11 +124,11 @@ def _add_body(domain: ElementTree.Element, body: str, stresses: BodyStresses, hd
         _data_item(attribute, shape, "Float", values.dtype.itemsize, f"{hdf5}:/subsurface/{body}/{name}")
 
 
-def _states(result: StoredResult) -> list[tuple[str, str, Fields]]:
+def _states(result: Result) -> list[tuple[str, str, Fields]]:
     """Prefix of the names, HDF5 group and fields of each state; only one where nothing feeds back."""
-    states: list[tuple[str, str, Fields]] = [("", "/fields", result.fields)]
-    if result.isothermal is not result.fields:
-        states.append(("isothermal_", "/isothermal", result.isothermal))
+    states: list[tuple[str, str, Fields]] = [("", "/fields", result.coupled.fields)]
+    if result.isothermal is not result.coupled:
+        states.append(("isothermal_", "/isothermal", result.isothermal.fields))
     return states
 
 

@@ -33,15 +33,15 @@ from numpy.typing import ArrayLike, NDArray
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.environment import provenance
-from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
-from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, StoredResult, read_result
+from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label, storable
+from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, read_result
 from thermoroll_cli.files.result.subsurface_groups import write_subsurface
 from thermoroll_cli.problem.result import FIELDS, Result, State
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
 
-__all__ = ["ResultFileError", "StoredResult", "read_result", "write_result"]
+__all__ = ["ResultFileError", "read_result", "write_result"]
 
 
 def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
@@ -59,7 +59,7 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
             file.create_group("input"),
             case_text=case_text,
             case_json=case_json,
-            problem_json=json.dumps(dataclasses.asdict(result.problem), default=str),
+            problem_json=json.dumps(dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}),
         )
         _write_state(file.create_group("fields"), result.coupled)
         if result.isothermal is result.coupled:

@@ -22,9 +22,12 @@ def label(item: h5py.HLObject, **texts: str) -> None:
 
 
 def fixed_text(value: str) -> NDArray[Any]:
-    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them).
-
-    Of fixed length: HDF5 keeps variable ones in a heap without checksums and may loop forever on a damaged one."""
-
-    encoded = value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace")
+    """`value` in an array of fixed length: HDF5 keeps texts of variable length in a heap without checksums and may loop forever
+    on a damaged one."""
+    encoded = storable(value).encode()
     return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, len(encoded))))
+
+
+def storable(value: str) -> str:
+    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
+    return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode()

@@ -1,4 +1,4 @@
-"""A result file read back, for pictures, comparison, export and resumed sweeps."""
+"""A result file read back as the `Result` that it was written from."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ import json
 import os
 import pathlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import TypeAdapter
 
 from thermoroll_cli.files.result.subsurface_groups import read_subsurface
-from thermoroll_cli.problem.subsurface import BodyStresses
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result, State
+from thermoroll_cli.problem.subsurface import Subsurface
+from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 
 FORMAT_VERSION = 1
 """Raised whenever a reader of the previous layout would misread a file."""
@@ -31,47 +34,8 @@ class ResultFileError(OSError):
     """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
 
 
-@dataclass(frozen=True)
-class StoredResult:
-    """What a result file holds. `fields` (coupled) and `isothermal` are the same object where nothing feeds back.
-
-    `summary` has the shape of `Result.summary()`; `problem` has the solved problem in SI units as nested dictionaries;
-    `attributes` are those of the root. Arrays are in SI units, shape (nx, ny); `x` and `y` are the element centres of `fields`,
-    `isothermal_x` and `isothermal_y` those of `isothermal`. `subsurface` has the bodies that were looked
-    into.
-    """
-
-    path: pathlib.Path
-    attributes: Mapping[str, Any]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
-    fields: Mapping[str, NDArray[Any]]
-    isothermal: Mapping[str, NDArray[Any]]
-    isothermal_x: NDArray[np.float64]
-    isothermal_y: NDArray[np.float64]
-    summary: Mapping[str, Any]
-    problem: Mapping[str, Any]
-    case_text: str
-    case_json: str
-    history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
-    subsurface: Mapping[str, BodyStresses] = field(default_factory=dict)
-
-    @property
-    def own_grids(self) -> bool:
-        """Whether the two states live on different grids."""
-        return not (np.array_equal(self.x, self.isothermal_x) and np.array_equal(self.y, self.isothermal_y))
-
-    @property
-    def title(self) -> str:
-        return str(self.attributes["title"])
-
-    @property
-    def converged(self) -> bool:
-        return bool(self.attributes["converged"])
-
-
-def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> StoredResult:
-    """Read the result file at `path`; without its fields and histories if only the scalars and the case matter.
+def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
+    """The result in the file at `path`; without its fields and histories if only the scalars and the case matter.
 
     Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
     """
@@ -87,7 +51,7 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> St
     try:
         with file:
             _check_origin(path, file)
-            return _read(path, file, with_fields)
+            return _read(file, with_fields)
     except ResultFileError:
         raise
     except (
@@ -146,39 +110,42 @@ def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
         )
 
 
-def _read(path: pathlib.Path, file: h5py.File, with_fields: bool) -> StoredResult:
-    x, y = file["fields/x"][()], file["fields/y"][()]
-    isothermal_x, isothermal_y = file["isothermal/x"][()], file["isothermal/y"][()]
-    coupled: dict[str, NDArray[Any]] = {}
-    isothermal: dict[str, NDArray[Any]] = {}
-    history: dict[str, NDArray[np.float64]] = {}
-    subsurface: Mapping[str, BodyStresses] = {}
-    if with_fields:
-        coupled = _read_fields(file["fields"], (x.size, y.size))
-        same = file["isothermal"] == file["fields"]
-        isothermal = coupled if same else _read_fields(file["isothermal"], (isothermal_x.size, isothermal_y.size))
-        # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
-        if "subsurface" in file:
-
-            subsurface = read_subsurface(file)
-        history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)}
+def _read(file: h5py.File, with_fields: bool) -> Result:
+    summary = _read_summary(file["summary"])
+    same = file["isothermal"] == file["fields"]
+    # The order of the declarations: HDF5 has its attributes by alphabet.
+    numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
+    hertz = {name: numbers.pop(name) for name in HERTZ_SCALARS if name in numbers}
+    below = {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers}
+    errors_below = {name: summary["error"].pop(name) for name in SUBSURFACE_SCALARS if name in summary["error"]}
+    coupled = _read_state(file["fields"], numbers, with_fields)
+    # Scales are told by their names: asking HDF5 would read references, which carry no checksum.
+    history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)} if with_fields else {}
     inputs = file["input"]
-    return StoredResult(
-        path=path,
-        attributes={name: _python(value) for name, value in file.attrs.items()},
-        x=x,
-        y=y,
-        fields=coupled,
-        isothermal=isothermal,
-        isothermal_x=isothermal_x,
-        isothermal_y=isothermal_y,
-        summary=_read_summary(file["summary"]),
-        problem=json.loads(inputs["problem_json"].asstr()[()]),
+    return Result(
+        problem=TypeAdapter(Problem).validate_json(inputs["problem_json"].asstr()[()]),
+        coupled=coupled,
+        isothermal=coupled if same else _read_state(file["isothermal"], summary["isothermal"], with_fields),
+        hertz=hertz,
+        converged=bool(file.attrs["converged"]),
+        reason=summary["reason"],
+        error=summary["error"],
+        work=summary.get("work", {}),
+        history=history,
+        warnings=tuple(summary.get("warnings", ())),
         case_text=inputs["case_text"].asstr()[()],
         case_json=inputs["case_json"].asstr()[()],
-        history=history,
-        subsurface=subsurface,
+        patches=tuple(summary.get("patches", ())),
+        unbounded=tuple(summary.get("unbounded", ())),
+        subsurface=Subsurface(read_subsurface(file) if with_fields else {}, below, errors_below) if below else None,
+        attributes={name: _python(value) for name, value in file.attrs.items()},
     )
+
+
+def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bool) -> State:
+    x, y = group["x"][()], group["y"][()]
+    ordered = {name: scalars[name] for name in SCALARS if name in scalars}
+    return State(_read_fields(group, (x.size, y.size)) if with_fields else {}, {**ordered, **scalars}, x, y)
 
 
 def _read_fields(group: h5py.Group, shape: tuple[int, int]) -> dict[str, NDArray[Any]]:

@@ -11,7 +11,8 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.export import CSV_UNITS
-from thermoroll_cli.files.result.stored import ResultFileError, StoredResult, read_result
+from thermoroll_cli.files.result.stored import ResultFileError, read_result
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses
 from thermoroll_cli.problem.subsurface_names import STRESSES, SUBSURFACE_FIELDS
 
@@ -33,12 +34,12 @@ def export_history(result_path: str | os.PathLike[str], out: str | os.PathLike[s
     Raises ResultFileError where the file holds no stresses there, OutsideError for a line outside the domain, WriteError.
     """
     result = read_result(result_path)
-    if not result.subsurface:
+    if not result.bodies:
         raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
-    speed = float(result.problem["motion"]["speed"])
+    speed = result.problem.motion.speed
     columns: dict[str, AnyArray] = {"x_mm": result.x * 1e3, "time_s": (result.x - result.x[0]) / speed}
-    for body, stresses in result.subsurface.items():
-        line = _line(result, stresses, y, z)
+    for body, stresses in result.bodies.items():
+        line = _line(result_path, result, stresses, y, z)
         for name in (*STRESSES, *SUBSURFACE_FIELDS):
             if name in line:
                 unit, factor = CSV_UNITS[SUBSURFACE_FIELDS[name][0]]
@@ -49,7 +50,7 @@ def export_history(result_path: str | os.PathLike[str], out: str | os.PathLike[s
     write_bytes(out, text.getvalue().encode())
 
 
-def _line(result: StoredResult, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray]:
+def _line(path: str | os.PathLike[str], result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray]:
     """Every field along x, (nx,)."""
     if not 0.0 <= z <= stresses.depths[-1] * (1.0 + 1e-9):
         raise OutsideError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
@@ -60,7 +61,7 @@ def _line(result: StoredResult, stresses: BodyStresses, y: float, z: float) -> M
         return {name: _between(result.y, y, np.moveaxis(_between(stresses.depths, z, values), 1, 0))
                 for name, values in stresses.fields.items()}
     if abs(y - stresses.plane_y) > half * (1.0 + 1e-9):
-        raise ResultFileError(f"{result.path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm only; solve "
+        raise ResultFileError(f"{path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm only; solve "
                               'the case with fields = "full" in [subsurface]')
     return {name: _between(stresses.depths, z, values) for name, values in stresses.plane.items()}
 
