@@ -46,7 +46,7 @@ def hertz(n: int) -> Array:
 
 
 def thermoroll(n: int, flat: bool) -> Solve:
-    from thermoroll_cli.contact.active_set import NormalSolver
+    from thermoroll_cli.contact.normal_contact import NormalSolver
     from thermoroll_cli.numerics.grid import Grid
 
     solver = NormalSolver(Grid.over((n, n), SIDE, SIDE), 1.0)

@@ -26,7 +26,7 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
@@ -39,8 +39,9 @@ from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from scripts.figures.figures_drawing import ROOT, Numbers, solve_case, solve_problem, table
 from scripts.figures.figures_numerics import problem_of
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_elements import element_averages

@@ -19,8 +19,8 @@ import numpy as np
 
 from scripts.references.estimate_cases import SCALARS, problem_of
 from scripts.references.fine_values import extrapolated
+from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.refinement.stages import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import elliprd
 
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
-from thermoroll_cli.refinement.stages import bulge_bound
+from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HEATED_SHARE, DEFORMED_SHARE, DISSIMILAR_SHARE, FORCED_SHARE, SPIN_SHARE = 0.7, 0.4, 0.2, 0.15, 0.3

@@ -57,7 +57,7 @@ def test_a_signal_inside_a_callback_is_not_lost() -> None:
 @pytest.mark.usefixtures("caught")
 def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch) -> None:
     """A signal that comes in the tenth transform ends the solution before the eleventh."""
-    from thermoroll_cli.numerics import padded
+    from thermoroll_cli.numerics import convolution
 
     steps: list[int] = []
 
@@ -67,7 +67,7 @@ def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch)
         if len(steps) == 10:
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(padded, "safe_point", step)
+    monkeypatch.setattr(convolution, "safe_point", step)
     with pytest.raises(Interrupted):
         solve(rolling(grid=32, creepage=(1e-3, 0.0)))
     assert len(steps) == 11

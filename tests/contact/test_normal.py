@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import ellipse, order, rolling
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.numerics.grid import Grid

@@ -9,7 +9,7 @@ from scipy.special import kve
 
 from thermoroll_cli.exact.rotating_cylinder import rim_temperature
 from thermoroll_cli.exact.source_limits import band_temperature
-from thermoroll_cli.heat.kernel_functions import pass_sum, surface_slope
+from thermoroll_cli.heat.recirculation import pass_sum, surface_slope
 
 HALF, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY = 0.5e-3, 1e6, 0.03, 45.0, 1.2e-5
 """Band source of a traction drive, on a roller of 30 mm."""

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermoroll_cli.halfspace.drift_rules import EXACT, FAST
 from thermoroll_cli.halfspace.subsurface_elastic import (
     TWISTED,
     pressure_stress,
@@ -18,6 +17,7 @@ from thermoroll_cli.halfspace.subsurface_elastic import (
 )
 from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths, temperature_table
+from thermoroll_cli.halfspace.variable_peclet import EXACT, FAST
 
 ELEMENTS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_elements.json").read_text())
 NU = 0.3

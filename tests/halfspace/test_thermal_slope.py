@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import rolling
-from thermoroll_cli.halfspace.thermal import temperature_at, temperature_table
-from thermoroll_cli.halfspace.thermal_slope import slopes, temperature_slope_table
+from thermoroll_cli.halfspace.thermal import slopes, temperature_at, temperature_slope_table, temperature_table
 from thermoroll_cli.problem.problem import Geometry, Heating
 from thermoroll_cli.refinement.solve import solve
 

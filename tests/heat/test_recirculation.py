@@ -11,10 +11,17 @@ from scipy.special import erfc, iv, ivp, kv, kvp
 
 from tests.support.scenes import reference
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.kernel_functions import bulge_sum, cylinder_factor, pass_sum, surface_slope
 from thermoroll_cli.heat.partition import match
-from thermoroll_cli.heat.response import RecirculatingResponse
-from thermoroll_cli.heat.track import Roller, Track, robin_roots
+from thermoroll_cli.heat.recirculation import (
+    RecirculatingResponse,
+    Roller,
+    Track,
+    bulge_sum,
+    cylinder_factor,
+    pass_sum,
+    robin_roots,
+    surface_slope,
+)
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.steady_state.discretisation import peak_value
 

@@ -12,8 +12,8 @@ from tests.support.scenes import article_4_1, on_grid, reference_problem
 from thermoroll_cli.numerics.solver_options import FixedPointOptions, RollingOptions, SolverOptions
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.refinement.stages import grid_sequence
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation

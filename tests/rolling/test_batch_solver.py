@@ -10,10 +10,10 @@ import pytest
 from tests.support.scenes import elastic, ellipse, rolling
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.batch_krylov import batch_gmres
+from thermoroll_cli.numerics.krylov import batch_gmres
 from thermoroll_cli.problem.problem import Motion
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.rolling.batch_operators import BatchGradient, BatchInverse, begins
+from thermoroll_cli.rolling.batch_solver import BatchGradient, BatchInverse, begins
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
 

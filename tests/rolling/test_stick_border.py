@@ -12,7 +12,7 @@ from tests.support.scenes import CASES, article_4_1, elastic, reference_problem,
 from tests.support.strips import CYLINDERS, carter_strip
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.rolling.stick_border import stick_surplus
+from thermoroll_cli.rolling.element_borders import stick_surplus
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "benchmarks" / "references.json").read_text(encoding="utf-8"))["cases"]
 G, NU, FRICTION = elastic(0.28).shear_modulus, 0.28, 0.3

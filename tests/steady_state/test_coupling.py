@@ -12,8 +12,7 @@ from scipy.signal import fftconvolve
 
 from scripts.references.estimate_cases import problem_of
 from tests.support.scenes import REFERENCE, STEEL, article_4_1, divided_heats, on_grid, order, rolling, solved
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.thermal_slope import temperature_slope_table
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.problem.result import Result

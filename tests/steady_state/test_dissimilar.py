@@ -23,9 +23,10 @@ from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, 
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.refinement.tangential_expansion import tangential_expansion
+from thermoroll_cli.refinement.warnings import tangential_expansion
+from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
-from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 

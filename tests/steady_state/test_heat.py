@@ -12,8 +12,7 @@ import pytest
 from tests.support.scenes import REFERENCE, STEEL, divided_heats, ellipse, on_grid, order, rolling, saturation, solved
 from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.thermal_slope import slopes, temperature_slope_table
+from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem

@@ -26,9 +26,8 @@ from tests.support.scenes import (
 from thermoroll_cli.numerics.solver_options import RefinementOptions
 from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import FIELDS, SCALARS
-from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.plan import grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.refinement.stages import grid_sequence
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 PHYSICAL = [

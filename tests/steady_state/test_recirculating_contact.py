@@ -9,7 +9,7 @@ import pytest
 from scripts.figures.recirculation_sizes import CASES
 from tests.support.scenes import rolling, solved
 from tests.support.tracks import twin_disc, wheel_on_rail
-from thermoroll_cli.heat.track import Track
+from thermoroll_cli.heat.recirculation import Track
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Recirculation
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve

@@ -16,8 +16,7 @@ from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.rolling.edge_compliance import EdgeCompliance
-from thermoroll_cli.rolling.leading_edge import continued_gradient, known_gradient
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, continued_gradient, known_gradient
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.window import Window
 from thermoroll_cli.steady_state.derived import DerivedQuantities

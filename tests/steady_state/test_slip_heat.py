@@ -15,8 +15,8 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.carter import CarterContact, carter, saturation_creepage
 from thermoroll_cli.files.case.case import Case
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.thermal_slope import slopes
-from thermoroll_cli.numerics.peak import peak_value
+from thermoroll_cli.halfspace.thermal import slopes
+from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.rolling.slip_heat import heat_of_slip

@@ -57,7 +57,7 @@ def validate(
 
 def _doubts(case: Case) -> list[str]:
     from thermoroll_cli.refinement.plan import doubts
-    from thermoroll_cli.refinement.plausibility import expected_temperature_warning
+    from thermoroll_cli.refinement.warnings import expected_temperature_warning
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     derived = DerivedQuantities(case.problem)

@@ -141,7 +141,7 @@ def _picture_seconds(case: Case, plan: Plan) -> float:
 
 
 def _warnings(case: Case, plan: Plan) -> list[str]:
-    from thermoroll_cli.refinement.plausibility import expected_temperature_warning
+    from thermoroll_cli.refinement.warnings import expected_temperature_warning
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     return [*plan.warnings, *expected_temperature_warning(DerivedQuantities(case.problem))]

@@ -8,10 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.numerics.grid import Domain, Grid
-from thermoroll_cli.numerics.peak import peak_value
+from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import Geometry
 from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 

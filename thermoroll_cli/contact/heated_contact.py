@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.numerics.krylov import Vector, gmres
 from thermoroll_cli.numerics.solver_options import HeatedContactOptions
 

@@ -11,14 +11,13 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.exact.elliptic import complete_elliprd
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.prolongation import interpolation_matrix
+from thermoroll_cli.numerics.grid import Grid, interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.batch_solver import BatchSolver
+from thermoroll_cli.rolling.element_borders import stick_surplus
+from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.stick_border import stick_surplus
 from thermoroll_cli.rolling.stick_inverse import StickInverse
-from thermoroll_cli.rolling.tangential_problem import TangentialProblem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 

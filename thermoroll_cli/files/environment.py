@@ -11,7 +11,7 @@ import runpy
 import h5py
 import numpy
 
-from thermoroll_cli.numerics.fftw import fftw
+from thermoroll_cli.numerics.convolution import fftw
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -47,7 +47,6 @@ def no_plugins() -> None:
 
 def provenance() -> dict[str, str]:
     """What results depend on besides this program: versions of Python and the libraries that compute, and the platform."""
-
 
 
     pyfftw = fftw()

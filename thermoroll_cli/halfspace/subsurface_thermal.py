@@ -30,9 +30,9 @@ import numpy as np
 from scipy.special import erf, erfc
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.drift_rules import FAST, TAIL, Steps, inner_rule, outer_rule
 from thermoroll_cli.halfspace.subsurface_elastic import TWISTED, Corner, between_corners
 from thermoroll_cli.halfspace.thermal import temperature_at_depths
+from thermoroll_cli.halfspace.variable_peclet import FAST, TAIL, Steps, inner_rule, outer_rule
 
 SLOW = 1e-11
 """P × table size below which the limit P → 0 is exact to rounding."""

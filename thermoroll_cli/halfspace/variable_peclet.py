@@ -20,14 +20,15 @@ Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form: wh
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import erf
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.offset_samples import OffsetSamples, graded_offsets, spanning_columns, truncated
 from thermoroll_cli.halfspace.thermal import (
     ANGLE_STEP,
     advected_expansion,
@@ -37,6 +38,180 @@ from thermoroll_cli.halfspace.thermal import (
     temperature_at,
 )
 from thermoroll_cli.numerics.chebyshev import chebyshev, node_positions, series_matrix
+
+TAIL = 5.4
+"""Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
+TOLERANCE = 1e-10
+"""What may be left beyond the last node and what may be lumped into the first, in Eα/(1−ν) · q dx/k."""
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of the two rules: in the logarithm of u (`outer`), in that of t/(u−t) (`inner`), and the longest one in units of
+    √u/P, where Gaussians of width √u pass by (`passing`). Errors fall exponentially with them."""
+
+    outer: float
+    inner: float
+    passing: float
+FAST = Steps(0.34, 0.42, 1.26)
+"""Good to 1e-7 of the largest stress of the element (measured for P from 0 to 1e3)."""
+EXACT = Steps(0.22, 0.32, 1.0)
+"""Good to 1e-9 of it: for tests."""
+Function = Callable[[Array], Array]
+
+
+def outer_rule(
+    reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST
+) -> tuple[Array, Array]:
+    """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), steps as short as the drift asks for.
+
+    `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
+    the element; beyond the last, less than TOLERANCE follows."""
+
+    along = math.hypot(*peclet)
+    shortest = length / (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 2.0 * along * length))
+    edge = (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 4.0 * along * reach)) / (2.0 * along)
+    rim, density = 1.5 * edge, 1.5 * along * steps.outer / steps.passing
+    first, last = 2.0 * math.log(shortest), max(-math.log(12.0 * along * TOLERANCE), 2.0 * math.log(edge) + 4.0)
+
+    def mapped(log_u: Array) -> Array:
+        tau = np.exp(0.5 * log_u)
+        return np.asarray(log_u + density * math.sqrt(math.pi) * rim * erf(tau / rim))
+
+    def slope(log_u: Array) -> Array:
+        tau = np.exp(0.5 * log_u)
+        return np.asarray(1.0 + density * tau * np.exp(-((tau / rim) ** 2)))
+
+    log_u = _equal_steps(mapped, slope, first, last, steps.outer)
+    u = np.exp(log_u)
+    return u, steps.outer * u / slope(log_u)
+
+
+def inner_rule(
+    u: float, furthest: float, peclet: float, steps: Steps = FAST
+) -> tuple[Array, Array, Array, int, int]:
+    """Nodes of ∫ … dt from 0 to u: trapezoidal in v = ζ + c t/u with t/(u−t) = e^ζ and c ∝ P√u.
+
+    Returns t/(u−t), t, weights, and the first and last node that need a Gaussian of their own. Nodes end at `furthest`."""
+    drift = peclet * math.sqrt(u) * steps.inner / steps.passing
+
+    def mapped(zeta: Array) -> Array:
+        return np.asarray(zeta + drift / (1.0 + np.exp(-zeta)))
+
+    def slope(zeta: Array) -> Array:
+        return np.asarray(1.0 + drift / (2.0 + np.exp(zeta) + np.exp(-zeta)))
+
+    share = furthest / u
+    end = 36.0 if share >= 1.0 - 1e-15 else min(math.log(share) - math.log1p(-share), 36.0)
+    zeta = _equal_steps(mapped, slope, -36.0, end, steps.inner)
+    odds = np.exp(zeta)
+    t = u * odds / (1.0 + odds)
+    alone = math.log(math.sqrt(TOLERANCE / max(drift, 1.0)))
+    first, last = int(np.searchsorted(zeta, alone)), int(np.searchsorted(zeta, -alone))
+    first = min(first, len(zeta) - 1)
+    return odds, t, steps.inner * t / (1.0 + odds) / slope(zeta), first, max(min(last, len(zeta) - 1), first)
+
+
+def _equal_steps(mapped: Function, slope: Function, first: float, last: float, step: float) -> Array:
+    """Arguments from `first` to `last` whose images under the monotonous `mapped`, of slope `slope`, are `step` apart."""
+    rough = np.linspace(first, last, 400)
+    image = mapped(rough)
+    wanted = np.arange(image[0], image[-1] + step, step)
+    found = np.interp(wanted, image, rough)
+    for _ in range(4):
+        found = found + (wanted - mapped(found)) / slope(found)
+    return np.asarray(found)
+
+
+DENSE_OFFSETS = 12
+"""Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
+OFFSET_GROWTH = 1.12
+
+
+@dataclass(frozen=True)
+class OffsetSamples:
+    """Sampled offsets x × y, and the number of table entries that each stands for."""
+
+    x: Array
+    y: Array
+    counts: Array
+
+    def mean(self, columns: Array) -> Array:
+        """Mean over the table of each column."""
+        return self.counts @ columns / self.counts.sum()
+
+    def relative_error(self, difference: Array, columns: Array) -> float:
+        """Largest error of any column, in both norms described at `VariablePecletKernel`."""
+        in_sum = (self.counts @ np.abs(difference)) / (self.counts @ np.abs(columns))
+        in_peak = np.abs(difference).max(axis=0) / np.abs(columns).max(axis=0)
+        return float(max(in_sum.max(), in_peak.max()))
+
+
+def graded_offsets(nx: int, ny: int, aspect: float) -> OffsetSamples:
+    along, along_counts = _graded(nx)
+    across, across_counts = _graded(ny)
+    x = np.concatenate((-along[:0:-1], along))
+    x_counts = np.concatenate((along_counts[:0:-1], along_counts))
+    y_counts = across_counts * np.where(across > 0.0, 2.0, 1.0)
+    return OffsetSamples(x, aspect * across, np.outer(x_counts, y_counts).ravel())
+
+
+def _graded(count: int) -> tuple[Array, Array]:
+    """Offsets from 0 to count − 1, ever wider apart, and the number of whole offsets nearest to each."""
+    chosen = [0]
+    while chosen[-1] < count - 1:
+        step = 1 if chosen[-1] < DENSE_OFFSETS else max(1, round(chosen[-1] * (OFFSET_GROWTH - 1.0)))
+        chosen.append(min(count - 1, chosen[-1] + step))
+    offsets = np.array(chosen, dtype=np.float64)
+    borders = np.concatenate(([-0.5], 0.5 * (offsets[1:] + offsets[:-1]), [count - 0.5]))
+    return offsets, np.diff(borders)
+
+
+def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -> tuple[list[int], Array, Array]:
+    """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
+
+    A pivoted QR factorisation by Gram-Schmidt steps, which ends when what remains of every column is small. Entries
+    of the columns are scaled so that each counts by the number of table entries it stands for.
+    """
+    scaled = np.sqrt(offsets.counts)[:, None] * columns
+    norms = np.sqrt((scaled**2).sum(axis=0))
+    remaining = scaled / norms
+    chosen: list[int] = []
+    basis = np.empty((0, len(columns)))
+    rows = []
+    while len(chosen) < len(norms):
+        sizes = np.sqrt((remaining**2).sum(axis=0))
+        pivot = int(sizes.argmax())
+        if sizes[pivot] <= tolerance:
+            break
+        direction = remaining[:, pivot] - basis.T @ (basis @ remaining[:, pivot])
+        direction /= math.sqrt(direction @ direction)
+        rows.append(direction @ remaining)
+        remaining -= np.outer(direction, rows[-1])
+        basis = np.vstack((basis, direction))
+        chosen.append(pivot)
+    return chosen, basis.T, np.array(rows) * norms
+
+
+def truncated(
+    offsets: OffsetSamples, basis: Array, components: Array, tolerance: float
+) -> tuple[Array, Array, float]:
+    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables and weights, error.
+
+    ``components`` are those of the kernel at all samples in ``basis``, as from `spanning_columns`. Samples of P count
+    relative to their own magnitude.
+    """
+    difference = (basis @ components) / np.sqrt(offsets.counts)[:, None]
+    kernel = difference.copy()
+    scale = offsets.counts @ np.abs(kernel)
+    left, singular, right = np.linalg.svd(components / scale, full_matrices=False)
+    modes = (basis @ left) / np.sqrt(offsets.counts)[:, None]
+    terms, error = 0, math.inf
+    while terms < len(singular) and error > tolerance:
+        difference -= np.outer(modes[:, terms], singular[terms] * right[terms] * scale)
+        terms, error = terms + 1, offsets.relative_error(difference, kernel)
+    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None], error
+
 
 ThermalKind = Literal["temperature", "displacement"]
 

@@ -9,8 +9,8 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.heat.partition import Partition, match
+from thermoroll_cli.heat.recirculation import Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
-from thermoroll_cli.heat.track import Track
 from thermoroll_cli.problem.contact import Mask
 from thermoroll_cli.problem.problem import Heating
 

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.thermal_slope import slopes, temperature_slope_table
+from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.numerics.convolution import blocks
-from thermoroll_cli.numerics.padded import PaddedPlane
+from thermoroll_cli.numerics.convolution import PaddedPlane, blocks
 
 Parities = tuple[int, int]
 """1 (even) or −1 (odd across y = 0) of the x and the y component of a vector field; one each."""

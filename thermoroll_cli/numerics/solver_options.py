@@ -173,7 +173,6 @@ class FixedPointOptions:
     either side."""
 
 
-
 SHEAR = FixedPointOptions(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, few_turns=6, patience=11, recent=6,
                           gain=0.7)
 """Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: a turn gains a factor of ten or

@@ -1,10 +1,12 @@
-"""The highest value and the slope from the 3 × 3 elements around each one."""
+"""Formulas on the elements around each one: highest value, slope, and the peak of a field between its samples."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from thermoroll_cli.arrays import AnyArray
+from thermoroll_cli.arrays import AnyArray, Array
 
 DIFFERENCE_OFFSETS = (-2, -1, 0, 1)
 """Rows of u, from the one where ∂u/∂x is wanted, that `RollingOptions.difference_weights` belong to."""
@@ -23,3 +25,91 @@ def sobel(padded: AnyArray, dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
     rows = padded[:, :-2] + 2.0 * padded[:, 1:-1] + padded[:, 2:]
     columns = padded[:-2] + 2.0 * padded[1:-1] + padded[2:]
     return (rows[2:] - rows[:-2]) / dx, (columns[:, 2:] - columns[:, :-2]) / dy
+
+
+SHARPEST = 3.0
+"""How much more a peak may bend than what is beside it. Peaks of temperature behind narrow slip zones do (with 1, their errors
+are 20 % larger); at the edge of a plateau the ratio has no end."""
+SHARPEST_SKEW = 5.0
+"""The same of a cubic, over the bend on the side that falls less."""
+
+STEEP = 0.5
+"""Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
+
+
+def peak_value(field: Array, *, averages: bool = True) -> float:
+    """Maximum of a smooth field of shape (nx, ny), given by its element averages (pressure) or, without `averages`, by its
+    values at the elements' centres (temperature): what is reported and written over pictures.
+
+    The top of the parabolas along x and y through the largest element, or that element's value at the edge of the field's
+    support. Fields may have a corner there (a plateau that ends, a border of stick): the parabola bends at most `SHARPEST`
+    times as much as the field does beside the largest element, so nothing is made of a drop on one side alone. Temperatures
+    rise slowly through the contact and fall behind it: along x their top is that of a cubic, where it is none of these.
+    """
+    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
+    along = None if averages else _skew_rise(field[:, j], int(i))
+    along = _rise(field[:, j], int(i), averages) if along is None else along
+    return float(field[i, j]) + along + _rise(field[i, :], int(j), averages)
+
+
+def _rise(line: Array, k: int, averages: bool) -> float:
+    """How far the parabola along one line of averages rises above element k, the largest."""
+    if not 0 < k < len(line) - 1 or min(line[k - 1], line[k + 1]) <= 0.0:
+        return 0.0
+    beside = float(np.diff(line[max(k - 2, 0) : k + 3], 2).max())
+    if beside >= 0.0:
+        return 0.0
+    bend = max(float(line[k - 1] - 2.0 * line[k] + line[k + 1]), SHARPEST * beside)
+    # The slope in the middle, from the side that falls less: the other may lie behind a corner.
+    slope = max(-0.5 * bend - float(line[k] - max(line[k - 1], line[k + 1])), 0.0)
+    # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
+    return -0.5 * slope**2 / bend - (bend / 24.0 if averages else 0.0)
+
+
+def _skew_rise(line: Array, k: int) -> float | None:
+    """How far the cubic through the largest value k, its neighbours and the second one on the side that falls less rises above
+    it; None where that is no smooth top. Of Carter's contact on fast material the top of zones of 5 to 20 elements comes out
+    within 4e-3 to 2e-4 wherever it lies, three to five times closer than by a parabola."""
+    if not 1 < k < len(line) - 2 or min(line[k - 1], line[k + 1]) <= 0.0:
+        return None
+    two, one, top, other, beyond = line[k - 2 : k + 3] if line[k - 2] >= line[k + 2] else line[k - 2 : k + 3][::-1]
+    bend, beside = one - 2.0 * top + other, two - 2.0 * one + top
+    if beside >= 0.0 or bend < SHARPEST_SKEW * beside or beyond >= other:
+        return None
+    b = 0.5 * bend
+    c = (0.5 * (top + 4.0 * b - two) - 0.5 * (other - one)) / 3.0
+    a = 0.5 * (other - one) - c
+    root = b * b - 3.0 * a * c
+    if root < 0.0 or math.sqrt(root) <= b:
+        return None
+    t = a / (math.sqrt(root) - b)
+    return max(float(t * (a + t * (b + t * c))), 0.0) if -1.0 <= t <= 1.0 else None
+
+
+def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
+    """`peak_value` of the elements away from the border of the contact, where there are any: near a border that is steeper than
+    an element, single elements carry what belongs to their neighbours.
+
+    `covered` are the covered fractions, (nx, ny); `ends` tells that the first and the last column lie at the end of a profile,
+    which is no border of this kind."""
+    whole = np.pad(covered > 0.0, 1)
+    whole[:, 0], whole[:, -1] = whole[:, 1] & ends[0], whole[:, -2] & ends[1]
+    rows = whole[:-2] & whole[1:-1] & whole[2:]
+    inside = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
+    if not inside.any():
+        return peak_value(field)
+    i, j = np.unravel_index(int(np.argmax(np.where(inside, field, -np.inf))), field.shape)
+    return float(field[i, j]) + _rise(field[:, j], int(i), averages=True) + _rise(field[i, :], int(j), averages=True)
+
+
+def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
+    """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
+    carries less than `STEEP` of their `pressure`, and one to the other side that does not (a patch of few elements has a top
+    without that). At the leading and the trailing edge they stay: a slip zone may be no wider. `ends` as in `peak_inside`. All
+    of `field` where nothing else is left."""
+    beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
+    beside[:, 0] *= ends[0]
+    beside[:, -1] *= ends[1]
+    low, high = (beside[:, side : side + pressure.shape[1]] < STEEP * pressure for side in (0, 2))
+    kept = np.where(low ^ high, 0.0, field)
+    return kept if kept.any() else field

@@ -13,12 +13,10 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
-from thermoroll_cli.refinement.patches import patches_of
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.plausibility import temperature_warning
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
-from thermoroll_cli.refinement.scalars import input_scalars
-from thermoroll_cli.refinement.tangential_expansion import tangential_expansion_warning
+from thermoroll_cli.refinement.scalars import input_scalars, patches_of
+from thermoroll_cli.refinement.warnings import tangential_expansion_warning, temperature_warning
 
 
 def result_of(

@@ -1,4 +1,4 @@
-"""From raw fields to a reported state: temperatures, masks and the article's scalars."""
+"""From raw fields to a reported state: temperatures, masks, the article's scalars, tracks and patches."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
-from thermoroll_cli.numerics.peak import between_sides, peak_value
+from thermoroll_cli.heat.frictional_heat import Heat
+from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.result import State
-from thermoroll_cli.refinement.track_scalars import NAMES as TRACKS
-from thermoroll_cli.refinement.track_scalars import entry_fields, track_scalars
-from thermoroll_cli.rolling.stick_border import stick_surplus
+from thermoroll_cli.rolling.element_borders import stick_surplus
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
@@ -158,7 +157,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan
-    scalars |= dict.fromkeys(TRACKS, math.nan)
+    scalars |= dict.fromkeys(TRACK_SCALARS, math.nan)
     if temperatures:
         heat = discretisation.heat(contact)
         lower, upper = heat.temperatures()
@@ -184,3 +183,83 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
 def _hottest(rise: Array) -> float:
     """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
     return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0
+
+
+TRACK_SCALARS = (
+    *(f"{name}_{body}_{unit}" for name, unit in (("bulk_temperature", "K"), ("entry_temperature_max", "K"),
+      ("flash_temperature_max", "K"), ("heat_into", "W"), ("warm_up_time", "s")) for body in ("lower", "upper")),
+    "recirculation_bulge_um", "thermal_crown_ratio",
+)
+"""What `track_scalars` makes."""
+
+
+ROUNDING = 1e-12
+"""Smaller differences of a sum of that size are none."""
+
+
+def track_scalars(
+    derived: DerivedQuantities, heat: Heat, rises: tuple[Array, Array], contact: Mask, element_area: float
+) -> dict[str, float]:
+    """Heat into each body in W, its bulk (mean surface), entry and flash temperatures in K; of bodies that turn also bulge,
+    thermal crown Λ and time constants.
+
+    `rises` are the temperatures of both surfaces above what surrounds them in K, (nx, ny). Bulk and entry temperatures include
+    what the case says of the surroundings; the flash is the rise of this pass alone. A body that does not return is everywhere,
+    and when it enters, as warm as far away.
+    """
+    heating = derived.problem.heating
+    scalars: dict[str, float] = {}
+    tracks, entries = heat.tracks, heat.entry_temperatures()
+    into = heat.into.lower, heat.into.upper
+    columns = contact.any(axis=0)
+    for i, (body, around) in enumerate((("lower", heating.bulk_lower), ("upper", heating.bulk_upper))):
+        track = tracks[i]
+        scalars[f"heat_into_{body}_W"] = float(into[i].sum()) * element_area
+        scalars[f"bulk_temperature_{body}_K"] = around + (0.0 if track is None else track.bulk_temperature(into[i]))
+        scalars[f"entry_temperature_max_{body}_K"] = around + (0.0 if track is None else float(entries[i][columns].max()))
+        flash = rises[i] - entries[i]
+        scalars[f"flash_temperature_max_{body}_K"] = peak_value(flash, averages=False) if flash.max() > 0.0 else 0.0
+        scalars[f"warm_up_time_{body}_s"] = math.nan if track is None else track.roller.warm_up_time
+    bulge = sum(track.entry_bulge(flux) for track, flux in zip(tracks, into, strict=True) if track is not None)
+    crown = np.asarray(bulge)[columns]
+    # A track that is expanded evenly has rounding for a crown.
+    height = float(np.ptp(crown))
+    scalars["recirculation_bulge_um"] = 1e6 * height if height > ROUNDING * np.abs(crown).max() else 0.0
+    scalars["thermal_crown_ratio"] = sum(
+        track.crown(flux, derived.lateral_curvature)
+        for track, flux in zip(tracks, into, strict=True) if track is not None
+    )
+    return scalars
+
+
+def entry_fields(heat: Heat) -> dict[str, Array]:
+    """Temperature in K with which each track enters the contact, above what surrounds the body, (nx, ny): the same along x."""
+    return {
+        f"entry_temperature_{body}": np.broadcast_to(entry, heat.flux.shape).copy()
+        for body, entry, track in zip(("lower", "upper"), heat.entry_temperatures(), heat.tracks, strict=True)
+        if track is not None
+    }
+
+
+def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[str, float]]:
+    """Of each patch, from −y to +y: where its pressure acts, its forces, area and largest pressure, in the units of the names.
+
+    Patches are separated by columns of elements without contact: the gap is a function of x plus one of y, so no patch lies
+    beside another along x."""
+    grid, normal = discretisation.grid, contact.normal
+    loaded = np.flatnonzero(normal.contact.any(axis=0))
+    out = []
+    for columns in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
+        here = np.zeros(grid.ny, dtype=bool)
+        here[columns] = True
+        pressure, covered = normal.pressure * here, normal.covered * here
+        force = (contact.tangential.traction * here).sum(axis=(1, 2)) * grid.element_area
+        out.append({
+            "y_mm": float((pressure.sum(axis=0) * grid.y).sum() / pressure.sum()) * 1e3,
+            "normal_N": float(pressure.sum()) * grid.element_area,
+            "force_x_N": float(force[0]),
+            "force_y_N": float(force[1]),
+            "area_mm2": float(covered.sum()) * grid.element_area * 1e6,
+            "pressure_max_MPa": peak_inside(pressure, covered, discretisation.at_ends) * 1e-6,
+        })
+    return out

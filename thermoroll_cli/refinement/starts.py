@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.numerics.prolongation import Prolongation
+from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation

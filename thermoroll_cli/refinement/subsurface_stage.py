@@ -1,23 +1,64 @@
-"""The stage of a solve: stresses below the surface of a steady state, on the finest grids that were solved."""
+"""Stresses below the surface of a steady state, on the finest grids that were solved."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, KeptFields, SubsurfaceRequest
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import Peak, Subsurface
+from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.stress_error_estimate import error_of, errors_with_rivals
-from thermoroll_cli.refinement.subsurface_layers import depths_of
-from thermoroll_cli.refinement.subsurface_plan import hot_bodies
-from thermoroll_cli.refinement.surface_load import SurfaceLoad, recirculating, surface_loads
+from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
-from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, ThermalLayers
+from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
+
+TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
+"""τ points along the slip of the lower body: it brakes the lower body and drives the upper one."""
+
+
+def recirculating(derived: DerivedQuantities) -> tuple[str, ...]:
+    """Bodies that bring heat of earlier passes back to the contact, whose surfaces are warmer than this pass makes them."""
+    heating = derived.problem.heating
+    tracks = {"lower": heating.lower_track, "upper": heating.upper_track}
+    return tuple(body for body, track in tracks.items() if track is not None and heating.recirculates)
+
+
+def surface_loads(
+    discretisation: Discretisation, contact: Contact, bodies: tuple[str, ...], thermal: bool
+) -> dict[str, SurfaceLoad]:
+    """The loads of a steady state on each of the `bodies`, with heat if thermal stresses are wanted."""
+    derived = discretisation.derived
+    materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
+    traction = contact.tangential.traction if contact.tangential.traction.any() else None
+    loads = {}
+    heated = dict(zip(materials, derived.heated_bodies(*contact.tangential.creepage), strict=True)) if thermal else {}
+    heat_of_both = discretisation.heat(contact) if thermal else None
+    rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
+    for body in bodies:
+        material = materials[body]
+        plain = SurfaceLoad(contact.normal.pressure, traction, None, material.poisson_ratio, TRACTION_SIGNS[body])
+        heat = None if heat_of_both is None else getattr(heat_of_both.into, body)
+        if heat is None or not heat.any():
+            loads[body] = plain
+            continue
+        moving = heated[body]
+        assert material.expansion is not None
+        loads[body] = SurfaceLoad(
+            plain.pressure, traction, heat, material.poisson_ratio, plain.sign,
+            thermal_modulus=material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio),
+            conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y),
+            surface_rise=None if body in recirculating(derived) else rises[body])
+    return loads
 
 
 @dataclass(frozen=True)
@@ -133,3 +174,22 @@ def _at_surface(peaks: Peaks) -> set[str]:
         marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z == 0.0 else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
         names |= {name for name, value in scalars_of(body, (marked[0], marked[1], marked[2]), prefix).items() if value}
     return names
+
+
+GRIDS = 3
+"""The finest grids that are solved tell the error."""
+
+
+def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
+    """`result` with the stresses inside the bodies, where its problem asks for them and its state is one."""
+    request = result.problem.subsurface
+    if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
+        return result
+
+    start = time.perf_counter()
+    grids = [SolvedGrid(level.home, level.contact) for level in levels[-GRIDS:]]
+    reference = {**result.coupled.scalars, **result.hertz}
+    subsurface = below_the_surface(request, grids, reference, heated=plan.runs("heat"))
+    seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
+    return replace(result, subsurface=subsurface, work={**result.work, "seconds": seconds},
+                   warnings=(*result.warnings, *subsurface.warnings))

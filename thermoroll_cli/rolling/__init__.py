@@ -1,1 +1,7 @@
-"""Tangential contact: creepage in, tractions and slip out (Eqs. 7-15)."""
+"""Tangential contact: creepages and pressure in, tractions, slip and its heat out (Eqs. 7–15).
+
+`rolling_gradient` is the discrete ∂u/∂x of the tractions, `borders` the corrections where a border cuts elements. `newton` and
+`rolling_solver` solve Coulomb's law with them, `stick_inverse` preconditions, `batch_solver` solves many creepages at once.
+`window` is the part of the grid that is solved on, `differential_slip` the creepage that varies across the contact, `slip_heat`
+the heat that slip makes in each element.
+"""

@@ -1,4 +1,7 @@
-"""One Newton step on τ − Proj(τ + ρ s) = 0: the natural residual of Coulomb friction and its generalised derivative."""
+"""The tangential problem, and one Newton step on τ − Proj(τ + ρ s) = 0.
+
+That is the natural residual of Coulomb friction, with its generalised derivative.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,40 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import AnyArray, Mask
+from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
 from thermoroll_cli.numerics.solver_options import RollingOptions
-from thermoroll_cli.rolling.edge_compliance import EdgeCompliance
-from thermoroll_cli.rolling.neutral_line import neutral_compliance
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, neutral_compliance
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
-from thermoroll_cli.rolling.tangential_problem import TangentialProblem
+
+
+@dataclass(frozen=True)
+class TangentialProblem:
+    """Data on the contact's bounding box (n, m).
+
+    `traction_bound`: Coulomb's bound μp, element averages in Pa, 0 outside.
+    `covered`: fraction of each element's length along x that lies in contact.
+    `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed, without the creepage
+    of that direction.
+    `force`: prescribed resultants along x and y in N, None where the creepage is given.
+    `leading`: (3, n, m) what the difference formula misses at the leading edge (`leading_edge`), None where unknown.
+    `variation`: (n, m) half of what ξ_x changes by across the width of an element, None where it hardly does (`neutral_line`).
+    """
+
+    traction_bound: Array
+    covered: Array
+    rigid_slip: Array
+    element_area: float
+    force: tuple[float | None, float | None] = (None, None)
+    leading: Array | None = None
+    variation: Array | None = None
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """Directions whose creepage is an unknown."""
+        return tuple(i for i in (0, 1) if self.force[i] is not None)
+
 
 UNFELT = 1e-30
 """A smaller response of the force to a free creepage is none."""

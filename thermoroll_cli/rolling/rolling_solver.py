@@ -15,14 +15,11 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.numerics.solver_options import RollingOptions
-from thermoroll_cli.rolling.newton import Iterate, Newton
+from thermoroll_cli.rolling.newton import Iterate, Newton, TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse
-from thermoroll_cli.rolling.tangential_problem import TangentialProblem
 
 Start = tuple[Array, tuple[float, float]]
-
-__all__ = ["RollingSolver", "Start", "TangentialProblem", "TangentialSolution"]
 
 
 @dataclass(frozen=True)

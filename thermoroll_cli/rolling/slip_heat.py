@@ -21,9 +21,10 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.thermal_slope import slopes
-from thermoroll_cli.rolling.rolling_solver import TangentialProblem, TangentialSolution
-from thermoroll_cli.rolling.stick_border import stick_ends
+from thermoroll_cli.halfspace.thermal import slopes
+from thermoroll_cli.rolling.element_borders import stick_ends
+from thermoroll_cli.rolling.newton import TangentialProblem
+from thermoroll_cli.rolling.rolling_solver import TangentialSolution
 
 FIRST = 4
 """Elements, from the last one that sticks on, whose heat follows the root: slip errs by 6, 4, 1.5 and 0.7 % of its maximum on

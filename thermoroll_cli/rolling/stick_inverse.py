@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import Symbols, shear_symbols
-from thermoroll_cli.numerics.convolution import even_length
-from thermoroll_cli.numerics.fftw import complex_type, fftw
+from thermoroll_cli.numerics.convolution import complex_type, even_length, fftw
 from thermoroll_cli.numerics.mirror import MirroredPlane, Parities, pair_symbols
 from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS
 from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS

@@ -13,7 +13,7 @@ from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.heat.heat_response import HeatedBody
-from thermoroll_cli.heat.track import Roller
+from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities
 from thermoroll_cli.problem.problem import Material, Problem, Recirculation

@@ -7,18 +7,16 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.active_set import NormalSolver
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.heat.heat_response import HeatResponse, ThermalResponse
-from thermoroll_cli.heat.response import RecirculatingResponse
+from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
-from thermoroll_cli.heat.track import Roller, Track
-from thermoroll_cli.numerics.grid import Domain, Grid
-from thermoroll_cli.numerics.peak import peak_inside, peak_value
-from thermoroll_cli.numerics.prolongation import Prolongation
+from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation
 from thermoroll_cli.numerics.solver_options import SolverOptions
+from thermoroll_cli.numerics.stencils import peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.traction import TractionSolver

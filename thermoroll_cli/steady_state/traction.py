@@ -11,9 +11,10 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities, unfolded
 from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.problem.contact import Pressure, Traction
-from thermoroll_cli.rolling.leading_edge import continued_gradient, known_gradient
+from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
+from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, difference
-from thermoroll_cli.rolling.rolling_solver import RollingSolver, TangentialProblem
+from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.rolling.window import Window, window_around
 from thermoroll_cli.steady_state.derived import DerivedQuantities

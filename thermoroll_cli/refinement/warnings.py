@@ -1,0 +1,291 @@
+"""What is allowed and yet hardly meant: constants no solid has, pressures and temperatures none stands, keys without effect.
+
+What a transverse profile makes doubtful: told before solving.
+
+Different thermal expansion also moves the surfaces along each other: how much, and when it must not be left out.
+
+Heat makes a free surface rise by u_z and stretch along itself: the surface displacement of a thermoelastic half-space (quasi-
+static, Goodier's potential plus Boussinesq's correction, m and n the wavenumbers along x and y, w = sqrt(m² + n²)) is
+
+    û_z = 2(1+ν)α T^/(w + w')      û_x = −(i m/w) û_z      û_y = −(i n/w) û_z       w'² = w² + i m s/κ,
+
+which for material moving with speed s along x, since 1/(w + w') = κ (w' − w)/(i m s), is in real space
+
+    ∂u_x/∂x = 2(1+ν)α κ/s · ∂(T − T_0)/∂x,      ∂u_y/∂x = 2(1+ν)α κ/s · ∂(T − T_0)/∂y
+
+with T_0 the temperature that the same heat would make in material at rest (where the strains add up to (1+ν)αT). Bodies
+alike in all this stretch alike, and their slip does not feel it; the difference of two other bodies belongs into the slip
+equation, ṡ/V = ξ − ∂u/∂x, but is left out of it: in realistic cases it is below one per cent of the creepage at
+which the contact slides (docs/dissimilar.md). This module finds out where it is not.
+
+What is known of bodies that bring heat back before anything is solved: numbers for `show`, and warnings.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.heat.recirculation import Roller
+from thermoroll_cli.problem.problem import Material, Problem
+from thermoroll_cli.problem.surface import lateral_gap, surfaces
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+PRESSURE_OVER_MODULUS = 0.01
+"""Part of Young's modulus up to which bodies answer linearly; metals yield below it."""
+LARGEST_PRESSURE = 10e9
+"""Pa. Diamond and ceramics fail at about this much; steel yields at a third of it."""
+LARGEST_RISE = 2000.0
+"""K. Steel melts at 1500 °C, and no constant stays one that far."""
+
+SOLIDS = {
+    "youngs_modulus": ("Young's modulus", 1e9, "GPa", 1e-4, 1.3e3),
+    "conductivity": ("thermal conductivity", 1.0, "W/(m K)", 0.01, 3e3),
+    "expansion": ("thermal expansion", 1e-6, "1e-6/K", 0.01, 1e3),
+    "diffusivity": ("thermal diffusivity", 1e-6, "mm²/s", 0.01, 3e3),
+}
+"""Name, unit in SI, and range in that unit of each constant: from soft rubber, aerogel, invar and polymers to diamond, with
+room. A value outside is a mistaken unit rather than a material."""
+HEAT_CAPACITIES = 1e5, 1e7
+"""J/(m³ K). Conductivity over diffusivity: of dense solids between 0.9e6 and 4.5e6."""
+
+PEAK_OVER_MEAN = 1.5
+"""The hottest point over what the mean heat flux makes of it: 1.4 to 1.6 where the contact rolls with creepage."""
+
+
+def plausibility_warnings(derived: DerivedQuantities) -> list[str]:
+    """Doubts about a problem that need no solution."""
+    return [*_constants(derived.problem), *_pressure(derived), *_without_effect(derived.problem)]
+
+
+def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
+    """A doubt about the temperature to be expected, from the estimate `expected_rise`."""
+    rise = expected_rise(derived)
+    if not rise > LARGEST_RISE:
+        return []
+    return [f"the surfaces are expected to get about {_round(rise)} K hotter: {_no_solid()}"]
+
+
+def temperature_warning(rise: float) -> list[str]:
+    """A doubt about the largest temperature `rise` (K) that a solution has."""
+    return [f"temperature rises by up to {rise:.4g} K: {_no_solid()}"] if rise > LARGEST_RISE else []
+
+
+def expected_rise(derived: DerivedQuantities) -> float:
+    """Largest temperature rise in K, within a factor of about two where creepage rules, too small where spin does.
+
+    Johnson's creep curve F = μW [1 − (1 − ξ/ξ_s)³] of a circular contact gives the frictional heat ξFV, spread over the Hertz
+    ellipse; its temperature is the smaller of that of a resting source, q c/k, and that of material that passes in the time
+    2a0/V, 2 (q/k) sqrt(2 a0 κ/(π V)) (Carslaw and Jaeger, 2.9), joined harmonically.
+    """
+    problem, hertz = derived.problem, derived.scales
+    if not (problem.heating.heat and derived.has_traction):
+        return 0.0
+    saturation, limit, motion = derived.saturation_creepage, problem.traction_limit, problem.motion
+    creepage = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0, 0.5 * motion.spin * hertz.mean_radius)
+    if problem.prescribed_force:
+        found = saturation * (1.0 - (1.0 - min(problem.prescribed_force / limit, 1.0)) ** (1.0 / 3.0))
+        creepage = math.hypot(creepage, found)
+    force = limit * (1.0 - (1.0 - min(creepage / saturation, 1.0)) ** 3)
+    flux = creepage * force * motion.speed / hertz.area
+    lower, upper = (_rise_by(flux, body, derived) for body in (problem.lower, problem.upper))
+    if problem.heating.partition == "matched":
+        return PEAK_OVER_MEAN / (1.0 / lower + 1.0 / upper) if lower and upper else 0.0
+    return PEAK_OVER_MEAN * max(problem.heating.partition * lower, (1.0 - problem.heating.partition) * upper)
+
+
+def _rise_by(flux: float, body: Material, derived: DerivedQuantities) -> float:
+    """Temperature of a body that takes all of a mean `flux` (W/m²), in K."""
+    assert body.conductivity is not None and body.diffusivity is not None
+    resting = flux * derived.scales.mean_radius / body.conductivity
+    if derived.problem.heating.peclet != "rolling":
+        return resting
+    time = 2.0 * derived.scales.semi_axis_x / derived.problem.motion.speed
+    passing = 2.0 * flux / body.conductivity * math.sqrt(body.diffusivity * time / math.pi)
+    return resting * passing / (resting + passing) if flux else 0.0
+
+
+def _constants(problem: Problem) -> Iterator[str]:
+    for material, whose in _bodies(problem):
+        for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
+            value = getattr(material, attribute)
+            if value is not None and not smallest <= value / unit <= largest:
+                yield (f"{name} of {whose} is {value / unit:.4g} {unit_name}: that of solids lies between {smallest:g} and "
+                       f"{largest:g}; a mistaken unit?")
+        if material.conductivity is not None and material.diffusivity is not None:
+            capacity = material.conductivity / material.diffusivity
+            if not HEAT_CAPACITIES[0] <= capacity <= HEAT_CAPACITIES[1]:
+                yield (f"conductivity over diffusivity of {whose} is {capacity:.2g} J/(m³ K): the heat capacity of solids lies "
+                       f"between {HEAT_CAPACITIES[0]:.0e} and {HEAT_CAPACITIES[1]:.0e}; a mistaken unit?")
+
+
+def _bodies(problem: Problem) -> Iterator[tuple[Material, str]]:
+    if problem.lower == problem.upper:
+        yield problem.lower, "both bodies"
+    else:
+        yield problem.lower, "the lower body"
+        yield problem.upper, "the upper body"
+
+
+def _pressure(derived: DerivedQuantities) -> Iterator[str]:
+    pressure = derived.scales.peak_pressure
+    modulus = min(derived.problem.lower.youngs_modulus, derived.problem.upper.youngs_modulus)
+    if pressure > LARGEST_PRESSURE:
+        yield f"the pressure is {pressure * 1e-9:.3g} GPa: beyond {LARGEST_PRESSURE * 1e-9:g} GPa no solid stays elastic"
+    elif pressure > PRESSURE_OVER_MODULUS * modulus:
+        yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
+               f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
+
+
+def _without_effect(problem: Problem) -> Iterator[str]:
+    heating, slope = problem.heating, problem.friction_slope
+    if not heating.heat:
+        if slope:
+            yield "friction that changes with temperature has no effect: heat is off"
+        if heating.bulk_lower or heating.bulk_upper:
+            yield "bulk temperatures have no effect: heat is off"
+        if heating.lower_track is not None or heating.upper_track is not None:
+            yield "bodies that bring heat back have no effect: heat is off"
+    # Defaults of the dataclass: what differs from them was meant to matter.
+    if problem.friction_start != Problem.friction_start and not slope:
+        yield "the temperature from which friction changes has no effect: friction_temperature_slope_1_K is 0"
+    if problem.friction_minimum != Problem.friction_minimum and not slope > 0.0:
+        yield "friction_minimum_factor has no effect: friction does not fall with temperature"
+    if problem.friction_maximum != Problem.friction_maximum and not slope < 0.0:
+        yield "friction_maximum_factor has no effect: friction does not rise with temperature"
+
+
+def _no_solid() -> str:
+    return f"no solid stands {LARGEST_RISE:g} K with these constants"
+
+
+def _round(value: float) -> str:
+    return f"{value:.1g}" if value >= 1e5 else f"{float(f'{value:.1g}'):.0f}"
+
+
+STEEPEST = 0.1
+"""Slope across the contact from which the half-space is a doubtful model: cosines differ from one by 0.5 %."""
+WIDEST = 1.0 / 3.0
+"""Width of a patch over the radius of curvature in it, likewise; where that varies, the angle by which the surface turns across
+the patch."""
+SAMPLES = 513
+"""Places across the contact at which the radii of a profile are looked up."""
+
+
+def profile_warnings(derived: DerivedQuantities) -> list[str]:
+    """Where half-space theory is doubtful, and where the pressure has no upper bound."""
+    scales, geometry = derived.scales, derived.problem.geometry
+    y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES)[1:-1]
+    y = y[lateral_gap(geometry, y) < scales.approach]
+    out = []
+    for body, surface in zip(("lower", "upper"), surfaces(geometry), strict=True):
+        slope = float(np.abs(surface.slope(y)).max())
+        if slope > STEEPEST:
+            out.append(f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the half-space "
+                       f"assumption is doubtful above {STEEPEST:g}")
+        # Along each patch by itself.
+        patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
+        conformity = max(float(np.ptp(surface.slope(part))) for part in patches)
+        if conformity > WIDEST:
+            out.append(f"the contact is {conformity:.2f} times as wide as the radius of curvature of the {body} body in it: "
+                       f"the half-space assumption is doubtful above {WIDEST:.2g}")
+    if scales.reaches_an_end:
+        out.append(FREE_END)
+    return out
+
+
+FREE_END = ("the contact reaches the end of a profile: the pressure there has no upper bound, so pressure_max_MPa, gamma_p and "
+            "shear_max_MPa grow with every refinement and have no error estimate")
+"""Told wherever a free end is loaded."""
+
+
+WORTH_TELLING = 0.02
+"""Part of the saturation creepage from which the estimate is told; the true gradient may be 2–3 times as large locally."""
+
+
+def tangential_expansion(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> float:
+    """Estimate of the largest |∂u/∂x| between the surfaces by their thermal expansion, from their temperature rises in K.
+
+    Of each body (1+ν)α T · 2w/|w + w'| with w = 1/a0, that is 2/(1 + (1 + P²)^¼): within a factor of two of the closed
+    form above for smooth heat and Péclet numbers P = V a0/κ up to 5000."""
+    lower, upper = derived.problem.lower, derived.problem.upper
+    difference = _strain_per_kelvin(derived, lower) * rise_lower - _strain_per_kelvin(derived, upper) * rise_upper
+    return float(np.abs(difference).max())
+
+
+def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
+    # Only in rolling mode does every point of the material pass at the same known speed.
+    peclet = derived.peclet(body) if derived.problem.heating.peclet == "rolling" else 0.0
+    assert body.expansion is not None
+    return (1.0 + body.poisson_ratio) * body.expansion * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
+
+
+def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> str:
+    """A warning where the surfaces of different bodies stretch so differently that the slip would feel it, or an empty text."""
+    share = tangential_expansion(derived, rise_lower, rise_upper) / derived.saturation_creepage
+    if not share > WORTH_TELLING:
+        return ""
+    return (f"the heated surfaces stretch along each other by about {100 * share:.0f} % of the saturation creepage: the slip "
+            "equation does not contain this part of the thermal expansion")
+
+
+LUMPED_BIOT = 10.0
+"""hR/k from which the surface of a solid body is cold beside its core of the track: cooling like this takes jets or baths."""
+WIDE = 2.0
+"""A half-space takes a body this many times as wide as its contact."""
+
+
+def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
+    """The bodies that bring heat back, by name, at the creepage that is given (0 where it is to be found)."""
+    found = zip(("lower", "upper"), derived.rollers(derived.problem.motion.creepage_x or 0.0), strict=True)
+    return {body: roller for body, roller in found if roller is not None}
+
+
+def track_facts(derived: DerivedQuantities) -> dict[str, float]:
+    """Numbers known before solving: most heat, thermal crown Λ at most, and per body the bulk temperature expected.
+
+    The heat is that of full sliding, shared evenly if the partition is not given: what a slide rule would give."""
+    problem = derived.problem
+    motion, share = problem.motion, problem.heating.partition
+    creepages = [3.0 * derived.saturation_creepage if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y)]
+    heat = problem.traction_limit * math.hypot(*creepages) * motion.speed
+    facts = {"thermal_crown_bound": derived.crown_bound}
+    shares = (0.5, 0.5) if share == "matched" else (share, 1.0 - share)
+    rollers = rollers_of(derived)
+    for (body, part), around in zip(zip(("lower", "upper"), shares, strict=True),
+                                    (problem.heating.bulk_lower, problem.heating.bulk_upper), strict=True):
+        if (roller := rollers.get(body)) is not None:
+            facts[f"expected_bulk_temperature_{body}_K"] = around + roller.mean_resistance * roller.passes * part * heat
+            if roller.convection is not None:
+                facts[f"biot_{body}"] = roller.biot
+            facts[f"warm_up_time_{body}_s"] = roller.warm_up_time
+    return facts
+
+
+def track_warnings(derived: DerivedQuantities) -> list[str]:
+    """Told: a fixed partition, a track wider than its body, cooling stronger than a solid body can use.
+
+    Raises ValueError where a contact does not fit on its body."""
+    out = []
+    if derived.problem.heating.partition != "matched":
+        out.append("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
+                   ' by a factor; use "matched"')
+    for body, roller in rollers_of(derived).items():
+        if 2.0 * derived.scales.semi_axis_y > roller.width:
+            raise ValueError(f"thermal.{body}.width_mm = {1e3 * roller.width:g}: the contact is "
+                             f"{2e3 * derived.scales.semi_axis_y:.4g} mm wide")
+        track = 2.0 * derived.scales.semi_axis_y + 4.0 * roller.spreading
+        if track > roller.width:
+            out.append(f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "
+                       f"than the body ({1e3 * roller.width:.3g} mm)")
+        elif 2.0 * derived.scales.semi_axis_y * WIDE > roller.width:
+            share = 200.0 * derived.scales.semi_axis_y / roller.width
+            out.append(f"the contact takes {share:.0f} % of the width of the {body} body: the half-space is a doubtful model "
+                       "of it")
+        if roller.biot > LUMPED_BIOT:
+            out.append(f"the Biot number hR/k of the {body} body is {roller.biot:.3g}: its surface is cooled faster than heat "
+                       "flows through it, and the answer depends on where exactly it is cooled")
+    return out

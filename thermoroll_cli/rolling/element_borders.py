@@ -1,0 +1,265 @@
+"""Borders that run inside elements: leading edge, partly covered elements, end of stick, neutral lines.
+
+**Leading edge** (`known_gradient`): an error of the difference formula where tractions begin at zero like a square root.
+There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
+shaped like the pressure the true gradient is known, so what D A makes of their element averages tells its error element by
+element:
+
+    E τ = [(∂u/∂x of p) − D A p] τ/p       on the elements cut by the leading edge and on the two next to it.
+
+Added to D A, E makes a stick area begin right wherever the border lies in its elements. The part E > 0 on covered parts alone
+(`EdgeCompliance`) moves the border by a part of an element that depends on its direction: an error of first order in the
+tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and nothing depends on E.
+
+**Partly covered elements** (`EdgeCompliance`): a further gradient beyond the uniform element of the influence coefficients.
+Where the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
+border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
+gradient of the displacement along the rolling direction is
+
+    K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
+
+For n along x these are the constants of docs/numerics.md; without the turn of n lateral forces keep an error of first order.
+
+**End of stick** (`stick_ends`): the place of the border between stick and slip inside the elements on which slip begins.
+At the downstream border of a stick area, at a distance d from it, the half-space is in plane strain along the border's normal n
+and in anti-plane strain along the border, and what the friction has in reserve and the slip have one common factor A:
+
+    μp − |τ| = A sqrt(d)  inside,      |s| = |n_x| c A sqrt(d)  outside,      c = Σ(1−ν)/G (n·τ)²/τ² + Σ1/G (1 − (n·τ)²/τ²)
+
+(for n along x this is Carter's contact, with its shear modulus along and across). Measured along x, both are A sqrt(|n_x| d_x).
+
+**Neutral lines** (`neutral_compliance`): differential slip changes its direction inside an element.
+Across a neutral line the traction of a sliding contact jumps from one side of the Coulomb bound to the other. Let the slip of
+an element vary by ±v across its width about its mean s. Then the mean of its traction is μp s/v for |s| < v, and the bound
+beyond: an element that the line crosses obeys s = κ τ with κ = v/μp, as if it had that much more compliance. Without it the
+neutral line would sit on the centre of a column of elements, and the creepage under a given force were off by as much.
+
+Where elasticity lets the element stick as a whole, κ has no place. It counts as r⁴/(1 + r⁴), with r the smallest κ of a column
+over the element's own compliance: r falls like the element's width, so that this leaves the order of the solution as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from copy import copy
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import AnyArray, Array, Mask
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.numerics.solver_options import RollingOptions
+from thermoroll_cli.numerics.stencils import highest, sobel
+
+SMALLEST_PRESSURE = 1e-7
+"""Over the peak: elements with less have no shape to speak of."""
+CROSSWISE = 1e-6
+"""The pressure's slope along x over the steepest one below which the border runs along the rolling direction."""
+
+
+def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
+    """Elements (n, m) up to `width` from the border where the pressure rises along the rolling direction."""
+    near = np.pad(covered < 1.0, 1, constant_values=True)
+    for _ in range(width):
+        near = highest(near)
+    near = near[1:-1, 1:-1]
+    along, _ = _slopes(pressure, 1.0, 1.0)
+    return near & (covered > 0.0) & (pressure > SMALLEST_PRESSURE * pressure.max()) & (
+        along > CROSSWISE * float(np.abs(along).max()))
+
+
+def known_gradient(
+    pressure: Array, found: Array, exact: Array, covered: Array, width: int = RollingOptions.leading_ring
+) -> Array:
+    """E as (3, n, m), its components xx, yy, xy in 1/Pa, zero away from the leading edge.
+
+    `found` and `exact` (3, n, m) are ∂u_x/∂x and ∂u_y/∂x under tractions (p, 0), (0, p) of their own direction, and the one
+    under the other: by the operator (`RollingGradient.of_shape`) and the true ones, dimensionless."""
+    ring = leading_ring(pressure, covered, width)
+    return np.asarray(np.where(ring, (exact - found) / np.where(ring, pressure, 1.0), 0.0))
+
+
+def continued_gradient(
+    pressure: Array, found: Array, isotropic: Array, dx: float, dy: float, compliance: ShearCompliance
+) -> Array:
+    """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
+    from the normal problem, as u_z inside the contact is what closes the gap.
+
+    What the potential's gradient lacks belongs to the border and so varies along its normal n alone: of the directional
+    kernels only the one across n feels it, dir·(I − n nᵀ) times the same."""
+    c = compliance
+    missing = isotropic - (found[0] + found[1]) / (2.0 * c.isotropic + c.directional)
+    along, across = _slopes(pressure, dx, dy)
+    size = np.hypot(along, across)
+    size[size == 0.0] = 1.0
+    nx, ny = along / size, across / size
+    return found + missing * np.stack([
+        c.isotropic + c.directional * ny * ny, c.isotropic + c.directional * nx * nx, -c.directional * nx * ny])
+
+
+def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
+    """Sobel differences of p², which is smooth across the border, along x and y."""
+    return sobel(np.pad(pressure**2, 1), dx, dy)
+
+
+SOFTEST = 1e20
+"""Compliance in 1/Pa beyond which an element carries nothing, whatever its number: products still fit single precision."""
+
+
+class EdgeCompliance:
+    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
+
+    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
+    `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
+    elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
+    `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
+    compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K."""
+
+    def __init__(
+        self,
+        covered: AnyArray,
+        contact: Mask,
+        dx: float,
+        dy: float,
+        compliance: ShearCompliance,
+        leading: AnyArray | None = None,
+        softest: tuple[float, float] = (math.inf, math.inf),
+        mirrored: bool = False,
+        neutral: AnyArray | None = None,
+        options: RollingOptions | None = None,
+    ) -> None:
+        options = options or RollingOptions()
+        share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
+        self.partial: Mask = share < 1.0
+        i, j = np.nonzero(self.partial)
+        around = np.pad(np.where(contact, covered, 0.0), 1)
+        if mirrored:
+            around[:, 0] = around[:, 1]
+        nx, ny = _border_normal(around, i, j, dx, dy)
+        scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
+        along, across = compliance.along, compliance.across
+        k = np.zeros((3, *covered.shape))
+        k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
+                                       (along - across) * nx * ny])
+        trailing = np.zeros(covered.shape, dtype=bool)
+        trailing[i, j] = nx < 0.0
+        if leading is not None:
+            known = leading.any(axis=0) & contact
+            trust = min(1.0, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
+            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
+            trailing &= ~known
+        if neutral is not None:
+            k[:2] += neutral
+        i, j = self._index = np.nonzero(k.any(axis=0))
+        self.xx, self.yy, self.xy = k[:, i, j]
+        self._trailing = trailing[i, j]
+        self.diagonal = k[:2]
+
+    def in_precision(self, precision: Any) -> EdgeCompliance:
+        """The same with coefficients of another type."""
+        other = copy(self)
+        other.xx, other.yy, other.xy = (np.clip(k, -SOFTEST, SOFTEST).astype(precision) for k in (self.xx, self.yy, self.xy))
+        return other
+
+    def add(self, out: AnyArray, traction: AnyArray) -> AnyArray:
+        """`out` + K `traction`, in place, both (2, n, m)."""
+        i, j = self._index
+        tx, ty = traction[0, i, j], traction[1, i, j]
+        out[0, i, j] += self.xx * tx + self.xy * ty
+        out[1, i, j] += self.xy * tx + self.yy * ty
+        return out
+
+    def trailing(self, traction: AnyArray) -> AnyArray:
+        """K `traction` of the trailing border only, (2, n, m).
+
+        Where that slips, the traction is at the bound whatever the gradient, and K would only take power from the slip."""
+        i, j = (index[self._trailing] for index in self._index)
+        xx, yy, xy = (k[self._trailing] for k in (self.xx, self.yy, self.xy))
+        tx, ty = traction[0, i, j], traction[1, i, j]
+        out = np.zeros_like(traction)
+        out[0, i, j], out[1, i, j] = xx * tx + xy * ty, xy * tx + yy * ty
+        return out
+
+    def apply(self, traction: AnyArray) -> AnyArray:
+        """K `traction`, (2, n, m)."""
+        return self.add(np.zeros_like(traction), traction)
+
+
+def _limited(k: AnyArray, along: float, across: float, options: RollingOptions) -> AnyArray:
+    """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
+    x, y = k[0] / along, k[1] / across
+    excess = np.maximum(np.maximum(x, y) * options.smallest_cover, -np.minimum(x, y) / options.deepest)
+    return np.asarray(k / np.maximum(1.0, excess))
+
+
+def _border_normal(
+    c: AnyArray, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
+) -> tuple[AnyArray, AnyArray]:
+    """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j); `c` holds the
+    fractions with one more row and column on all sides."""
+    along_x, along_y = (d[i, j] for d in sobel(c, dx, dy))
+    size = np.hypot(along_x, along_y)
+    known = size > 0.0
+    safe = np.where(known, size, 1.0)
+    # An isolated element has no direction: taken as cut across the rolling direction.
+    return np.where(known, along_x / safe, 1.0), np.where(known, along_y / safe, 0.0)
+
+
+FLATTEST = 1e-3
+"""Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not tell its distance."""
+
+
+def stick_surplus(
+    traction: Array, slip: Array, bound: Array, stick: Mask, covered: Array, dx: float, dy: float, compliance: ShearCompliance
+) -> float:
+    """Stick area beyond that of the elements marked `stick`, in elements: what the border leaves or takes inside elements.
+
+    Arguments are those of `stick_ends`. A border where stick begins behind slip has no such law and stays between elements."""
+    i, j, place = stick_ends(traction, slip, bound, stick, covered, dx, dy, compliance)
+    # Between the centres, but no further than the contact goes.
+    return float(np.clip(place - 0.5, -covered[i, j], covered[i + 1, j]).sum())
+
+
+def stick_ends(
+    traction: Array, slip: Array, bound: Array, stick: Mask, covered: Array, dx: float, dy: float, compliance: ShearCompliance
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Elements (i, j) that stick while (i + 1, j) slips, and how far the border is beyond their centres, from 0 to 1 elements.
+
+    `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). What friction has
+    in reserve on the last element that sticks, and the slip on the first one behind it, both root-like, place the border
+    between their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole
+    elements are counted)."""
+    inside = covered > 0.0
+    i, j = np.nonzero(stick[:-1] & ~stick[1:] & inside[1:])
+    if not i.size:
+        return i, j, np.zeros(0)
+    size = np.hypot(traction[0], traction[1])
+    reserve = np.maximum(bound - size, 0.0) * stick
+    speed = np.hypot(slip[0], slip[1]) * (inside & ~stick)
+    normal = sobel(np.pad(reserve - speed / compliance.along, 1, mode="edge"), dx, dy)
+    nx, ny = normal[0][i, j] + normal[0][i + 1, j], normal[1][i, j] + normal[1][i + 1, j]
+    length = np.hypot(nx, ny)
+    length[length == 0.0] = 1.0
+    nx, ny = nx / length, ny / length
+    tx, ty, force = traction[0, i + 1, j], traction[1, i + 1, j], size[i + 1, j]
+    along = ((nx * tx + ny * ty) / np.where(force > 0.0, force, 1.0)) ** 2
+    c = compliance.along * along + compliance.across * (1.0 - along)
+    outside = speed[i + 1, j] / np.maximum(c * np.abs(nx), FLATTEST * compliance.along)
+    total = reserve[i, j] + outside
+    return i, j, np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
+
+
+def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tuple[AnyArray, Mask]:
+    """κ of the module's docstring in 1/Pa, and where it outweighs the element's own compliance, both (n, m).
+
+    From the `variation` v of the slip, the Coulomb `bound` μp in Pa, both (n, m), and the compliance `own` of an element in
+    1/Pa."""
+    inside = bound > 0.0
+    compliance = np.where(inside, variation / np.where(inside, bound, 1.0), 0.0)
+    # Of a column, because the thin pressure at the edge of the contact says nothing about what its elements can hold.
+    highest = bound.max(axis=0)
+    ratio = np.where(highest > 0.0, variation.max(axis=0) / np.where(highest > 0.0, highest, 1.0) / own, 0.0)
+    # So that the fourth power stays a number.
+    power = np.minimum(ratio, 1e3) ** 4
+    return compliance * (power / (1.0 + power)), inside & (ratio > 1.0)
