@@ -32,7 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.environment import provenance
+from thermoroll_cli.files.provenance import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label, storable
 from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, read_result
 from thermoroll_cli.files.result.subsurface_groups import write_subsurface

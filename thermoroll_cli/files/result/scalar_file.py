@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import WriteError, replacing
-from thermoroll_cli.files.environment import provenance
+from thermoroll_cli.files.provenance import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
 from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
