@@ -12,7 +12,7 @@ from tests.support.scenes import CASES, article_4_1, elastic, reference_problem,
 from tests.support.strips import CYLINDERS, carter_strip
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.rolling.element_borders import stick_surplus
+from thermoroll_cli.rolling.element_borders import stick_share
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "benchmarks" / "references.json").read_text(encoding="utf-8"))["cases"]
 G, NU, FRICTION = elastic(0.28).shear_modulus, 0.28, 0.3
@@ -33,7 +33,9 @@ def strip_errors(n: int, share: float, lateral: bool) -> np.ndarray:
         bound = FRICTION * pressure[:, None]
         stick = solution.stick & (bound > 0.0)
         end = edges[np.flatnonzero(stick)[-1] + 1]
-        surplus = stick_surplus(solution.traction, solution.slip, bound, stick, (bound > 0.0) * 1.0, dx, 1e9 * dx, COMPLIANCE)
+        sticking = stick_share(solution.traction, solution.slip, bound, stick, (bound > 0.0) * 1.0, dx, 1e9 * dx,
+                               COMPLIANCE)
+        surplus = sticking.sum() - stick.sum()
         errors.append([(end - exact) / dx, (end - exact) / dx + surplus])
     return np.array(errors)
 

@@ -14,7 +14,7 @@ from thermoroll_cli.exact.elliptic import complete_elliprd
 from thermoroll_cli.numerics.grid import Grid, interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.batch_solver import BatchSolver
-from thermoroll_cli.rolling.element_borders import stick_surplus
+from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse
@@ -151,9 +151,9 @@ class _OneGrid:
         tx, ty = solution.traction[:, 0], solution.traction[:, 1]
         moment = (self._x * ty - self._y * tx).sum(axis=(1, 2)) * share / derived.hertz.mean_radius
         area = float(self._covered.sum())
-        sticking = [float(self._covered[stick].sum()) + stick_surplus(
-            traction, slip, self.bound, stick, self._covered, grid.dx, grid.dy, derived.shear_compliance)
-            for traction, slip, stick in zip(solution.traction, solution.slip, solution.stick, strict=True)]
+        sticking = [float(stick_share(traction, slip, self.bound, stick, self._covered, grid.dx, grid.dy,
+                                      derived.shear_compliance).sum())
+                    for traction, slip, stick in zip(solution.traction, solution.slip, solution.stick, strict=True)]
         fraction = np.clip(np.array(sticking) / area, 0.0, 1.0)
         values = np.stack([tx.sum(axis=(1, 2)) * share, ty.sum(axis=(1, 2)) * share, moment, fraction])
         return values, solution.converged, solution.traction

@@ -21,6 +21,8 @@ FIELDS: dict[str, tuple[str, str]] = {
     "slip_x": ("m/s", "slip velocity along x"),
     "slip_y": ("m/s", "slip velocity along y"),
     "state": ("1", "0 out of contact, 1 stick, 2 slip"),
+    "covered": ("1", "share of the element inside the contact"),
+    "stick_share": ("1", "share of the element that sticks"),
     "friction_coefficient": ("1", "local coefficient of friction, at the temperature of the contact"),
     "heat_flux": ("W/m2", "frictional heat flux into both bodies"),
     "heat_flux_lower": ("W/m2", "heat flux into the lower body, friction and conduction"),

@@ -14,7 +14,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.result import State
-from thermoroll_cli.rolling.element_borders import stick_surplus
+from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
@@ -80,17 +80,23 @@ def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> A
     return between_sides(field, contact.normal.pressure, discretisation.at_ends)
 
 
+def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
+    """Share of each element that sticks, (nx, ny)."""
+    derived, grid, tangential = discretisation.derived, discretisation.grid, contact.tangential
+    if not derived.has_traction:
+        return contact.normal.covered * tangential.stick
+    bound = contact.traction_bound(derived.problem.friction)
+    return stick_share(tangential.traction, tangential.slip, bound, tangential.stick, contact.normal.covered,
+                       grid.dx, grid.dy, derived.shear_compliance)
+
+
 def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
     """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
     derived, grid = discretisation.derived, discretisation.grid
     problem, (cold_area, cold_peak) = derived.problem, _reference(discretisation)
     normal, tangential = contact.normal, contact.tangential
     area = float(normal.covered.sum()) * grid.element_area
-    sticking = float(normal.covered[tangential.stick].sum())
-    if derived.has_traction:
-        bound = contact.traction_bound(problem.friction)
-        sticking += stick_surplus(tangential.traction, tangential.slip, bound, tangential.stick, normal.covered,
-                                  grid.dx, grid.dy, derived.shear_compliance)
+    sticking = float(stick_share_of(discretisation, contact).sum())
     stick_area = min(sticking * grid.element_area, area)
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
@@ -146,6 +152,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         "slip_x": tangential.slip[0] * speed,
         "slip_y": tangential.slip[1] * speed,
         "state": np.where(inside, np.where(tangential.stick, STICK, SLIP), OUT).astype(np.int8),
+        "covered": normal.covered,
+        "stick_share": stick_share_of(discretisation, contact),
         "heat_flux": flux,
         "displacement_elastic": normal.displacement if contact.shear_displacement is None
         else normal.displacement - contact.shear_displacement,

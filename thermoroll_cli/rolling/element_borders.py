@@ -210,15 +210,20 @@ FLATTEST = 1e-3
 """Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not tell its distance."""
 
 
-def stick_surplus(
+def stick_share(
     traction: Array, slip: Array, bound: Array, stick: Mask, covered: Array, dx: float, dy: float, compliance: ShearCompliance
-) -> float:
-    """Stick area beyond that of the elements marked `stick`, in elements: what the border leaves or takes inside elements.
+) -> Array:
+    """Share of each element that sticks, (n, m): the `covered` share of those marked `stick`, moved to where the downstream
+    border of the stick area runs inside elements.
 
     Arguments are those of `stick_ends`. A border where stick begins behind slip has no such law and stays between elements."""
+    share = covered * stick
     i, j, place = stick_ends(traction, slip, bound, stick, covered, dx, dy, compliance)
-    # Between the centres, but no further than the contact goes.
-    return float(np.clip(place - 0.5, -covered[i, j], covered[i + 1, j]).sum())
+    # The border lies between the two centres, but no further than the contact goes.
+    beyond = np.clip(place - 0.5, -covered[i, j], covered[i + 1, j])
+    share[i, j] += np.minimum(beyond, 0.0)
+    share[i + 1, j] += np.maximum(beyond, 0.0)
+    return share
 
 
 def stick_ends(
