@@ -42,7 +42,7 @@ class Result(results.Result):
         return cls(**{field.name: getattr(result, field.name) for field in dataclasses.fields(result)})
 
     def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
-        """Write this result as `thermoroll run` does (docs/file_format.md), complete or not at all, and return the path.
+        """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all, and return the path.
 
         A result of a `Case` carries that case, and `thermoroll run --from` solves it again; one of a `Problem` has none. Raises
         OSError, with a plain message, if the file cannot be written."""

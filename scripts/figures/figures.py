@@ -1,4 +1,4 @@
-"""Draw the figures of docs/ into figures/, and write the numbers that belong to them to figures/numbers.json and docs/*.md.
+"""Draw the figures of docs/ into docs/figures/, and write the numbers that belong to them to docs/figures/numbers.json and docs/*.md.
 
     python -m scripts.figures.figures [--only NAME]... [--grid N] [--output DIR]
 """
@@ -39,7 +39,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", choices=FIGURES, help="draw this one (repeatable); default: all")
     parser.add_argument("--grid", type=int, default=128, help="elements per side (default 128)")
-    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "figures")
+    parser.add_argument("--output", type=pathlib.Path, default=ROOT / "docs" / "figures")
     options = parser.parse_args()
     options.output.mkdir(parents=True, exist_ok=True)
     record = options.output / "numbers.json"
@@ -51,7 +51,7 @@ def main() -> None:
             print(f"{name}: {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
     text = json.dumps({name: numbers[name] for name in FIGURES if name in numbers}, indent=1, ensure_ascii=False)
     record.write_text(text + "\n", encoding="utf-8")
-    if options.output == ROOT / "figures":
+    if options.output == ROOT / "docs" / "figures":
         figures_tables.fill(ROOT / "docs", numbers)
         if not options.only:
             figures_tutorial.run_commands(ROOT / "docs" / "tutorial.md")

@@ -1,4 +1,4 @@
-"""The table of docs/recirculation.md: what heat that comes back amounts to in real cases, solved with and without it.
+"""The table of docs/physics.md: what heat that comes back amounts to in real cases, solved with and without it.
 
     python -m scripts.figures.recirculation_sizes
 """

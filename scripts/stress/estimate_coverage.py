@@ -27,7 +27,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import SCALARS
 from thermoroll_cli.refinement.solve import solve
 
-DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "stress.md"
+DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "verification.md"
 PLACE = ("<!-- coverage -->\n", "<!-- end -->")
 CASES, FIRST, FINER = 40, 1000, 5
 EXACT = 2e-6
@@ -150,7 +150,7 @@ def main() -> int:
     parser.add_argument("--grids", type=int, nargs="+", default=[32], help="elements per side (default 32)")
     parser.add_argument("--store", type=pathlib.Path, help="keep the pairs in this file, line by line")
     parser.add_argument("--load", action="store_true", help="solve nothing: judge the pairs in that file")
-    parser.add_argument("--write", action="store_true", help="put the tables into docs/stress.md")
+    parser.add_argument("--write", action="store_true", help="put the tables into docs/verification.md")
     wishes = parser.parse_args()
     start, grids = time.perf_counter(), tuple(wishes.grids)
     seeds = range(wishes.first, wishes.first + wishes.cases)

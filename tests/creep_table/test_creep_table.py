@@ -165,8 +165,9 @@ def test_coordinates_come_back() -> None:
 
 
 def test_the_simulation_of_the_documents(circle: CreepForceTable, tmp_path: Path) -> None:
-    """docs/tables.md, verbatim: a wheelset that finds its creepage under a brake."""
-    (script,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "tables.md").read_text(), re.DOTALL)
+    """docs/sweeps_and_tables.md, verbatim: a wheelset that finds its creepage under a brake."""
+    page = (ROOT / "docs" / "sweeps_and_tables.md").read_text(encoding="utf-8")
+    (script,) = [block for block in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "CreepForceTable" in block]
     (tmp_path / "kalker.h5").symlink_to(CIRCLE)
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
     creepage, force = map(float, done.stdout.split())

@@ -1,4 +1,4 @@
-"""The example of docs/extending.md, followed line by line on a copy of the package."""
+"""The example of docs/developing.md, followed line by line on a copy of the package."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-BLOCKS = re.findall(r"```diff\n--- (\S+)\n(.*?)```", (ROOT / "docs" / "extending.md").read_text(), re.DOTALL)
+BLOCKS = re.findall(r"```diff\n--- (\S+)\n(.*?)```", (ROOT / "docs" / "developing.md").read_text(), re.DOTALL)
 
 
 def edited(text: str, block: str) -> str:

@@ -224,7 +224,7 @@ def test_what_the_plan_calls_negligible_is_negligible():
 
 
 def test_heating_grows_with_speed():
-    """γ_p up, γ_c down, γ_st up (docs/article.md), and Q_F less than in proportion."""
+    """γ_p up, γ_c down, γ_st up (docs/verification.md), and Q_F less than in proportion."""
     speeds = [25.0, 50.0, 100.0, 200.0]
     states = [solved(article_4_1(64, v)).coupled.scalars for v in speeds]
     assert (np.diff([s["gamma_p"] for s in states]) > 0.0).all()

@@ -41,7 +41,7 @@ class NormalShearCoupling:
 
         By the difference formula that the tractions' displacement is differentiated with: where the surfaces stick the two
         displacements add up to a straight line, and that formula has no error on straight lines. The exact derivative of
-        u^p leaves ten times the error in the forces (docs/dissimilar.md)."""
+        u^p leaves ten times the error in the forces (docs/numerics.md)."""
         if not self._gradient_kernels:
             n = self.grid.nx
             scale = self.constant / self.grid.dx
