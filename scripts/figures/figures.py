@@ -1,4 +1,4 @@
-"""Draw the figures of docs/ into docs/figures/, and write the numbers that belong to them to docs/figures/numbers.json and docs/*.md.
+"""Draw the figures of the documents into docs/figures/, with their numbers (numbers.json), and fill in the tables of docs/*.md.
 
     python -m scripts.figures.figures [--only NAME]... [--grid N] [--output DIR]
 """
