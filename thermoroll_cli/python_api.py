@@ -17,8 +17,8 @@ from thermoroll_cli.files.case.case import Case
 from thermoroll_cli.files.case.case_errors import CaseError
 from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.problem import result as results
+from thermoroll_cli.problem.names import FIELDS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.result import FIELDS
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
 from thermoroll_cli.sweeps.points import make_points
@@ -63,8 +63,7 @@ class Result(results.Result):
         chosen = self.coupled if state == "coupled" else self.isothermal
         variables = {}
         for name, values in chosen.fields.items():
-            units, long_name = FIELDS.get(name, ("", name))
-            variables[name] = (("x", "y"), values, {"units": units, "long_name": long_name})
+            variables[name] = (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
         return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
 

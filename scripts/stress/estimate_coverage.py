@@ -23,8 +23,8 @@ import numpy as np
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.stress_cases import stress_case
 from thermoroll_cli.problem.error_scale import error_scale
+from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.result import SCALARS
 from thermoroll_cli.refinement.solve import solve
 
 DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "verification.md"

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 
 HOPELESS = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 2e3").replace("grid = 16", "grid = 8")
 HOPELESS += '[thermal]\npeclet = "stationary"\n'

@@ -17,7 +17,8 @@ from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.result import Result
 
 
 def stored(path: pathlib.Path, result: Result) -> Result:

@@ -24,7 +24,8 @@ from thermoroll_cli import __version__
 from thermoroll_cli.files import atomic
 from thermoroll_cli.files.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
-from thermoroll_cli.problem.result import FIELDS, SCALARS, Result
+from thermoroll_cli.problem.names import FIELDS, SCALARS
+from thermoroll_cli.problem.result import Result
 
 CASE_TEXT = '# Grüße\ntitle = "κ"\n'
 CASE_JSON = '{"title": "κ"}'
@@ -91,9 +92,9 @@ def test_xarray_opens_the_fields_with_units(stored: pathlib.Path, group: str) ->
         assert dataset.x.attrs["units"] == "m"
         assert set(dataset.data_vars) == set(synthetic.result((8, 8)).coupled.fields)
         for name, field in dataset.data_vars.items():
-            units, long_name = FIELDS[str(name)]
+            declared = FIELDS[str(name)]
             assert field.dims == ("x", "y")
-            assert field.attrs == {"units": units, "long_name": long_name}
+            assert field.attrs == {"units": declared.unit, "long_name": declared.meaning}
         # The trailing edge, where it is hot, is at +x.
         hottest = dataset.temperature_rise_lower.argmax(...)
         assert float(dataset.x[hottest["x"]]) > 0.0

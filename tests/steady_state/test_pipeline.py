@@ -24,8 +24,8 @@ from tests.support.scenes import (
     solved,
 )
 from thermoroll_cli.numerics.solver_options import RefinementOptions
+from thermoroll_cli.problem.names import FIELDS, SCALARS
 from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Numerics, Problem
-from thermoroll_cli.problem.result import FIELDS, SCALARS
 from thermoroll_cli.refinement.plan import grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities

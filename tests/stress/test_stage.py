@@ -12,8 +12,8 @@ import pytest
 
 from tests.support.interpolation import at_point
 from tests.support.scenes import elastic, ellipse, rolling, spheres
+from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.invariants import von_mises

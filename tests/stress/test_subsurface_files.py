@@ -20,7 +20,7 @@ from thermoroll_cli.plots.run_figures import PICTURES
 from thermoroll_cli.plots.sheet import save, style
 from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 from thermoroll_cli.plots.view import view_of
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
 
 TABLE = "[subsurface]\nlayers = 7\nfields = {}\n"
 

@@ -21,7 +21,7 @@ import pytest
 
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.sweeps.cluster import answer_from
 from thermoroll_cli.sweeps.table import OVER_LIMIT
 

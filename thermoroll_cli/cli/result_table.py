@@ -9,25 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.problem.error_scale import absolute_error, mean_semi_axis
-
-SHORT = (
-    "Q_F_W",
-    "gamma_c",
-    "gamma_st",
-    "gamma_p",
-    "temperature_rise_max_lower_K",
-    "temperature_rise_max_upper_K",
-    "bulk_temperature_lower_K",
-    "bulk_temperature_upper_K",
-    "force_x_N",
-    "force_y_N",
-    "spin_moment_Nmm",
-    "pressure_max_MPa",
-    "shear_max_MPa",
-    "contact_area_mm2",
-    "thermal_displacement_max_um",
-)
-"""Scalars in the table that `run` prints; `run -v` prints them all."""
+from thermoroll_cli.problem.names import ALL_SCALARS
 
 UNBOUNDED = "no limit: a free end"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
@@ -35,22 +17,13 @@ UNBOUNDED = "no limit: a free end"
 _SIGNIFICANT_DIGITS = 5
 _NEGLIGIBLE_ERROR = 1e-6
 _NOISE = 1e-6
-_BRIEF = {
-    "Q_F_W": "frictional heat",
-    "gamma_c": "area/Hertz area",
-    "gamma_st": "stick/contact",
-    "gamma_p": "p_max/p0",
-}
-"""Meanings for narrow terminals, of the names that do not speak for themselves."""
 _NARROWEST = 9
 """A header is not broken into less."""
 _HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|s|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
 """A word of a name; the last one with its unit."""
 
 
-def scalar_table(
-    summary: Mapping[str, Any], meanings: Mapping[str, str], names: Sequence[str], *, both: bool, width: int
-) -> list[str]:
+def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
     """Lines of a table with one scalar a line: name, value ± estimated error in the unit of the value, the isothermal value if
     `both`, and its meaning, a brief one or none where `width` has no room for it.
 
@@ -58,12 +31,8 @@ def scalar_table(
     error (`absolute_error`).
     """
     rows = [("", "coupled", "isothermal")] if both else []
-    remarks = [""] if both else []
+    shown_names = [""] if both else []
     isothermal = {**summary, **summary["isothermal"]}
-    if "patches" in summary:
-        from thermoroll_cli.problem.result import WITHOUT_HERTZ
-
-        meanings = {**meanings, **WITHOUT_HERTZ}
     for name in names:
         value = summary.get(name, math.nan)
         if not _computed(value):
@@ -72,14 +41,22 @@ def scalar_table(
         shown = "0" if math.isnan(error) and _is_noise(name, summary) else with_error(value, error)
         beside = "" if not both or name not in summary["isothermal"] else number(isothermal[name])
         rows.append((name, shown, "0" if beside and _is_noise(name, isothermal) else beside))
-        remarks.append(name)
+        shown_names.append(name)
     start = max(map(len, align(rows)), default=0) + 2
     lines = []
-    for line, name in zip(align(rows), remarks, strict=True):
-        fitting = (text for text in (meanings.get(name, ""), _BRIEF.get(name, "")) if start + len(text) <= width)
+    for line, name in zip(align(rows), shown_names, strict=True):
+        fitting = (text for text in _meanings(name, "patches" in summary) if start + len(text) <= width)
         remark = UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, "")
         lines.append((line.ljust(start) + remark).rstrip())
     return lines
+
+
+def _meanings(name: str, profiles: bool) -> tuple[str, ...]:
+    """The meaning of a scalar, and a brief one."""
+    if name not in ALL_SCALARS:
+        return ()
+    scalar = ALL_SCALARS[name]
+    return (scalar.without_hertz,) if profiles and scalar.without_hertz else (scalar.meaning, scalar.brief)
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -192,13 +192,12 @@ def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -
 
 
 def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.result_table import SHORT, folded, scalar_table
-    from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
-    from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
+    from thermoroll_cli.cli.result_table import folded, scalar_table
+    from thermoroll_cli.problem.names import ALL_SCALARS
 
     width = streams.width()
-    below = {} if result.subsurface is None else SUBSURFACE_SCALARS
-    names = (*SCALARS, *HERTZ_SCALARS, *below) if verbose else (*SHORT, *_also_worth_showing(result))
+    also = set(_also_worth_showing(result))
+    names = [name for name, scalar in ALL_SCALARS.items() if verbose or scalar.listed or name in also]
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
@@ -207,7 +206,7 @@ def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) 
     return [
         *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),
         *folded(result.reason, width),
-        *scalar_table(summary, {**SCALARS, **HERTZ_SCALARS, **below}, names, both=both, width=width),
+        *scalar_table(summary, names, both=both, width=width),
         *(line for text in without for line in folded(text, width)),
         *(line for warning in result.warnings for line in folded(f"warning: {warning}", width)),
     ]
@@ -224,8 +223,5 @@ def _also_worth_showing(result: Result) -> Iterator[str]:
         yield "partition_mean"
     if problem.heating.bulk_lower or problem.heating.bulk_upper:
         yield from ("surface_temperature_max_lower_K", "surface_temperature_max_upper_K")
-    if result.subsurface is not None:
-        wanted = ("von_mises_max", "von_mises_depth", "orthogonal_shear_range_max", "tensile_stress_max")
-        yield from (name for name in result.subsurface.scalars if name.startswith(wanted))
     if result.hertz["speed_solved_m_s"] != motion.speed:
         yield "speed_solved_m_s"

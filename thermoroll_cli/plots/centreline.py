@@ -15,8 +15,9 @@ from thermoroll_cli.plots.field_figures import UPPER, limits_of, temperatures
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, new_figure, real_minus
 from thermoroll_cli.plots.ticks import draw_sides
-from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, Quantity, axes_scales, unit_for
+from thermoroll_cli.plots.units import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, axes_scales, scale_of, unit_for
 from thermoroll_cli.plots.view import RunView, StateView
+from thermoroll_cli.problem.names import Quantity
 
 WIDTH, HEIGHT = 3.05, 1.9
 LEFT, BOTTOM, TOP, GAP_X, GAP_Y = 0.68, 0.72, 0.4, 0.78, 0.2
@@ -136,7 +137,7 @@ def draw_diagram(
     """Draw `curves` against x, which is `labelled` or left to a diagram below. What they are stands on the left, or above with
     the rest of the `title` behind it."""
     low, high = limits_of([curve.values for curve in curves], 1.0)
-    scale, label = quantity.scale(view, max(high, -low), normalised)
+    scale, label = scale_of(quantity, view, max(high, -low), normalised)
     (factor, x_label), _ = axes_scales(view, normalised)
     for curve in curves:
         axes.plot(

@@ -16,20 +16,14 @@ from thermoroll_cli.plots.headline import NOTE_ROOM, add_headline
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map, legend_entries
 from thermoroll_cli.plots.sheet import add_axes, add_text, even_lines, new_figure, real_minus
 from thermoroll_cli.plots.ticks import draw_sides
-from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
+from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, scale_of
 from thermoroll_cli.plots.view import RunView, StateView
+from thermoroll_cli.problem.names import Quantity, unit_of
 
 LEFT, AXIS_ROOM, LEGEND_ROW, HEAD, GAP = 0.62, 0.53, 0.17, 0.22, 0.22
 BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.13, 0.72
 TITLE_ROOM = 0.24
 NARROWEST = 1.45
-MAXIMA = {
-    "pressure": ("pressure_max_MPa", 1e6),
-    "traction": ("shear_max_MPa", 1e6),
-    "heat_flux": ("heat_flux_max_W_mm2", 1e6),
-    "temperature": ("temperature_rise_max_{}_K", 1.0),
-}
-"""The scalar that reports the maximum of each quantity, and its unit in SI."""
 COOLING = "coolwarm"
 NEGLIGIBLE = 1e-3
 """Share of the largest value below which a temperature is drawn and told as zero."""
@@ -143,8 +137,8 @@ def grid_for(count: int, states: int, aspect: float) -> PanelGrid:
 
 def maximum_of(state: StateView, quantity: Quantity, values: NDArray[np.float64], body: str) -> float:
     """The maximum as it is reported among the scalars, in SI units; the largest of `values` where it is not."""
-    name, unit = MAXIMA.get(quantity.name, ("", 1.0))
-    reported = state.scalars.get(name.format((body or LOWER).split()[0]))
+    reported = state.scalars.get(quantity.maximum.format((body or LOWER).split()[0]))
+    unit = {"MPa": 1e6, "W/mm²": 1e6}.get(unit_of(quantity.maximum), 1.0)
     return float(values.max()) if reported is None or not math.isfinite(reported) else reported * unit
 
 
@@ -154,7 +148,7 @@ def _panel(
     if values is None:
         return None
     words = ", ".join(part for part in (view.states[number].label, body) if part)
-    unbounded = MAXIMA.get(quantity.name, ("", 1.0))[0] in view.summary.get("unbounded", ())
+    unbounded = quantity.maximum in view.summary.get("unbounded", ())
     return Panel(number, values, maximum_of(view.states[number], quantity, values, body), words, unbounded)
 
 
@@ -172,7 +166,7 @@ def _figure(
     largest = max((float(np.abs(panel.values).max()) for panel in panels), default=0.0)
     if not largest > 0.0:
         return None
-    scale, label = quantity.scale(view, largest, normalised)
+    scale, label = scale_of(quantity, view, largest, normalised)
     low, high = limits_of([panel.values for panel in panels], scale.factor)
     if not any(panel.unbounded for panel in panels):
         # Single elements at the end of a crown stand out of the field, and are no part of its maximum.

@@ -18,10 +18,10 @@ from thermoroll_cli.plots.lettering import Column
 from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
 from thermoroll_cli.plots.sheet import add_axes, add_text, new_figure, one_line
 from thermoroll_cli.plots.ticks import draw_sides
-from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, Quantity
+from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, scale_of
 from thermoroll_cli.plots.view import RunView
 from thermoroll_cli.problem.error_scale import absolute_error
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, WITHOUT_HERTZ
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity
 
 LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.4, 0.35, 0.65
 DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.65
@@ -115,7 +115,7 @@ def _draw_map(
     width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
     x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
     axes = add_axes(figure, x, y, width, height)
-    scale, label = quantity.scale(view, max(span[1], -span[0]), normalised)
+    scale, label = scale_of(quantity, view, max(span[1], -span[0]), normalised)
     colours, limits = colours_of(quantity, (span[0] * scale.factor, span[1] * scale.factor))
     draw_map(
         axes,
@@ -144,14 +144,14 @@ def _rows(view: RunView) -> Rows:
         if any(math.isfinite(value) for value in values):
             first = _number(values[0]) if two else ""
             error = _error(absolute_error(name, view.summary))
-            words = SCALARS[name] if has_hertz else WITHOUT_HERTZ.get(name, SCALARS[name])
+            words = (not has_hertz and SCALARS[name].without_hertz) or SCALARS[name].meaning
             rows.append((_words(words, name), first, _number(values[-1]), error))
     rows.append(("", "", "", ""))
     for name in HERTZ_SCALARS:
         # The speed stands below the table; here only where a lower one had to be solved.
         asked = name == "speed_solved_m_s" and view.summary.get(name) == view.problem.get("motion", {}).get("speed")
         if math.isfinite(view.summary.get(name, math.nan)) and not asked:
-            rows.append((_words(HERTZ_SCALARS[name], name), "", _number(view.summary[name]), ""))
+            rows.append((_words(HERTZ_SCALARS[name].meaning, name), "", _number(view.summary[name]), ""))
     return rows
 
 

@@ -9,23 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-UNITS = {
-    "_mm2_s": "mm²/s",
-    "_um_mK": "µm/(m K)",
-    "_W_m2K": "W/(m² K)",
-    "_W_mK": "W/(m K)",
-    "_rad_mm": "rad/mm",
-    "_mrad": "mrad",
-    "_m_s": "m/s",
-    "_GPa": "GPa",
-    "_1_K": "1/K",
-    "_K_W": "K/W",
-    "_mm": "mm",
-    "_um": "µm",
-    "_N": "N",
-    "_K": "K",
-}
-"""Endings of case keys and the units they stand for, the longer ones first."""
+from thermoroll_cli.problem.names import UNITS
 
 Column = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ from thermoroll_cli.plots.borders import Array
 from thermoroll_cli.plots.field_figures import ALIKE
 from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
-from thermoroll_cli.plots.units import TEMPERATURE, axes_scales
+from thermoroll_cli.plots.units import TEMPERATURE, axes_scales, scale_of
 from thermoroll_cli.plots.view import RunView
 
 WIDTH, HEIGHT = 4.2, 2.6
@@ -61,7 +61,7 @@ def track_figure(view: RunView, normalised: bool) -> Figure | None:
     inside = np.flatnonzero((state.fields["state"] > 0).any(axis=0))
     half = 0.5 * (y[1] - y[0])
     axes.axvspan(y[inside[0]] - half, y[inside[-1]] + half, color="0.94", linewidth=0, zorder=0, label="contact")
-    scale = TEMPERATURE.scale(view, highest, normalised=False)[0]
+    scale = scale_of(TEMPERATURE, view, highest, normalised=False)[0]
     axes.set_ylabel(scale.label("surface temperature"))
     if scale.factor != 1.0:
         axes.yaxis.set_major_formatter(lambda value, _: f"{value * scale.factor:g}")

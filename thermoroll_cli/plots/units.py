@@ -6,14 +6,7 @@ import math
 from dataclasses import dataclass
 
 from thermoroll_cli.plots.view import RunView
-
-_LADDERS: dict[str, tuple[int, tuple[tuple[str, float], ...]]] = {
-    "m": (2, (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))),
-    "Pa": (2, (("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9))),
-    "W/m2": (2, (("W/m²", 1.0), ("kW/m²", 1e3), ("W/mm²", 1e6), ("kW/mm²", 1e9), ("MW/mm²", 1e12))),
-    "K": (2, (("µK", 1e-6), ("mK", 1e-3), ("K", 1.0))),
-}
-"""Multiples of each SI unit in rising order, and the index of the one this field of engineering uses."""
+from thermoroll_cli.problem.names import MULTIPLES, QUANTITIES, Quantity
 
 READABLE = (0.03, 1e4)
 """The usual unit is kept while the largest number lies in here."""
@@ -34,36 +27,23 @@ class Scale:
         return f"{text} ({self.unit})" if self.unit else text
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """Something to draw: its words and symbol, SI unit, the article's normalisation (the divisor comes from the run's
-    view), and a perceptually uniform colour map."""
-
-    name: str
-    words: str
-    symbol: str
-    unit: str
-    normalised_symbol: str
-    colours: str
-
-    def scale(self, view: RunView, maximum: float, normalised: bool) -> tuple[Scale, str]:
-        """The scale and the axis label for values up to `maximum` (SI)."""
-        divisor = {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(self.unit, math.nan) if normalised else math.nan
-        if math.isfinite(divisor) and divisor > 0.0:
-            return Scale(1.0 / divisor, ""), f"{self.words} {self.normalised_symbol}"
-        scale = unit_for(self.unit, maximum)
-        return scale, scale.label(f"{self.words} {self.symbol}")
+PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE = (
+    QUANTITIES[name] for name in ("pressure", "traction", "heat_flux", "temperature")
+)
 
 
-PRESSURE = Quantity("pressure", "pressure", "p", "Pa", "p/p₀", "viridis")
-TRACTION = Quantity("traction", "shear traction", "|τ|", "Pa", "|τ|/p₀", "viridis")
-HEAT_FLUX = Quantity("heat_flux", "heat flux", "q", "W/m2", "q α l/k", "inferno")
-TEMPERATURE = Quantity("temperature", "temperature rise", "ΔT", "K", "ΔT", "inferno")
+def scale_of(quantity: Quantity, view: RunView, maximum: float, normalised: bool) -> tuple[Scale, str]:
+    """The scale and the axis label for values up to `maximum` (SI); `normalised` by the divisors of the article."""
+    divisor = {"Pa": view.peak_pressure, "W/m2": view.heat_scale}.get(quantity.unit, math.nan) if normalised else math.nan
+    if math.isfinite(divisor) and divisor > 0.0:
+        return Scale(1.0 / divisor, ""), f"{quantity.words} {quantity.normalised}"
+    scale = unit_for(quantity.unit, maximum)
+    return scale, scale.label(f"{quantity.words} {quantity.symbol}")
 
 
 def unit_for(unit: str, maximum: float) -> Scale:
     """The multiple of the SI `unit` in which `maximum` reads well."""
-    usual, ladder = _LADDERS[unit]
+    usual, ladder = MULTIPLES[unit]
     name, size = ladder[usual]
     if maximum > 0.0 and math.isfinite(maximum) and not READABLE[0] <= maximum / size < READABLE[1]:
         name, size = next((step for step in reversed(ladder) if maximum >= step[1]), ladder[0])

@@ -6,17 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-FORCES = ("force_x_N", "force_y_N")
-CREEPAGES = ("creepage_longitudinal", "creepage_lateral")
-TEMPERATURES = tuple(
-    f"{name}_{body}_K" for body in ("lower", "upper")
-    for name in ("temperature_rise_max", "surface_temperature_max", "bulk_temperature", "entry_temperature_max",
-                 "flash_temperature_max")
+from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS
+
+FORCES, CREEPAGES, TEMPERATURES = (
+    tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale) for scale in ("force", "creepage", "temperature")
 )
-
-
-BELOW_THE_SURFACE = ("von_mises_", "orthogonal_shear_range_", "tensile_stress_", "elastic_")
-"""How the names of scalars below the surface begin."""
 
 
 def error_scale(name: str, summary: Mapping[str, Any]) -> float:
@@ -35,21 +29,24 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     `summary` has the scalars of one state and those of the inputs (`SCALARS` and `HERTZ_SCALARS`), as in
     `Result.summary()`. nan where `summary` lacks what it takes.
     """
-    if name.startswith(BELOW_THE_SURFACE):
-        return _number(summary, "pressure_max_MPa") if name.endswith("_MPa") else _smaller_semi_axis(summary)
-    if name in FORCES:
-        return _number(summary, "friction_limit_N")
-    if name == "spin_moment_Nmm":
-        return _number(summary, "friction_limit_N") * mean_semi_axis(summary)
-    if name in TEMPERATURES:
-        return temperature_difference(summary)
-    if name in CREEPAGES:
-        spin = _number(summary, "creepage_spin_rad_mm") * mean_semi_axis(summary)
-        return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
-    if name == "gamma_st":
-        return 1.0
-    if name == "stick_area_mm2":
-        return _number(summary, "contact_area_mm2")
+    match ALL_SCALARS[name].scale if name in ALL_SCALARS else "value":
+        case "force":
+            return _number(summary, "friction_limit_N")
+        case "moment":
+            return _number(summary, "friction_limit_N") * mean_semi_axis(summary)
+        case "temperature":
+            return temperature_difference(summary)
+        case "creepage":
+            spin = _number(summary, "creepage_spin_rad_mm") * mean_semi_axis(summary)
+            return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
+        case "share":
+            return 1.0
+        case "stick area":
+            return _number(summary, "contact_area_mm2")
+        case "stress below":
+            return _number(summary, "pressure_max_MPa")
+        case "place below":
+            return _smaller_semi_axis(summary)
     return abs(_number(summary, name))
 
 

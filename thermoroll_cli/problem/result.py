@@ -14,87 +14,6 @@ from thermoroll_cli.problem.subsurface import BodyStresses, Subsurface
 
 Value = TypeVar("Value")
 
-FIELDS: dict[str, tuple[str, str]] = {
-    "pressure": ("Pa", "contact pressure"),
-    "shear_x": ("Pa", "shear traction along x"),
-    "shear_y": ("Pa", "shear traction along y"),
-    "slip_x": ("m/s", "slip velocity along x"),
-    "slip_y": ("m/s", "slip velocity along y"),
-    "state": ("1", "0 out of contact, 1 stick, 2 slip"),
-    "covered": ("1", "share of the element inside the contact"),
-    "stick_share": ("1", "share of the element that sticks"),
-    "friction_coefficient": ("1", "local coefficient of friction, at the temperature of the contact"),
-    "heat_flux": ("W/m2", "frictional heat flux into both bodies"),
-    "heat_flux_lower": ("W/m2", "heat flux into the lower body, friction and conduction"),
-    "temperature_rise_lower": ("K", "surface temperature rise of the lower body"),
-    "temperature_rise_upper": ("K", "surface temperature rise of the upper body"),
-    "entry_temperature_lower": ("K", "temperature with which the track enters the contact, lower body"),
-    "entry_temperature_upper": ("K", "temperature with which the track enters the contact, upper body"),
-    "displacement_elastic": ("m", "normal elastic displacement, sum of both bodies"),
-    "displacement_thermal": ("m", "thermal expansion towards each other, sum of both bodies"),
-    "gap": ("m", "distance between the deformed surfaces"),
-}
-"""Name of each 2-D field, with its SI unit and long name."""
-
-SCALARS: dict[str, str] = {
-    "Q_F_W": "total frictional heat",
-    "gamma_c": "contact area / Hertz area",
-    "gamma_st": "stick area / contact area",
-    "gamma_p": "maximum pressure / Hertz peak pressure",
-    "temperature_rise_max_lower_K": "maximum temperature rise, lower body",
-    "temperature_rise_max_upper_K": "maximum temperature rise, upper body",
-    "surface_temperature_max_lower_K": "hottest surface temperature, lower body",
-    "surface_temperature_max_upper_K": "hottest surface temperature, upper body",
-    "bulk_temperature_lower_K": "mean surface temperature, lower body",
-    "bulk_temperature_upper_K": "mean surface temperature, upper body",
-    "entry_temperature_max_lower_K": "hottest entering track, lower body",
-    "entry_temperature_max_upper_K": "hottest entering track, upper body",
-    "flash_temperature_max_lower_K": "rise of this pass, lower body",
-    "flash_temperature_max_upper_K": "rise of this pass, upper body",
-    "heat_into_lower_W": "heat into the lower body",
-    "heat_into_upper_W": "heat into the upper body",
-    "recirculation_bulge_um": "thermal crown over the contact",
-    "thermal_crown_ratio": "curvatures of thermal crown / gap",
-    "warm_up_time_lower_s": "warm-up time, lower body",
-    "warm_up_time_upper_s": "warm-up time, upper body",
-    "force_x_N": "longitudinal creep force",
-    "force_y_N": "lateral creep force",
-    "spin_moment_Nmm": "spin moment",
-    "T_gamma_N": "wear number Tγ, frictional heat over rolling speed",
-    "creepage_longitudinal": "longitudinal creepage",
-    "creepage_lateral": "lateral creepage",
-    "creepage_spin_rad_mm": "spin",
-    "pressure_max_MPa": "maximum pressure",
-    "shear_max_MPa": "maximum shear traction",
-    "heat_flux_max_W_mm2": "maximum heat flux",
-    "approach_um": "rigid-body approach",
-    "contact_area_mm2": "contact area",
-    "stick_area_mm2": "stick area",
-    "thermal_displacement_max_um": "thermal displacement, variation over the contact (sum of both bodies)",
-    "partition_mean": "share of the frictional heat that enters the lower body",
-    "power_balance_error": "relative mismatch of dissipated heat and work of the creep forces",
-}
-"""Physical scalars of one state, in the units of their names, in the order they are reported."""
-
-WITHOUT_HERTZ: dict[str, str] = {
-    "gamma_c": "contact area / cold area",
-    "gamma_p": "maximum pressure / cold one",
-}
-"""What these ratios relate to where bodies have profiles, and there is no Hertz contact to compare with."""
-
-HERTZ_SCALARS: dict[str, str] = {
-    "hertz_a_mm": "Hertz semi-axis along x",
-    "hertz_b_mm": "Hertz semi-axis along y",
-    "hertz_p0_MPa": "Hertz peak pressure",
-    "friction_limit_N": "friction limit μW",
-    "peclet_lower": "Péclet number V a0/κ, lower body",
-    "peclet_upper": "Péclet number V a0/κ, upper body",
-    "kalker_C11": "Kalker's longitudinal creepage coefficient",
-    "kalker_C22": "Kalker's lateral creepage coefficient",
-    "kalker_C23": "Kalker's coefficient of spin and lateral force",
-    "speed_solved_m_s": "rolling speed of the state",
-}
-"""Scalars that belong to the inputs and not to a state."""
 
 
 class Named(Mapping[str, Value]):
@@ -120,9 +39,9 @@ class Named(Mapping[str, Value]):
 
 @dataclass(frozen=True)
 class State:
-    """One steady state on a grid: `fields` has the 2-D arrays named in `FIELDS` (SI, shape (nx, ny), read-only), `x` and `y`
-    the element centres in m, `scalars` the numbers named in `SCALARS`. A field or scalar whose stage was skipped is absent or
-    nan."""
+    """One steady state on a grid: `fields` has read-only arrays (nx, ny) in SI units, `scalars` numbers in the units of their
+    names (`names.FIELDS`, `names.SCALARS`); `x` and `y` are the element centres in m. A field or scalar whose stage was skipped
+    is absent or nan."""
 
     fields: Mapping[str, NDArray[Any]]
     scalars: Mapping[str, float]

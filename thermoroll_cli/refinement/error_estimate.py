@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
 from thermoroll_cli.problem.error_scale import FORCES, error_scale
-from thermoroll_cli.problem.result import SCALARS
+from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.refinement.estimate_weights import OTHERWISE, WEIGHTS
 from thermoroll_cli.refinement.scalars import input_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities

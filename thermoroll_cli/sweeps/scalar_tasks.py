@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from thermoroll_cli.files.result.scalar_file import TEXTS, ScalarRow
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result
-from thermoroll_cli.problem.subsurface_names import scalars_below
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, scalars_below
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import PointMaker, Stretch
 from thermoroll_cli.sweeps.stretch import solved
 

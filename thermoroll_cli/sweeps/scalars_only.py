@@ -16,7 +16,7 @@ import numpy as np
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
 from thermoroll_cli.files.case.case import CaseError
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, TEXTS, ResultFileError, ScalarFile, ScalarRow
-from thermoroll_cli.problem.subsurface_names import scalars_below
+from thermoroll_cli.problem.names import scalars_below
 from thermoroll_cli.sweeps.lock import sole_sweep
 from thermoroll_cli.sweeps.points import PointMaker, identity, stretch_numbers
 from thermoroll_cli.sweeps.scalar_processes import rows_in_processes, rows_on_cluster

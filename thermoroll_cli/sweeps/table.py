@@ -13,8 +13,7 @@ from typing import Any
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
 from thermoroll_cli.plots.sweep_figures import write_sweep_figure
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.sweeps.axis import Axis
 from thermoroll_cli.sweeps.points import Point
 

@@ -10,21 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.problem.error_scale import (
-    BELOW_THE_SURFACE,
-    CREEPAGES,
-    FORCES,
-    TEMPERATURES,
-    error_scale,
-    mean_semi_axis,
-    temperature_difference,
-)
+from thermoroll_cli.problem.error_scale import error_scale, mean_semi_axis, temperature_difference
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import FIELDS, HERTZ_SCALARS, SCALARS, Result, State
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS
+from thermoroll_cli.problem.result import Result, State
 
-_FAMILIES = (("shear_x", "shear_y"), ("slip_x", "slip_y"), ("temperature_rise_lower", "temperature_rise_upper"))
-"""Fields that share a scale: components of a vector, and the temperatures of two bodies of which one may stay cold."""
 _NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings", "patches", "unbounded")
 
 
@@ -160,8 +150,9 @@ def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterat
             share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
             yield Pair(prefix + name, "field", left, right, share, "share of the contact elements whose state differs")
         else:
-            family = next((family for family in _FAMILIES if name in family), (name,))
-            scale = max(_magnitude(a.get(member)) or 0.0 for member in family)
+            family = FIELDS[name].family if name in FIELDS else ""
+            members = [other for other in a if other == name or (family and other in FIELDS and FIELDS[other].family == family)]
+            scale = max(_magnitude(a[member]) or 0.0 for member in members)
             yield _field_row(prefix + name, on, a[name], b[name], scale)
 
 
@@ -212,19 +203,22 @@ def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
 
     force = size("force_x_N", "force_y_N")
     creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
-    if name.startswith(BELOW_THE_SURFACE):
-        return _finite(error_scale(name, scalars))
-    if name in FORCES:
-        return force
-    if name in TEMPERATURES:
-        return _finite(temperature_difference(scalars))
-    if name == "spin_moment_Nmm":
-        return max(size(name), force * arm)
-    if name in CREEPAGES:
-        return creepage
-    if name == "creepage_spin_rad_mm" and arm > 0.0:
-        return creepage / arm
-    return 1.0 if name == "power_balance_error" else size(name)
+    match ALL_SCALARS[name].scale if name in ALL_SCALARS else "value":
+        case "stress below" | "place below":
+            return _finite(error_scale(name, scalars))
+        case "force":
+            return force
+        case "temperature":
+            return _finite(temperature_difference(scalars))
+        case "moment":
+            return max(size(name), force * arm)
+        case "creepage":
+            return creepage
+        case "spin" if arm > 0.0:
+            return creepage / arm
+        case "mismatch":
+            return 1.0
+    return size(name)
 
 
 def _relative(a: float, b: float, scale: float) -> float:

@@ -14,20 +14,12 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.stored import read_result
-from thermoroll_cli.problem.result import FIELDS, Result
+from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses
 
 Fields = Mapping[str, NDArray[Any]]
 """Fields of a state by name."""
-
-CSV_UNITS: dict[str, tuple[str, float]] = {
-    "Pa": ("MPa", 1e-6),
-    "m": ("um", 1e6),
-    "m/s": ("m_s", 1.0),
-    "W/m2": ("W_mm2", 1e-6),
-    "K": ("K", 1.0),
-}
-"""SI unit of a field → the unit in the column's name (as in the scalars' names), and what to multiply by."""
 
 
 def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[pathlib.Path]:
@@ -98,7 +90,7 @@ def _write_csv(
     columns: dict[str, NDArray[Any]] = {"x_mm": along, "y_mm": across}
     for prefix, _, fields in states:
         for name, values in fields.items():
-            unit, factor = CSV_UNITS.get(FIELDS.get(name, ("1", ""))[0], ("", 1.0))
+            unit, factor = COLUMN_UNITS.get(FIELDS[name].unit, ("", 1.0))
             columns[f"{prefix}{name}_{unit}" if unit else prefix + name] = values * factor
     table = np.stack([column.ravel() for column in columns.values()], axis=1)
     text = io.StringIO()

@@ -36,7 +36,8 @@ from thermoroll_cli.files.provenance import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label, storable
 from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, read_result
 from thermoroll_cli.files.result.subsurface_groups import write_subsurface
-from thermoroll_cli.problem.result import FIELDS, Result, State
+from thermoroll_cli.problem.names import FIELDS, Field
+from thermoroll_cli.problem.result import Result, State
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
@@ -103,13 +104,13 @@ def _write_state(group: h5py.Group, state: State) -> None:
     x = _write_scale(group, "x", state.x, "m", "along rolling, trailing edge at +x")
     y = _write_scale(group, "y", state.y, "m", "lateral")
     for name, values in state.fields.items():
-        units, long_name = FIELDS.get(name, ("", name))
+        field = FIELDS.get(name) or Field(name, "", name)
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
         dtype = np.int8 if name == "state" else np.float64
         dataset = _create(group, name, np.asarray(values, dtype=dtype))
         dataset.dims[0].attach_scale(x)
         dataset.dims[1].attach_scale(y)
-        label(dataset, units=units, long_name=long_name)
+        label(dataset, units=field.unit, long_name=field.meaning)
 
 
 def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:

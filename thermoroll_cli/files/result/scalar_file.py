@@ -26,8 +26,7 @@ from thermoroll_cli.files.atomic import WriteError, replacing
 from thermoroll_cli.files.provenance import provenance
 from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
 from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 
 FORMAT_VERSION = 1
 KIND = "sweep"
@@ -200,14 +199,13 @@ def _write_structure(
         scale.make_scale(key)
         label(scale, long_name=f"swept key {key}")
         scales.append(scale)
-    long_names = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
     shape = tuple(len(values) for values in coordinates.values())
     for name in (*_numbers(below), *TEXTS, CHECKSUM):
         item = _create_column(file, name, shape)
         for dimension, scale in zip(item.dims, scales, strict=True):
             dimension.attach_scale(scale)
         state, _, own = name.rpartition(".")
-        long_name = long_names.get(own, name)
+        long_name = ALL_SCALARS[own].meaning if own in ALL_SCALARS else name
         prefix = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}.get(state, "")
         label(item, long_name=prefix + long_name)
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from thermoroll_cli.files.result.subsurface_groups import read_subsurface
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.result import HERTZ_SCALARS, SCALARS, Result, State
+from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.subsurface import Subsurface
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_SCALARS
 
 FORMAT_VERSION = 1
 """Raised whenever a reader of the previous layout would misread a file."""

@@ -10,11 +10,10 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.export import CSV_UNITS
 from thermoroll_cli.files.result.stored import ResultFileError, read_result
+from thermoroll_cli.problem.names import COLUMN_UNITS, STRESSES, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses
-from thermoroll_cli.problem.subsurface_names import STRESSES, SUBSURFACE_FIELDS
 
 NEIGHBOURS = 4
 """Points of the polynomials between layers and between rows."""
@@ -42,7 +41,7 @@ def export_history(result_path: str | os.PathLike[str], out: str | os.PathLike[s
         line = _line(result_path, result, stresses, y, z)
         for name in (*STRESSES, *SUBSURFACE_FIELDS):
             if name in line:
-                unit, factor = CSV_UNITS[SUBSURFACE_FIELDS[name][0]]
+                unit, factor = COLUMN_UNITS[SUBSURFACE_FIELDS[name].unit]
                 columns[f"{body}_{name}_{unit}"] = line[name] * factor
     text = io.StringIO()
     text.write(",".join(columns) + "\n")

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.result.hdf5_text import label
+from thermoroll_cli.problem.names import SUBSURFACE_FIELDS
 from thermoroll_cli.problem.subsurface import BodyStresses, Peak, Subsurface
-from thermoroll_cli.problem.subsurface_names import SUBSURFACE_FIELDS
 
 PLANE, STRESSED, HOTTEST = "plane_", "below_stressed_", "below_hottest_"
 _WHERE = {
@@ -49,12 +49,12 @@ def write_subsurface(file: h5py.File, subsurface: Subsurface, x: NDArray[Any], y
         )
         for prefix, axes, fields in parts:
             for name, values in fields.items():
-                units, long_name = SUBSURFACE_FIELDS[name]
+                field = SUBSURFACE_FIELDS[name]
                 chunks = (1, *values.shape[1:]) if values.ndim > 1 else values.shape
                 dataset = group.create_dataset(prefix + name, data=values, chunks=chunks, fletcher32=True, track_times=False)
                 for dimension, axis in zip(dataset.dims, axes, strict=True):
                     dimension.attach_scale(scales[axis])
-                label(dataset, units=units, long_name=long_name + _WHERE[prefix])
+                label(dataset, units=field.unit, long_name=field.meaning + _WHERE[prefix])
         _write_places(group, stresses)
         if stresses.fields:
             _write_mesh(file["mesh"], body, x, y, stresses.depths)

@@ -1,0 +1,231 @@
+"""Scalars and fields of a result, each declared once: name, unit, meaning, what its error is relative to, and how it is drawn.
+
+Files, tables, comparison, exports, sweeps and pictures take them from here. The unit of a scalar is the end of its name; fields
+are in SI units.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+from thermoroll_cli.problem.problem import BODIES, SubsurfaceRequest
+
+Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
+                "stress below", "place below"]  # fmt: skip
+"""What an error and a difference of a scalar are measured by: see `error_scale`."""
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number that a result reports. `listed`: `run` prints it without `-v`. `brief` is a meaning for narrow terminals,
+    `without_hertz` the meaning where bodies have profiles and there is no Hertz contact to compare with."""
+
+    name: str
+    meaning: str
+    scale: Scale = "value"
+    listed: bool = False
+    brief: str = ""
+    without_hertz: str = ""
+
+    @property
+    def unit(self) -> str:
+        """As people write it, "" for a pure number."""
+        return unit_of(self.name)
+
+
+@dataclass(frozen=True)
+class Field:
+    """An array that a result holds, with its SI unit. Differences of fields of one `family` are measured by the same scale:
+    components of a vector (`_x`, `_y`), and temperatures of both bodies, one of which may stay cold."""
+
+    name: str
+    unit: str
+    meaning: str
+    family: str = ""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a map or a curve shows: a field, the length of the vector of two `fields`, or a field of each body.
+
+    `maximum` is the scalar that reports the largest value ("{}" stands for the body), `normalised` the symbol of the article's
+    dimensionless quantity, `colours` a perceptually uniform colour map. With `from_zero` the scale begins at 0, which means
+    something.
+    """
+
+    name: str
+    fields: tuple[str, ...]
+    words: str
+    symbol: str
+    normalised: str
+    colours: str
+    maximum: str
+    from_zero: bool = True
+
+    @property
+    def unit(self) -> str:
+        return FIELDS[self.fields[0]].unit
+
+
+UNITS = {
+    "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)", "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm",
+    "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²",
+    "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s",
+}  # fmt: skip
+"""Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
+
+MULTIPLES: dict[str, tuple[int, tuple[tuple[str, float], ...]]] = {
+    "m": (2, (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))),
+    "Pa": (2, (("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9))),
+    "W/m2": (2, (("W/m²", 1.0), ("kW/m²", 1e3), ("W/mm²", 1e6), ("kW/mm²", 1e9), ("MW/mm²", 1e12))),
+    "K": (2, (("µK", 1e-6), ("mK", 1e-3), ("K", 1.0))),
+    "m/s": (3, (("nm/s", 1e-9), ("µm/s", 1e-6), ("mm/s", 1e-3), ("m/s", 1.0))),
+}
+"""Multiples of the SI units of fields in rising order, and the place of the one that this field of engineering uses."""
+
+
+COLUMN_UNITS = {"Pa": ("MPa", 1e-6), "m": ("um", 1e6), "m/s": ("m_s", 1.0), "W/m2": ("W_mm2", 1e-6), "K": ("K", 1.0)}
+"""SI unit of a field → the unit at the end of a column's name, as of scalars, and the factor of its values."""
+
+
+def unit_of(name: str) -> str:
+    """The unit at the end of the name of a scalar or a case key, as people write it; "" for a pure number."""
+    return next((unit for end, unit in UNITS.items() if name.endswith(end)), "")
+
+
+def _fields(*fields: Field) -> dict[str, Field]:
+    return {field.name: field for field in fields}
+
+
+def _scalars(*scalars: Scalar) -> dict[str, Scalar]:
+    return {scalar.name: scalar for scalar in scalars}
+
+
+def _of_both(name: str, meaning: str, scale: Scale = "value", *, listed: bool = False) -> Iterator[Scalar]:
+    """A scalar of each body; {} in its name is replaced."""
+    for body in BODIES:
+        yield Scalar(name.format(body), f"{meaning}, {body} body", scale, listed)
+
+
+FIELDS = _fields(
+    Field("pressure", "Pa", "contact pressure"),
+    Field("shear_x", "Pa", "shear traction along x", "shear"),
+    Field("shear_y", "Pa", "shear traction along y", "shear"),
+    Field("slip_x", "m/s", "slip velocity along x", "slip"),
+    Field("slip_y", "m/s", "slip velocity along y", "slip"),
+    Field("state", "1", "0 out of contact, 1 stick, 2 slip"),
+    Field("covered", "1", "share of the element inside the contact"),
+    Field("stick_share", "1", "share of the element that sticks"),
+    Field("friction_coefficient", "1", "local coefficient of friction, at the temperature of the contact"),
+    Field("heat_flux", "W/m2", "frictional heat flux into both bodies"),
+    Field("heat_flux_lower", "W/m2", "heat flux into the lower body, friction and conduction"),
+    Field("temperature_rise_lower", "K", "surface temperature rise of the lower body", "temperature_rise"),
+    Field("temperature_rise_upper", "K", "surface temperature rise of the upper body", "temperature_rise"),
+    Field("entry_temperature_lower", "K", "temperature with which the track enters the contact, lower body"),
+    Field("entry_temperature_upper", "K", "temperature with which the track enters the contact, upper body"),
+    Field("displacement_elastic", "m", "normal elastic displacement, sum of both bodies"),
+    Field("displacement_thermal", "m", "thermal expansion towards each other, sum of both bodies"),
+    Field("gap", "m", "distance between the deformed surfaces"),
+)
+"""Fields of a state."""
+
+QUANTITIES = {quantity.name: quantity for quantity in (
+    Quantity("pressure", ("pressure",), "pressure", "p", "p/p₀", "viridis", "pressure_max_MPa"),
+    Quantity("traction", ("shear_x", "shear_y"), "shear traction", "|τ|", "|τ|/p₀", "viridis", "shear_max_MPa"),
+    Quantity("heat_flux", ("heat_flux",), "heat flux", "q", "q α l/k", "inferno", "heat_flux_max_W_mm2"),
+    Quantity("temperature", ("temperature_rise_lower", "temperature_rise_upper"), "temperature rise", "ΔT", "ΔT", "inferno",
+             "temperature_rise_max_{}_K", from_zero=False),
+)}  # fmt: skip
+"""What the pictures of a run show of its fields, in their order."""
+
+SCALARS = _scalars(
+    Scalar("Q_F_W", "total frictional heat", listed=True, brief="frictional heat"),
+    Scalar("gamma_c", "contact area / Hertz area", listed=True, brief="area/Hertz area",
+           without_hertz="contact area / cold area"),
+    Scalar("gamma_st", "stick area / contact area", "share", listed=True, brief="stick/contact"),
+    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, brief="p_max/p0",
+           without_hertz="maximum pressure / cold one"),
+    *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True),
+    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature"),
+    *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
+    *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
+    *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
+    Scalar("heat_into_lower_W", "heat into the lower body"),
+    Scalar("heat_into_upper_W", "heat into the upper body"),
+    Scalar("recirculation_bulge_um", "thermal crown over the contact"),
+    Scalar("thermal_crown_ratio", "curvatures of thermal crown / gap"),
+    *_of_both("warm_up_time_{}_s", "warm-up time"),
+    Scalar("force_x_N", "longitudinal creep force", "force", listed=True),
+    Scalar("force_y_N", "lateral creep force", "force", listed=True),
+    Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True),
+    Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed"),
+    Scalar("creepage_longitudinal", "longitudinal creepage", "creepage"),
+    Scalar("creepage_lateral", "lateral creepage", "creepage"),
+    Scalar("creepage_spin_rad_mm", "spin", "spin"),
+    Scalar("pressure_max_MPa", "maximum pressure", listed=True),
+    Scalar("shear_max_MPa", "maximum shear traction", listed=True),
+    Scalar("heat_flux_max_W_mm2", "maximum heat flux"),
+    Scalar("approach_um", "rigid-body approach"),
+    Scalar("contact_area_mm2", "contact area", listed=True),
+    Scalar("stick_area_mm2", "stick area", "stick area"),
+    Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
+           brief="thermal displacement, both bodies"),
+    Scalar("partition_mean", "share of the frictional heat that enters the lower body"),
+    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch"),
+)  # fmt: skip
+"""Scalars of a state, in the order they are reported."""
+
+HERTZ_SCALARS = _scalars(
+    Scalar("hertz_a_mm", "Hertz semi-axis along x"),
+    Scalar("hertz_b_mm", "Hertz semi-axis along y"),
+    Scalar("hertz_p0_MPa", "Hertz peak pressure"),
+    Scalar("friction_limit_N", "friction limit μW"),
+    *_of_both("peclet_{}", "Péclet number V a0/κ"),
+    Scalar("kalker_C11", "Kalker's longitudinal creepage coefficient"),
+    Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
+    Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
+    Scalar("speed_solved_m_s", "rolling speed of the state"),
+)
+"""Scalars that belong to the inputs and not to a state."""
+
+STRESSES = ("stress_xx", "stress_yy", "stress_zz", "stress_xy", "stress_xz", "stress_yz")
+
+SUBSURFACE_FIELDS = _fields(
+    Field("von_mises", "Pa", "von Mises stress"),
+    Field("von_mises_elastic", "Pa", "von Mises stress without thermal stresses"),
+    Field("temperature_rise", "K", "temperature rise"),
+    Field("stress_xx", "Pa", "normal stress along x"),
+    Field("stress_yy", "Pa", "normal stress along y"),
+    Field("stress_zz", "Pa", "normal stress along z"),
+    Field("stress_xy", "Pa", "shear stress xy"),
+    Field("stress_xz", "Pa", "shear stress xz, z into the body"),
+    Field("stress_yz", "Pa", "shear stress yz, z into the body"),
+)
+"""Fields inside a body; tension is positive, z points into the body."""
+
+SUBSURFACE_SCALARS = _scalars(*(
+    Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
+           "stress below" if name.endswith("_MPa") else "place below", listed)
+    for body in BODIES
+    for prefix, without in (("", ""), ("elastic_", " without thermal stresses"))
+    for name, meaning, listed in (
+        ("von_mises_max_{}_MPa", "largest von Mises stress", not prefix),
+        ("von_mises_depth_{}_mm", "its depth", not prefix),
+        ("von_mises_x_{}_mm", "its place along x", False),
+        ("von_mises_y_{}_mm", "its place along y", False),
+        ("orthogonal_shear_range_max_{}_MPa", "largest range of σ_xz along a line of rolling", not prefix),
+        ("orthogonal_shear_range_depth_{}_mm", "its depth", False),
+        ("tensile_stress_max_{}_MPa", "largest first principal stress", not prefix),
+    )
+))  # fmt: skip
+"""Scalars of the stresses inside both bodies, in the order they are reported."""
+
+ALL_SCALARS = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
+
+
+def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
+    """The `SUBSURFACE_SCALARS` of the bodies that are to be looked into."""
+    bodies = () if request is None else request.bodies
+    return tuple(name for name in SUBSURFACE_SCALARS if any(f"_{body}_" in name for body in bodies))
