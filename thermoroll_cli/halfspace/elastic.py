@@ -17,17 +17,20 @@ from thermoroll_cli.arrays import Array
 
 @dataclass(frozen=True)
 class ShearCompliance:
-    """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa: all that the tangential kernel needs of the materials."""
+    """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an interfacial `layer`
+    between them in m/Pa: all that the tangential kernel needs of the materials."""
 
     isotropic: float
     directional: float
+    layer: float = 0.0
 
     @classmethod
-    def of(cls, *bodies: tuple[float, float]) -> ShearCompliance:
-        """From (shear modulus in Pa, Poisson ratio) of each body."""
+    def of(cls, *bodies: tuple[float, float], layer: float = 0.0) -> ShearCompliance:
+        """From (shear modulus in Pa, Poisson ratio) of each body, and the compliance of the layer in m/Pa."""
         return cls(
             sum((1.0 - nu) / (2.0 * np.pi * g) for g, nu in bodies),
             sum(nu / (2.0 * np.pi * g) for g, nu in bodies),
+            layer,
         )
 
     @property
@@ -91,6 +94,7 @@ def shear_tables(nx: int, ny: int, dx: float, dy: float, compliance: ShearCompli
     Three arrays of shape (nx, ny); the first two are even in both offsets, the third is odd in both (Eq. 15)."""
     i_xx, i_yy, i_xy = rectangle_integrals(nx, ny, dx, dy)
     isotropic = compliance.isotropic * (i_xx + i_yy)
+    isotropic[0, 0] += compliance.layer  # the layer shears where it is loaded
     return (
         isotropic + compliance.directional * i_xx,
         isotropic + compliance.directional * i_yy,

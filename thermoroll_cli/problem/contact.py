@@ -43,7 +43,8 @@ class Pressure:
 @dataclass(frozen=True)
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the creepages
-    in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N)."""
+    in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N), and
+    the coefficient of `friction` (nx, ny) where it depends on slip."""
 
     traction: Array
     slip: Array
@@ -56,6 +57,7 @@ class Traction:
     newton_steps: int = 0
     applications: int = 0
     converged: bool = True
+    friction: Array | None = None
 
     @classmethod
     def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:
@@ -89,7 +91,8 @@ class Contact:
 
     def traction_bound(self, friction: float) -> Array:
         """Largest traction in Pa, (nx, ny): `friction`, or the local coefficient, times pressure."""
-        return (friction if self.friction is None else self.friction) * self.normal.pressure
+        local = self.tangential.friction if self.tangential.friction is not None else self.friction
+        return (friction if local is None else local) * self.normal.pressure
 
     @property
     def offset(self) -> Array | None:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
+from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.problem.profile import Profile
 
 PecletMode = Literal["rolling", "sliding", "stationary"]
@@ -167,7 +168,9 @@ class Problem:
     """A complete steady-state rolling contact problem in SI units.
 
     Above the temperature `friction_start` (K) `friction` falls by the share `friction_slope` per K of contact temperature, down
-    to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`.
+    to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`. `friction_law`
+    multiplies it with a factor that falls with slip. `layer` is the tangential compliance h/G of a third body between the
+    surfaces, in m/Pa.
     """
 
     lower: Material
@@ -183,6 +186,8 @@ class Problem:
     friction_minimum: float = 0.1
     friction_maximum: float = 2.0
     friction_start: float = 0.0
+    friction_law: FrictionLaw | None = None
+    layer: float = 0.0
     subsurface: SubsurfaceRequest | None = None
 
     @property

@@ -51,6 +51,7 @@ from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.numerics.stencils import highest, sobel
+from thermoroll_cli.rolling.rolling_gradient import MARGIN, difference
 
 SMALLEST_PRESSURE = 1e-7
 """Over the peak: elements with less have no shape to speak of."""
@@ -114,7 +115,8 @@ class EdgeCompliance:
     `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
     elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
     `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
-    compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K."""
+    compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K; `layer`
+    (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
 
     def __init__(
         self,
@@ -128,6 +130,7 @@ class EdgeCompliance:
         mirrored: bool = False,
         neutral: AnyArray | None = None,
         options: RollingOptions | None = None,
+        layer: AnyArray | None = None,
     ) -> None:
         options = options or RollingOptions()
         share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
@@ -148,9 +151,13 @@ class EdgeCompliance:
             known = leading.any(axis=0) & contact
             trust = min(1.0, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
             k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
+            # Over a layer tractions rise linearly: the root-like rise is what the half-spaces leave of it.
+            k[:, known] /= 1.0 + compliance.layer / (along * dx)
             trailing &= ~known
         if neutral is not None:
             k[:2] += neutral
+        if layer is not None:
+            k[:2] += layer
         i, j = self._index = np.nonzero(k.any(axis=0))
         self.xx, self.yy, self.xy = k[:, i, j]
         self._trailing = trailing[i, j]
@@ -268,3 +275,25 @@ def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tupl
     # So that the fourth power stays a number.
     power = np.minimum(ratio, 1e3) ** 4
     return compliance * (power / (1.0 + power)), inside & (ratio > 1.0)
+
+
+END_CHANGE = 1e-9
+"""Over the gradient: where the difference formula is right to this, a row has no end nearby."""
+
+
+def layer_ends(covered: AnyArray, contact: Mask, layer: float, dx: float, weights: tuple[float, ...], least: float) -> Array:
+    """What the difference formula misses of the gradient of a layer's displacement at both ends of rows, in 1/Pa, (n, m).
+
+    Over a layer of compliance L (m/Pa) tractions rise from zero linearly, as f = φ (D + φ/2) in element averages with the
+    covered share φ and the covered length D upstream, in elements. The gradient L τ/(f dx) is right where the formula gives
+    (L/dx) τ/f times the difference of f; `weights` are those of the formula, and φ counts no less than `least`."""
+    share = np.where(contact, np.clip(covered, least, 1.0), 0.0)
+    upstream = np.cumsum(share, axis=0) - share
+    begins = contact & ~np.pad(contact, ((1, 0), (0, 0)))[:-1]
+    first = np.maximum.accumulate(np.where(begins, np.arange(len(share))[:, None], 0), axis=0)
+    upstream -= np.take_along_axis(upstream, first, axis=0)
+    profile = share * (upstream + 0.5 * share)
+    found = difference(np.pad(profile, ((MARGIN, MARGIN), (0, 0))), weights, 1.0)
+    missed = (1.0 - found) / np.where(contact, profile, 1.0)
+    ends = contact & (np.abs(1.0 - found) > END_CHANGE)
+    return np.asarray(np.where(ends, layer / dx * missed, 0.0))

@@ -14,8 +14,9 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
 from thermoroll_cli.numerics.solver_options import RollingOptions
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, neutral_compliance
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, layer_ends, neutral_compliance
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
 
 
@@ -30,6 +31,7 @@ class TangentialProblem:
     `force`: prescribed resultants along x and y in N, None where the creepage is given.
     `leading`: (3, n, m) what the difference formula misses at the leading edge (`leading_edge`), None where unknown.
     `variation`: (n, m) half of what ξ_x changes by across the width of an element, None where it hardly does (`neutral_line`).
+    `slip_friction`: how the bound changes with slip, which multiplies `traction_bound`; None where it does not.
     """
 
     traction_bound: Array
@@ -39,6 +41,7 @@ class TangentialProblem:
     force: tuple[float | None, float | None] = (None, None)
     leading: Array | None = None
     variation: Array | None = None
+    slip_friction: SlipFriction | None = None
 
     @property
     def free(self) -> tuple[int, ...]:
@@ -46,6 +49,9 @@ class TangentialProblem:
         return tuple(i for i in (0, 1) if self.force[i] is not None)
 
 
+LEAST_STIFFNESS = 0.1
+"""Least share of an element's stiffness that falling friction leaves in the preconditioner: at zero a single element is
+unstable."""
 UNFELT = 1e-30
 """A smaller response of the force to a free creepage is none."""
 
@@ -62,6 +68,9 @@ class Iterate:
     scale: AnyArray
     direction: AnyArray
     norm: float
+    bound: AnyArray
+    sliding: AnyArray | None = None
+    response: FrictionResponse | None = None
 
 
 class Newton:
@@ -78,9 +87,12 @@ class Newton:
         self.crossed: Mask = np.zeros_like(self.contact)
         if problem.variation is not None:
             self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
+        layer = gradient.compliance.layer
+        self.layer = layer_ends(problem.covered, self.contact, layer, gradient.dx, gradient.weights,
+                                options.smallest_cover) if layer else None
         self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
                                      problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
-                                     options)
+                                     options, self.layer)
         self.self_compliance = element + self.border.diagonal
         self.rho = options.relaxation / self.self_compliance.mean(axis=0)
         self.free = problem.free
@@ -116,9 +128,7 @@ class Newton:
         gradient, dissipative = self.gradient.split(state.traction)
         slip = self._slip_of(gradient, state.traction, state.unknown)
         state = self._iterate(state.traction, state.unknown, slip)
-        back = self.border.trailing(state.traction)
-        if self.neutral is not None:
-            back = back + self.neutral * state.traction
+        back = self._taken_at_borders(state.traction)
         stick = self.sticking(state)
         back = np.where(stick, 0.0, back)
         # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no part across.
@@ -127,6 +137,27 @@ class Newton:
         back = along * (along * back).sum(axis=0)
         lost = (state.traction * (self.border.add(dissipative, state.traction) - back)).sum(axis=0)
         return state, np.where(stick, 0.0, state.slip + back), lost
+
+    def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
+        """Slip that the compliance of the trailing border and of neutral lines takes up, (2, n, m)."""
+        back = self.border.trailing(traction)
+        return back if self.neutral is None else back + self.neutral * traction
+
+    def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
+        """Direction (2, n, m) and size (n, m) of the slip that friction depends on, without what borders take of it."""
+        free = slip + self._taken_at_borders(traction)
+        size = np.where(self.contact, np.hypot(free[0], free[1]), 0.0)
+        return free / np.where(size > 0.0, size, 1.0), size
+
+    def free_slip(self, state: Iterate) -> AnyArray:
+        """Size of the relative slip that friction depends on, (n, m); zero where the surfaces stick."""
+        return np.where(state.stick, 0.0, self._free_slip(state.slip, state.traction)[1])
+
+    def friction_factor(self, state: Iterate) -> AnyArray:
+        """What slip makes of the coefficient of friction, (n, m)."""
+        if state.response is not None:
+            return state.response.factor
+        return np.where(self.contact, state.bound / np.where(self.contact, self.traction_bound, 1.0), 1.0)
 
     def sticking(self, state: Iterate) -> Mask:
         """Elements that stick, (n, m): of those below their bound not the ones that slide both ways about a neutral line."""
@@ -144,16 +175,21 @@ class Newton:
     def _iterate(self, traction: AnyArray, unknown: AnyArray, slip: AnyArray) -> Iterate:
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
-        stick = length <= self.traction_bound
+        bound, sliding, response = self.traction_bound, None, None
+        if self.problem.slip_friction is not None:
+            sliding, size = self._free_slip(slip, traction)
+            response = self.problem.slip_friction.response(size)
+            bound = bound * response.factor
+        stick = length <= bound
         safe = np.where(stick, 1.0, length)
-        scale = np.where(stick, 1.0, self.traction_bound / safe)
+        scale = np.where(stick, 1.0, bound / safe)
         residual = traction - scale * trial
         residual *= self.contact
         force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
         full = np.concatenate([residual.ravel(), force])
         direction = np.where(stick, 0.0, trial / safe)
         return Iterate(traction, unknown, slip, full, stick, scale, direction,
-                        float(np.linalg.norm(full)) / self.reference)
+                       float(np.linalg.norm(full)) / self.reference, bound, sliding, response)
 
     def without_false_slip(self, state: Iterate) -> Iterate:
         """`state` with slip that one or two elements, or rows, have alone between sticking ones taken for stick.
@@ -210,7 +246,7 @@ class Linearisation:
     """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner."""
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
-        self.newton = newton
+        self.newton, self.state = newton, state
         precision = newton.inverse.precision
         self.border = newton.border.in_precision(precision)
         contact, stick = newton.contact, state.stick & newton.contact
@@ -227,14 +263,22 @@ class Linearisation:
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
         head |= stick & newton.crossed
+        if newton.layer is not None:
+            head |= stick & (np.abs(newton.layer) > min(newton.gradient.self_gradient))
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
         own_x, own_y = newton.self_compliance
         scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
         scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
+        along = one
+        if state.response is not None:
+            # How much the element's own traction lowers its bound, by the slip that it takes away.
+            own = newton.traction_bound * state.response.local * (own_x * nx * nx + own_y * ny * ny)
+            along = one / np.maximum(LEAST_STIFFNESS, 1.0 + own)
         across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
-        self.local = _as(precision, scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
-                         one * nx * ny - across * nx * ny)
+        self.local = _as(precision, scale_x + along * nx * nx + across * ny * ny, scale_y + along * ny * ny + across * nx * nx,
+                         along * nx * ny - across * nx * ny)
+        self.slip = slip
         self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0).astype(precision)
         self._border_force()
 
@@ -279,6 +323,10 @@ class Linearisation:
             inner -= newton.creepage(v[n:])[:, None, None].astype(v.dtype)
         out = self._times(self.q, inner)
         out += self._times(self.p, change)
+        if self.state.response is not None and self.state.sliding is not None:
+            along = (self.state.sliding * (newton._taken_at_borders(change) - inner)).sum(axis=0)
+            bound = newton.traction_bound * self.state.response.change(along)
+            out -= self.state.direction * (bound * self.slip)
         if not newton.free:
             return out.ravel()
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale

@@ -108,12 +108,16 @@ class RollingGradient:
         return difference(self.displacement(traction), self.weights, self.dx)
 
     def of_shape(self, shape: AnyArray) -> AnyArray:
-        """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f).
+        """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f), of the
+        half-spaces alone, without the layer.
 
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
         of one application."""
         self.applications += 1
-        return difference(self._double.of_shape(shape), self.weights, self.dx)
+        u = self._double.of_shape(shape)
+        if self.compliance.layer:
+            u[:2, MARGIN:-MARGIN] -= self.compliance.layer * shape
+        return difference(u, self.weights, self.dx)
 
     def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).

@@ -21,13 +21,19 @@ from thermoroll_cli.rolling.stick_inverse import StickInverse
 
 Start = tuple[Array, tuple[float, float]]
 
+MOST_FRICTION_ITERATIONS = 60
+"""Solutions with given coefficients of friction after which the fixed point is given up; 12 to 21 are usual."""
+FRICTION_SETTLED = 1e-5
+"""Mean change of the friction factor over the contact at which its fixed point is accepted."""
+
 
 @dataclass(frozen=True)
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
     each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over
-    the tractions to expect, both in the 2-norm."""
+    the tractions to expect, both in the 2-norm. `bound` is the largest traction, in Pa, with the friction that goes with the
+    slip, and `friction_factor` the factor by which slip changes the coefficient of friction (None: it does not)."""
 
     traction: Array
     slip: Array
@@ -38,6 +44,8 @@ class TangentialSolution:
     newton_steps: int
     applications: int
     converged: bool
+    bound: Array
+    friction_factor: Array | None = None
     history: tuple[float, ...] = field(default=())
 
 
@@ -69,31 +77,64 @@ class RollingSolver:
         anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
         that nothing drives them back."""
         before = self.gradient.applications
-        newton = Newton(problem, self.gradient, self._inverse(tolerance), self.options)
         history: list[float] = []
+        inverse = self._inverse(tolerance)
+        newton, state = self._newton(problem, inverse, starts, tolerance, history)
+        settled = state.norm <= 2.0 * tolerance
+        if not settled and problem.slip_friction is not None:
+            newton, state, settled = self._fixed_point(problem, newton, state, tolerance, history)
+        state, slip, lost = newton.finish(state)
+        creep = newton.creepage(state.unknown)
+        return TangentialSolution(
+            traction=state.traction,
+            slip=slip,
+            lost=lost,
+            stick=newton.sticking(state),
+            creepage=(float(creep[0]), float(creep[1])),
+            residual=state.norm,
+            newton_steps=len(history) - 1,
+            applications=self.gradient.applications - before,
+            converged=settled,
+            bound=state.bound,
+            friction_factor=None if problem.slip_friction is None else newton.friction_factor(state),
+            history=tuple(history),
+        )
+
+    def _newton(
+        self, problem: TangentialProblem, inverse: StickInverse, starts: Sequence[Start], tolerance: float, history: list[float]
+    ) -> tuple[Newton, Iterate]:
+        newton = Newton(problem, self.gradient, inverse, self.options)
         states = [newton.start(*start) for start in starts]
         if states:
             state = self._iterate(newton, min(states, key=lambda s: s.norm), tolerance, history)
         if not states or state.norm > tolerance:
             start = newton.start(*self._full_stick(problem, newton.inverse))
             state = self._iterate(newton, start, tolerance, history)
-        state, slip, lost = newton.finish(state)
+        state, _, _ = newton.finish(state)
         if tolerance < state.norm < self.options.refinable:
             # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
-            state, slip, lost = newton.finish(self._iterate(newton, state, tolerance, history))
-        creep = tuple(float(c) for c in newton.creepage(state.unknown))
-        return TangentialSolution(
-            traction=state.traction,
-            slip=slip,
-            lost=lost,
-            stick=newton.sticking(state),
-            creepage=(creep[0], creep[1]),
-            residual=state.norm,
-            newton_steps=len(history) - 1,
-            applications=self.gradient.applications - before,
-            converged=state.norm <= 2.0 * tolerance,
-            history=tuple(history),
-        )
+            state = self._iterate(newton, state, tolerance, history)
+        return newton, state
+
+    def _fixed_point(
+        self, problem: TangentialProblem, newton: Newton, state: Iterate, tolerance: float, history: list[float]
+    ) -> tuple[Newton, Iterate, bool]:
+        """The undamped fixed point on the coefficient of friction, for laws so steep that Newton stalls.
+
+        It ends on the mean change of the factor, because a few elements at the onset of slip keep changing sides."""
+        assert problem.slip_friction is not None
+        factor = newton.friction_factor(state)
+        for _ in range(MOST_FRICTION_ITERATIONS):
+            fixed = replace(problem, traction_bound=problem.traction_bound * factor, slip_friction=None)
+            creep = newton.creepage(state.unknown)
+            start = state.traction, (float(creep[0]), float(creep[1]))
+            newton, state = self._newton(fixed, newton.inverse, [start], tolerance, history)
+            if state.norm > 2.0 * tolerance:
+                return newton, state, False
+            before, factor = factor, problem.slip_friction.response(newton.free_slip(state)).factor
+            if float(np.abs(factor - before)[newton.contact].mean()) <= FRICTION_SETTLED:
+                return newton, state, True
+        return newton, state, False
 
     def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
         """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""

@@ -53,7 +53,8 @@ class DerivedQuantities:
     @cached_property
     def shear_compliance(self) -> ShearCompliance:
         lower, upper = self.problem.lower, self.problem.upper
-        return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
+        return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
+                                  layer=self.problem.layer)
 
     @cached_property
     def coupling_constant(self) -> float:

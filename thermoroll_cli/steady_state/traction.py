@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +17,7 @@ from thermoroll_cli.rolling.element_borders import continued_gradient, known_gra
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, difference
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
+from thermoroll_cli.rolling.slip_friction import SlipFriction
 from thermoroll_cli.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.rolling.window import Window, window_around
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -55,6 +58,8 @@ class TractionSolver:
             force=(motion.force_x, motion.force_y),
             leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
+            slip_friction=None if problem.friction_law is None else SlipFriction(
+                problem.friction_law, motion.speed, self.grid.dx, window.cut(normal.covered)),
         )
         solution = solver.solve(
             cell,
@@ -65,6 +70,13 @@ class TractionSolver:
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
+        local = None
+        if solution.friction_factor is not None:
+            cell = replace(cell, traction_bound=solution.bound)
+            local = np.ones(self.grid.shape)
+            local[window.rows, window.both_sides.columns] = window.scalar(solution.friction_factor)[
+                window.rows, window.both_sides.columns]
+            local *= problem.friction if friction is None else friction
         heat, slope = heat_of_slip(solution, cell, rigid_inner, derived.shear_compliance, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
@@ -78,6 +90,7 @@ class TractionSolver:
             newton_steps=solution.newton_steps,
             applications=solver.gradient.applications - before,
             converged=solution.converged,
+            friction=local,
         )
 
     # --- the window ----------------------------------------------------------------------------------------------

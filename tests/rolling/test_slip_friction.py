@@ -1,0 +1,149 @@
+"""Friction that falls with slip, its memory and a layer between the bodies: laws, derivatives, exact and peer solutions."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.problem.friction import FrictionLaw
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.rolling.slip_friction import SlipFriction
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+FALLING, WINKLER, SLOPE = (json.loads((REFERENCE / f"friction_{name}.json").read_text())
+                           for name in ("falling", "winkler", "layer_slope"))
+STEEL, RADIUS, LOAD = Material(210e9, 0.28), 0.05, 100.0
+LAWS = {
+    "exponential": FrictionLaw("exponential", 0.4, 0.5),
+    "rational": FrictionLaw("rational", 0.3, 0.2),
+    "linear": FrictionLaw("linear", 0.5, 0.4),
+    "table": FrictionLaw("table", table=((0.0, 1.0), (0.3, 0.7), (1.0, 0.5))),
+}
+
+
+def spheres(grid: int, **changes: object) -> Problem:
+    problem = Problem(STEEL, STEEL, Geometry(*(RADIUS,) * 4), LOAD, 0.3, Motion(1.0, differential_slip=False),
+                      Heating(heat=False), Numerics(grid=(grid, grid)))
+    return replace(problem, **changes)  # type: ignore[arg-type]
+
+
+def case(inputs: dict, grid: int) -> Problem:
+    """The problem of one case of the reference data."""
+    friction, law = inputs["friction"], None
+    if "law" in inputs:
+        given = inputs["law"]
+        if given["kind"] == "table":
+            law = FrictionLaw("table", table=tuple((s, mu / friction) for s, mu in zip(*given["table"], strict=True)))
+        else:
+            law = FrictionLaw(given["kind"], given["limit"] / friction, given["half_m_s"])
+        law = replace(law, memory=inputs.get("memory_um", 0.0) * 1e-6)
+    x, y, spin = inputs["creepage"]
+    force = inputs.get("force_N")
+    material = Material(inputs["E_GPa"] * 1e9, inputs["nu"])
+    return Problem(
+        material, material, Geometry(*(float(r) * 1e-3 for r in inputs["radii_mm"])), inputs["normal_N"], friction,
+        Motion(inputs["speed_m_s"], x if force is None else None, y, spin * 1e3, force_x=force, differential_slip=False),
+        Heating(heat=False), Numerics(grid=(grid, grid)), friction_law=law, layer=inputs.get("layer_um_GPa", 0.0) * 1e-15)
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_laws_begin_at_one_and_fall_to_their_limit(kind: str) -> None:
+    law = LAWS[kind]
+    factor, slope = law.factor(np.array([0.0, 0.1, 1e9]))
+    assert factor[0] == 1.0 and factor[2] == pytest.approx(law.lowest) and (slope <= 0.0).all()
+    step = 1e-7
+    assert slope[1] == pytest.approx((law.factor(np.array([0.1 + step]))[0][0] - factor[1]) / step, rel=1e-5)
+    assert -slope[0] <= law.steepest
+
+
+@pytest.mark.parametrize("memory", [0.0, 1e-6, 1e-4])
+@pytest.mark.parametrize("kind", LAWS)
+def test_the_derivative_is_that_of_the_factor(kind: str, memory: float) -> None:
+    generator = np.random.default_rng(1)
+    slip, change = 0.05 + 0.1 * generator.random((12, 5)), generator.normal(size=(12, 5))
+    covered = np.ones((12, 5))
+    covered[0], covered[-1], covered[6, 2] = 0.3, 0.7, 0.0
+    friction = SlipFriction(replace(LAWS[kind], memory=memory), speed=2.0, dx=1e-5, covered=covered)
+    step = 1e-7
+    found = friction.response(slip).change(change)
+    difference = (friction.response(slip + step * change).factor - friction.response(slip - step * change).factor) / (2 * step)
+    inside = covered > 0.0
+    assert np.allclose(found[inside], difference[inside], rtol=1e-5, atol=1e-6)
+
+
+def test_long_memory_keeps_friction_and_short_memory_follows_the_law() -> None:
+    slip, covered = np.full((20, 3), 0.1), np.ones((20, 3))
+    law = LAWS["exponential"]
+    value = law.factor(np.array([0.1]))[0][0]
+    long, short = (SlipFriction(replace(law, memory=m), 1.0, 1e-5, covered).response(slip).factor for m in (1e3, 1e-12))
+    assert np.allclose(long, 1.0) and np.allclose(short, value)
+
+
+def close_to_reference(result: Result, name: str) -> None:
+    inputs, expected = FALLING["cases"][name]["input"], FALLING["cases"][name]["expected"]
+    limit = inputs["friction"] * inputs["normal_N"]
+    assert result.converged, result.reason
+    for scalar, wanted in expected.items():
+        tolerance = wanted["tolerance"]
+        if scalar.startswith("force"):
+            tolerance = max(tolerance, 4e-4 * limit)
+        assert result.coupled.scalars[scalar] == pytest.approx(wanted["value"], abs=tolerance), scalar
+
+
+@pytest.mark.parametrize("name", sorted(set(FALLING["cases"]) - {"yield_perfect"}))
+def test_falling_friction_agrees_with_fine_solutions(name: str) -> None:
+    inputs = FALLING["cases"][name]["input"]
+    result = solve(case(inputs, 128 if "layer_um_GPa" in inputs else 64))
+    close_to_reference(result, name)
+
+
+@pytest.mark.parametrize("name", WINKLER["cases"])
+def test_a_soft_layer_alone_is_a_winkler_foundation(name: str) -> None:
+    """Polach's formula without spin; a fine simplified theory with it."""
+    wanted = WINKLER["cases"][name]
+    problem = spheres(64)
+    geometry = problem.geometry
+    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, problem.contact_modulus, LOAD)
+    a = hertz.semi_axis_x
+    layer = 1e6 * a * 2.0 * (1.0 - STEEL.poisson_ratio) / STEEL.shear_modulus
+    unit = layer * problem.friction * hertz.peak_pressure / a
+    motion = Motion(1.0, wanted["kappa_x"] * unit, wanted["kappa_y"] * unit, wanted["kappa_spin"] * unit / a,
+                    differential_slip=False)
+    scalars = solve(replace(problem, layer=layer, motion=motion)).coupled.scalars
+    limit = problem.traction_limit
+    found = (scalars["force_x_N"] / limit, scalars["force_y_N"] / limit, scalars["spin_moment_Nmm"] * 1e-3 / limit / a)
+    assert found == pytest.approx((wanted["Fx"], wanted["Fy"], wanted["Mz"]), abs=3e-4)
+    assert scalars["Q_F_W"] / limit / unit == pytest.approx(wanted["Q"], abs=5e-4)
+
+
+def test_small_creepages_over_a_layer() -> None:
+    """Half-space and layer together, in linear theory: not springs in series."""
+    geometry = spheres(48).geometry
+    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, spheres(48).contact_modulus, LOAD)
+    a = hertz.semi_axis_x
+    unit = 8.0 * a / (3.0 * STEEL.shear_modulus * SLOPE["C"][0])
+    motions = {"longitudinal": Motion(1.0, 1e-6, differential_slip=False),
+               "lateral": Motion(1.0, 0.0, 1e-6, differential_slip=False),
+               "spin_lateral_force": Motion(1.0, 0.0, 0.0, 1e-6 / a, differential_slip=False)}
+    for name, motion in motions.items():
+        scalar = "force_x_N" if name == "longitudinal" else "force_y_N"
+        problem = spheres(48, friction=10.0, motion=motion)
+        without = solve(problem).coupled.scalars[scalar]
+        for i in (0, 2, 4):
+            softer = solve(replace(problem, layer=SLOPE["L_over_L1"][i] * unit)).coupled.scalars[scalar]
+            assert softer / without == pytest.approx(SLOPE[name][i], abs=3e-3)
+
+
+def test_memory_makes_steep_laws_converge_at_second_order() -> None:
+    law = FrictionLaw("exponential", 2 / 3, 1e-3, memory=1e-7)
+    forces = [solve(spheres(n, friction=0.6, friction_law=law, motion=Motion(1.0, 0.00135, differential_slip=False)))
+              .coupled.scalars["force_x_N"] for n in (16, 32, 64, 128)]
+    errors = [abs(force - forces[-1]) for force in forces[:-1]]
+    assert np.log2(errors[0] / errors[2]) / 2.0 > 1.5

@@ -1,0 +1,85 @@
+"""Friction that depends on slip, along the path of the material through the contact, and its derivative.
+
+In steady rolling the memory of friction is a recursion along x: material enters with the factor f = 1 and relaxes towards the
+law's value f(s) while it slides. Over an element with relative slip σ, s = Vσ, the exponent is
+a = dx·covered·max(s, s₀)/(V d_c), and
+
+    f_out = f(s) + (f_in − f(s)) e^{−a},      mean over the element = f(s) + (f_in − f(s)) (1 − e^{−a})/a.
+
+Without memory the mean is f(s) itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.friction import FrictionLaw
+
+SERIES_BELOW = 1e-3
+"""Exponents a below which (1 − e^{−a})/a and its derivative are taken from their series."""
+
+
+@dataclass(frozen=True)
+class FrictionResponse:
+    """`factor` by which slip changes the coefficient of friction, (n, m), and its derivative with respect to relative slip:
+    `local` of an element by its own slip; with memory also what an element passes on (`passed` of its own slip, `kept` of what
+    enters) and how much of what enters counts in its mean (`taken`)."""
+
+    factor: Array
+    local: Array
+    taken: Array | None = None
+    passed: Array | None = None
+    kept: Array | None = None
+
+    def change(self, slip: Array) -> Array:
+        """Change of the factor with a change of relative `slip`, (n, m)."""
+        out = self.local * slip
+        if self.taken is None or self.passed is None or self.kept is None:
+            return out
+        incoming = np.zeros(slip.shape[1])
+        for i in range(len(slip)):
+            out[i] += self.taken[i] * incoming
+            incoming = self.passed[i] * slip[i] + self.kept[i] * incoming
+        return out
+
+
+@dataclass(frozen=True)
+class SlipFriction:
+    """A law on a box of elements of length `dx` (m) along x, `covered` (n, m) by contact, passed at `speed` V (m/s)."""
+
+    law: FrictionLaw
+    speed: float
+    dx: float
+    covered: Array
+
+    def response(self, slip: Array) -> FrictionResponse:
+        """The factor and its derivative at the relative `slip` σ ≥ 0, (n, m)."""
+        law, speed = self.law, self.speed * slip
+        value, slope = law.factor(speed)
+        slope = slope * self.speed
+        if law.memory == 0.0:
+            return FrictionResponse(value, slope)
+        rate = self.dx * self.covered / (self.speed * law.memory)
+        exponent = rate * np.maximum(speed, law.memory_slip)
+        exponent_slope = np.where(speed > law.memory_slip, rate * self.speed, 0.0)
+        kept = np.exp(-exponent)
+        small = exponent < SERIES_BELOW
+        safe = np.where(small, 1.0, exponent)
+        mean = np.where(small, 1.0 - 0.5 * exponent + exponent**2 / 6.0, -np.expm1(-exponent) / safe)
+        mean_slope = np.where(small, -0.5 + exponent / 3.0, (kept * (1.0 + exponent) - 1.0) / safe**2)
+        incoming = np.ones_like(slip)
+        for i in range(len(slip) - 1):
+            # Material that has left the contact enters the next patch as new.
+            incoming[i + 1] = np.where(self.covered[i] > 0.0, value[i] + (incoming[i] - value[i]) * kept[i], 1.0)
+        excess = incoming - value
+        inside = self.covered > 0.0
+        return FrictionResponse(
+            factor=value + excess * mean,
+            local=(1.0 - mean) * slope + excess * mean_slope * exponent_slope,
+            taken=mean,
+            passed=np.where(inside, (1.0 - kept) * slope - excess * kept * exponent_slope, 0.0),
+            kept=np.where(inside, kept, 0.0),
+        )
