@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from thermoroll_cli.problem.friction import FrictionLaw
+from thermoroll_cli.problem.friction_law import FrictionLaw
 from thermoroll_cli.problem.profile import Profile
 
 PecletMode = Literal["rolling", "sliding", "stationary"]
