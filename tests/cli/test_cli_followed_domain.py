@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.files.result.hdf5 import read_result
 
 CASE = Path(__file__).parents[2] / "cases" / "article_4_1.toml"
 SETTINGS = ("--set", "rolling.speed_m_s=600", "--set", "numerics.grid=24")

@@ -40,7 +40,7 @@ from thermoroll_cli.creep_table.scaling import (
 from thermoroll_cli.creep_table.table_file import read_table, write_table
 from thermoroll_cli.creep_table.table_plan import TablePlan
 from thermoroll_cli.creep_table.values import Axes
-from thermoroll_cli.files.result.stored import ResultFileError
+from thermoroll_cli.files.result.hdf5 import ResultFileError
 
 ROOT = Path(__file__).parents[2]
 CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"

@@ -14,7 +14,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.files.atomic import WriteError
-from thermoroll_cli.files.result.stored import ResultFileError
+from thermoroll_cli.files.result.hdf5 import ResultFileError
 
 HEAD = struct.Struct("<IIIQ")
 """Number of the task, CRC-32 of its content, rows, columns."""

@@ -17,8 +17,7 @@ from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, slopes, spin_angle
 from thermoroll_cli.creep_table.values import Axes, Quality, TableValues
 from thermoroll_cli.files.atomic import replacing
-from thermoroll_cli.files.result.hdf5_text import LAYOUT, label
-from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
+from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, label
 
 FORMAT_VERSION = 1
 KIND = "creep_force_table"

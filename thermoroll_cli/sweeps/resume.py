@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
-from thermoroll_cli.files.result.stored import ResultFileError, read_result
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.sweeps.points import Point, identity
 

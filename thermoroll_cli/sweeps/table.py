@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.sweeps.axis import Axis

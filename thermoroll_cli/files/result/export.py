@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.stored import read_result
+from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses

@@ -8,11 +8,16 @@ Layout (format version 1)::
     /               format_version, program, program_version, created, command_line, title, converged; versions of Python,
                     numpy, scipy, FFTW, pyFFTW, h5py, HDF5, and the platform
     /input          case_text, case_json (as read and resolved), problem_json (SI, as solved)
-    /fields         x, y and the 2-D fields of `FIELDS` in SI units, coupled state
+    /fields         x, y and the 2-D fields of `names.FIELDS` in SI units, coupled state
     /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back. With x and y of its
                     own where the domain has followed a heated contact
-    /mesh           point coordinates for XDMF; those of /isothermal in /mesh_isothermal, if they differ
-    /subsurface     lower, upper: stresses inside the bodies, where the case asks for them (`subsurface_groups`)
+    /mesh           point coordinates for XDMF; those of /isothermal in /mesh_isothermal, if they differ; those of the layers
+                    of a body in /mesh/subsurface_lower, …, lower body at z < 0
+    /subsurface     lower, upper, where the case asks for stresses inside the bodies: scales z, x, y (m; z into the body) and,
+                    in single precision and SI units, <field> (z, x, y), where they are kept, plane_<field> (z, x) on the plane
+                    y = `plane_y`, below_stressed_<field> (z,) below the point of the largest von Mises stress,
+                    below_hottest_<field> (z,) below the hottest point of the surface;
+                    attributes plane_y, stressed_x, _y, _z, _value, hottest_x, _y, _value (SI)
     /summary        scalars under their public names; subgroups isothermal and error; work as JSON
     /history        residuals per iteration
 """
@@ -22,114 +27,146 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import json
+import math
 import os
-from collections.abc import Mapping
+import pathlib
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+from pydantic import TypeAdapter
 
 from thermoroll_cli import __version__
+from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.provenance import provenance
-from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label, storable
-from thermoroll_cli.files.result.stored import FORMAT_VERSION, ITERATION, PROGRAM, ResultFileError, read_result
-from thermoroll_cli.files.result.subsurface_groups import write_subsurface
-from thermoroll_cli.problem.names import FIELDS, Field
+from thermoroll_cli.problem.names import FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS, Field
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.subsurface import BodyStresses, Peak, Subsurface
+
+FORMAT_VERSION = 1
+"""Raised whenever a reader of the previous layout would misread a file."""
+
+PROGRAM = "thermoroll"
+
+LAYOUT = ("v108", "v108")
+"""HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
+becomes an error message, where the HDF5 library would otherwise crash or hang on what it misreads."""
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
 
-__all__ = ["ResultFileError", "read_result", "write_result"]
+ITERATION = "_iteration"
+"""What the name of a history's dimension scale ends with."""
+
+BODY_PARTS = {
+    "": ("fields", "zxy", ""),
+    "plane_": ("plane", "zx", " on the plane y = plane_y"),
+    "below_stressed_": ("below_stressed", "z", " below the largest von Mises stress"),
+    "below_hottest_": ("below_heated", "z", " below the hottest point of the surface"),
+}
+"""How the names of datasets of a body begin → part of `BodyStresses`, axes, and what is added to the meaning of a field."""
+
+SIDES = {"lower": -1.0, "upper": 1.0}
+"""Signs of the heights of layers in /mesh."""
+
+
+class ResultFileError(OSError):
+    """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
+
+
+# --- writing ---------------------------------------------------------------------------------------------------------
 
 
 def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
     """Write `result` and the case it came from to `path`, complete or not at all.
 
-    Equal results give bit-identical datasets; only the root attributes `created` and `command_line` tell two runs
-    apart.
+    Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
 
     Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
     """
-
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
-        _write_root(file, result, command_line)
-        _write_texts(
-            file.create_group("input"),
-            case_text=case_text,
-            case_json=case_json,
-            problem_json=json.dumps(dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}),
-        )
+        file.attrs["format_version"] = FORMAT_VERSION
+        file.attrs["converged"] = bool(result.converged)
+        created = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
+        label(file, program=PROGRAM, program_version=__version__, created=created, command_line=command_line,
+              title=result.problem.title, **provenance())
+        problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
+        # Datasets, because an attribute is held in memory whole and case files may be of any size.
+        for name, text in (("case_text", case_text), ("case_json", case_json), ("problem_json", json.dumps(problem))):
+            _create(file, f"input/{name}", fixed_text(text))
         _write_state(file.create_group("fields"), result.coupled)
+        _write_mesh(file.create_group("mesh"), result.coupled)
         if result.isothermal is result.coupled:
             file["isothermal"] = file["fields"]
         else:
             _write_state(file.create_group("isothermal"), result.isothermal)
-        _write_mesh(file.create_group("mesh"), result.x, result.y)
         if result.own_grids:
-            _write_mesh(file.create_group("mesh_isothermal"), result.isothermal.x, result.isothermal.y)
-        if result.subsurface is not None:
-
-            write_subsurface(file, result.subsurface, result.x, result.y)
+            _write_mesh(file.create_group("mesh_isothermal"), result.isothermal)
+        for body, stresses in result.bodies.items():
+            _write_body(file, body, stresses, result.coupled)
         _write_summary(file.create_group("summary"), result.summary())
-        _write_history(file.create_group("history"), result.history)
+        histories = file.create_group("history")
+        for name, values in result.history.items():
+            residuals = np.asarray(values, dtype=np.float64).ravel()
+            # Each history has a length of its own, so each has a dimension of its own.
+            iterations = _scale(histories, name + ITERATION, np.arange(residuals.size), "1", "iteration")
+            _create(histories, name, residuals, [iterations])
         file.flush()
         image = file.id.get_file_image()
     write_bytes(path, image)
 
 
-def _write_root(file: h5py.File, result: Result, command_line: str) -> None:
-    file.attrs["format_version"] = FORMAT_VERSION
-    file.attrs["converged"] = bool(result.converged)
-    label(
-        file,
-        program=PROGRAM,
-        program_version=__version__,
-        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        command_line=command_line,
-        title=result.problem.title,
-        **provenance(),
-    )
-
-
-def _write_texts(group: h5py.Group, **texts: str) -> None:
-    # Datasets, because an attribute is held in memory whole and case files may be of any size.
-    for name, text in texts.items():
-        _create(group, name, fixed_text(text))
-
-
 def _write_state(group: h5py.Group, state: State) -> None:
-    x = _write_scale(group, "x", state.x, "m", "along rolling, trailing edge at +x")
-    y = _write_scale(group, "y", state.y, "m", "lateral")
+    scales = _plane_scales(group, state)
     for name, values in state.fields.items():
         field = FIELDS.get(name) or Field(name, "", name)
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
-        dtype = np.int8 if name == "state" else np.float64
-        dataset = _create(group, name, np.asarray(values, dtype=dtype))
-        dataset.dims[0].attach_scale(x)
-        dataset.dims[1].attach_scale(y)
-        label(dataset, units=field.unit, long_name=field.meaning)
+        stored = np.asarray(values, dtype=np.int8 if name == "state" else np.float64)
+        label(_create(group, name, stored, scales), units=field.unit, long_name=field.meaning)
 
 
-def _write_mesh(group: h5py.Group, x: ArrayLike, y: ArrayLike) -> None:
+def _write_mesh(group: h5py.Group, state: State) -> None:
     """Coordinates of every point, (nx, ny, 3). XDMF's rectilinear meshes want x as the fastest index and these
     fields have it slowest, so ParaView needs the points spelt out; compressed they take a few kilobytes."""
-    across, along = np.meshgrid(np.asarray(x, dtype=np.float32), np.asarray(y, dtype=np.float32), indexing="ij")
-    points = np.stack([across, along, np.zeros_like(across)], axis=-1)
-    scales = [
-        _write_scale(group, name, np.arange(length), "1", f"index along {name}")
-        for name, length in zip("ijc", points.shape, strict=True)
-    ]
-    dataset = _create(group, "points", points, chunks=True, compression="gzip", compression_opts=1)
-    for dimension, scale in zip(dataset.dims, scales, strict=True):
-        dimension.attach_scale(scale)
-    label(dataset, units="m", long_name="x, y, z of the element centres")
+    points = _points(state.x, state.y, np.zeros(1))[:, :, 0]
+    scales = [_scale(group, name, np.arange(length), "1", f"index along {name}")
+              for name, length in zip("ijc", points.shape, strict=True)]
+    mesh = _create(group, "points", points, scales, chunks=True, compression="gzip", compression_opts=1)
+    label(mesh, units="m", long_name="x, y, z of the element centres")
+
+
+def _points(*axes: AnyArray) -> AnyArray:
+    """Coordinates (…, 3) in single precision of the points of a grid."""
+    return np.stack(np.meshgrid(*(np.asarray(axis, dtype=np.float32) for axis in axes), indexing="ij"), axis=-1)
+
+
+def _write_body(file: h5py.File, body: str, stresses: BodyStresses, state: State) -> None:
+    group = file.create_group(f"subsurface/{body}")
+    scales = dict(zip("xy", _plane_scales(group, state), strict=True))
+    scales["z"] = _scale(group, "z", np.asarray(stresses.depths, dtype=np.float64), "m", "depth, into the body")
+    for prefix, (part, axes, where) in BODY_PARTS.items():
+        for name, values in getattr(stresses, part).items():
+            field = SUBSURFACE_FIELDS[name]
+            layered = (1, *values.shape[1:]) if values.ndim > 1 else values.shape
+            dataset = _create(group, prefix + name, values, [scales[axis] for axis in axes], chunks=layered)
+            label(dataset, units=field.unit, long_name=field.meaning + where)
+    places: dict[str, float] = {"plane_y": stresses.plane_y}
+    places |= {f"stressed_{name}": getattr(stresses.most_stressed, name) for name in ("x", "y", "z", "value")}
+    if stresses.hottest is not None:
+        places |= {f"hottest_{name}": getattr(stresses.hottest, name) for name in ("x", "y", "value")}
+    group.attrs.update(places)
+    if stresses.fields:
+        points = np.moveaxis(_points(state.x, state.y, SIDES[body] * stresses.depths), 2, 0)
+        mesh = _create(file, f"mesh/subsurface_{body}", points, chunks=(1, *points.shape[1:]), compression="gzip",
+                       compression_opts=1)  # fmt: skip
+        label(mesh, units="m", long_name="x, y, z of the element centres on every layer")
 
 
 def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
-    attributes = group.attrs
     for name, value in summary.items():
         if name in ("isothermal", "error"):
             _write_summary(group.create_group(name), value)
@@ -138,36 +175,185 @@ def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
         elif isinstance(value, str):
             label(group, **{name: value})
         else:
-            attributes[name] = _number(value)
+            group.attrs[name] = math.nan if value is None else float(value)
 
 
-def _write_history(group: h5py.Group, history: Mapping[str, ArrayLike]) -> None:
-    for name, values in history.items():
-        residuals = np.asarray(values, dtype=np.float64).ravel()
-        dataset = _create(group, name, residuals)
-        # Each history has a length of its own, so each has a dimension of its own.
-        scale = _write_scale(group, name + ITERATION, np.arange(residuals.size), "1", "iteration")
-        dataset.dims[0].attach_scale(scale)
+def _plane_scales(group: h5py.Group, state: State) -> list[h5py.Dataset]:
+    return [_scale(group, "x", state.x, "m", "along rolling, trailing edge at +x"), _scale(group, "y", state.y, "m", "lateral")]
 
 
-def _write_scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
+def _scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
     scale = _create(group, name, np.asarray(values))
     scale.make_scale(name)
     label(scale, units=units, long_name=long_name)
     return scale
 
 
-def _create(group: h5py.Group, name: str, content: NDArray[Any], **options: Any) -> h5py.Dataset:
-    """A dataset that does not depend on the time of writing and whose damage is noticed on reading."""
+def _create(
+    group: h5py.Group, name: str, content: AnyArray, scales: Sequence[h5py.Dataset] = (), **options: Any
+) -> h5py.Dataset:
+    """A dataset over `scales` that does not depend on the time of writing and whose damage is noticed on reading."""
     checked = content.ndim > 0 and content.size > 0
     options = {"chunks": content.shape if checked else None, "fletcher32": checked, **options}
-    return group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
+    dataset = group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
+    for dimension, scale in zip(dataset.dims, scales, strict=bool(scales)):
+        dimension.attach_scale(scale)
+    return dataset
 
 
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else float(value)
+def label(item: h5py.HLObject, **texts: str) -> None:
+    """Attributes of `item` that are texts."""
+    for name, text in texts.items():
+        content = fixed_text(text)
+        item.attrs.create(name, content, dtype=content.dtype)
+
+
+def fixed_text(value: str) -> AnyArray:
+    """`value` in an array of fixed length: HDF5 keeps texts of variable length in a heap without checksums and may loop forever
+    on a damaged one."""
+    encoded = storable(value).encode()
+    return np.array(encoded, dtype=h5py.string_dtype("utf-8", max(1, len(encoded))))
+
+
+def storable(value: str) -> str:
+    """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
+    return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode()
 
 
 def _plain(value: Any) -> Any:
-    """NumPy numbers and arrays as what JSON knows."""
+    """NumPy numbers and arrays as JSON knows them."""
     return value.tolist() if hasattr(value, "tolist") else str(value)
+
+
+# --- reading ---------------------------------------------------------------------------------------------------------
+
+
+def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
+    """The result in the file at `path`; without its fields and histories if only the scalars and the case matter.
+
+    Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
+    """
+    path = pathlib.Path(path)
+    _check_plain_file(path)
+    try:
+        # No lock: files are replaced whole, never edited, and some network file systems cannot lock.
+        file = h5py.File(path, "r", locking=False)
+    except OSError as cause:
+        raise ResultFileError(f"{path}: {_open_failure(path, cause)}") from cause
+    # Past this point the file is HDF5. What damage inside it raises depends on which byte is wrong.
+    try:
+        with file:
+            _check_origin(path, file)
+            return _read(file, with_fields)
+    except ResultFileError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, OverflowError, MemoryError) as cause:
+        detail = cause.args[0] if cause.args else type(cause).__name__
+        raise ResultFileError(f"{path}: damaged result file ({detail})") from cause
+
+
+def _check_plain_file(path: pathlib.Path) -> None:
+    if not path.exists():
+        raise ResultFileError(f"{path}: no such file")
+    if path.is_dir():
+        raise ResultFileError(f"{path}: this is a folder, not a result file")
+    if not path.is_file():
+        raise ResultFileError(f"{path}: not a regular file")
+    try:
+        with open(path, "rb"):
+            pass
+    except OSError as cause:
+        raise ResultFileError(f"{path}: cannot be read ({cause.strerror or cause})") from cause
+
+
+def _open_failure(path: pathlib.Path, cause: OSError) -> str:
+    if path.stat().st_size == 0:
+        return "the file is empty"
+    if "truncated" in str(cause):
+        return "truncated HDF5 file, its end is missing"
+    with open(path, "rb") as stream:
+        signature = stream.read(8)
+    if signature != b"\x89HDF\r\n\x1a\n":
+        return "not an HDF5 file"
+    return f"damaged HDF5 file ({cause})"
+
+
+def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
+    if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
+        raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} result")
+    if "kind" in file.attrs:
+        raise ResultFileError(f"{path}: a {PROGRAM} {_python(file.attrs['kind'])} of many points, not the result of one")
+    version = int(file.attrs["format_version"])
+    if version != FORMAT_VERSION:
+        written_by = _python(file.attrs.get("program_version", "unknown"))
+        raise ResultFileError(f"{path}: result format {version}, written by {PROGRAM} {written_by}; this version reads format "
+                              f"{FORMAT_VERSION} only")
+
+
+def _read(file: h5py.File, with_fields: bool) -> Result:
+    summary = _read_attributes(file["summary"])
+    # In the order of the declarations: HDF5 has its attributes by alphabet.
+    numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
+    hertz = {name: numbers.pop(name) for name in HERTZ_SCALARS if name in numbers}
+    below = {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers}
+    error = _read_attributes(file["summary/error"])
+    error_below = {name: error.pop(name) for name in SUBSURFACE_SCALARS if name in error}
+    coupled = isothermal = _read_state(file["fields"], numbers, with_fields)
+    if file["isothermal"] != file["fields"]:
+        isothermal = _read_state(file["isothermal"], _read_attributes(file["summary/isothermal"]), with_fields)
+    bodies = {body: _read_body(group) for body, group in file["subsurface"].items()} if with_fields and below else {}
+    # Scales are recognised by their names: asking HDF5 would read references, which carry no checksum.
+    history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)} if with_fields else {}
+    texts = {name: file[f"input/{name}"].asstr()[()] for name in ("case_text", "case_json", "problem_json")}
+    return Result(
+        problem=TypeAdapter(Problem).validate_json(texts.pop("problem_json")),
+        coupled=coupled,
+        isothermal=isothermal,
+        hertz=hertz,
+        converged=bool(file.attrs["converged"]),
+        reason=summary["reason"],
+        error=error,
+        work=summary.get("work", {}),
+        history=history,
+        warnings=tuple(summary.get("warnings", ())),
+        patches=tuple(summary.get("patches", ())),
+        unbounded=tuple(summary.get("unbounded", ())),
+        subsurface=Subsurface(bodies, below, error_below) if below else None,
+        attributes={name: _python(value) for name, value in file.attrs.items()},
+        **texts,
+    )
+
+
+def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bool) -> State:
+    x, y = group["x"][()], group["y"][()]
+    fields = {name: dataset[()] for name, dataset in group.items() if with_fields and name not in ("x", "y")}
+    for name, values in fields.items():
+        if values.shape != (x.size, y.size):
+            raise ValueError(f"field {name} has shape {values.shape}, its coordinates {(x.size, y.size)}")
+    return State(fields, {name: scalars[name] for name in SCALARS if name in scalars} | dict(scalars), x, y)
+
+
+def _read_body(group: h5py.Group) -> BodyStresses:
+    parts: dict[str, dict[str, AnyArray]] = {part: {} for part, _, _ in BODY_PARTS.values()}
+    for name, dataset in group.items():
+        if name not in ("x", "y", "z"):
+            prefix = next(prefix for prefix in reversed(BODY_PARTS) if name.startswith(prefix))
+            parts[BODY_PARTS[prefix][0]][name.removeprefix(prefix)] = dataset[()]
+    at = {name: float(value) for name, value in group.attrs.items()}
+    stressed = Peak(at["stressed_value"], at["stressed_x"], at["stressed_y"], at["stressed_z"])
+    hottest = Peak(at["hottest_value"], at["hottest_x"], at["hottest_y"], 0.0) if "hottest_value" in at else None
+    return BodyStresses(group["z"][()], at["plane_y"], most_stressed=stressed, hottest=hottest, **parts)
+
+
+def _read_attributes(group: h5py.Group) -> dict[str, Any]:
+    """The attributes of a group of /summary; texts that hold JSON are read."""
+    found = {name: _python(value) for name, value in group.attrs.items()}
+    texts = {name for name, value in found.items() if isinstance(value, str) and value[:1] in ("{", "[")} - {"status", "reason"}
+    return {name: json.loads(value) if name in texts else value for name, value in found.items()}
+
+
+def _python(value: Any) -> Any:
+    """An attribute as a plain Python value."""
+    if isinstance(value, bytes):
+        return value.decode("utf-8")
+    return value.item() if isinstance(value, np.generic) else value

@@ -24,8 +24,7 @@ from numpy.typing import NDArray
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import WriteError, replacing
 from thermoroll_cli.files.provenance import provenance
-from thermoroll_cli.files.result.hdf5_text import LAYOUT, fixed_text, label
-from thermoroll_cli.files.result.stored import PROGRAM, ResultFileError
+from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, fixed_text, label
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 
 FORMAT_VERSION = 1

@@ -10,7 +10,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.stored import ResultFileError, read_result
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import COLUMN_UNITS, STRESSES, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import BodyStresses
