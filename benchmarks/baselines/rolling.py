@@ -7,16 +7,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from thermoroll_cli.numerics.solver_options import RefinementOptions, RollingOptions, SolverOptions
+from thermoroll_cli.rolling.rolling_gradient import RollingOptions
+from thermoroll_cli.steady_state.options import SolverOptions
 
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
 """(u_i − u_{i−1})/h at offsets −2 … 1."""
 
-LONGEST_KRYLOV = 1500
-
 STANDARD = SolverOptions()
 
-WITHOUT_EXTRAPOLATION = SolverOptions(refinement=RefinementOptions(extrapolated=False))
+WITHOUT_EXTRAPOLATION = SolverOptions(extrapolated=False)
 """Values of the last grid as they are."""
 
 FIRST_ORDER = replace(
@@ -27,10 +26,10 @@ FIRST_ORDER = replace(
 """CONTACT's discretisation: first-order upstream differences, whole elements inside the contact border, and the values of
 the last grid as they are."""
 
-UNPRECONDITIONED = SolverOptions(rolling=RollingOptions(preconditioned=False, most_krylov_steps=LONGEST_KRYLOV))
+UNPRECONDITIONED = SolverOptions(rolling=RollingOptions(preconditioned=False))
 """GMRES on the Newton equations as they are (without restart, as long as it takes)."""
 
-NO_CONTINUATION = SolverOptions(refinement=RefinementOptions(sequence=False))
+NO_CONTINUATION = SolverOptions(sequence=False)
 """The wanted grid alone, from a cold start: then there is neither an estimate nor an extrapolation."""
 
 BASELINES: dict[str, SolverOptions] = {

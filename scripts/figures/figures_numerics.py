@@ -34,16 +34,17 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS, RollingOptions, SolverOptions, Tolerances
+from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.options import SolverOptions, Tolerances
 
 Folder = pathlib.Path
 Rows = list[list[str]]

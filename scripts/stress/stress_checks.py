@@ -9,11 +9,11 @@ import numpy as np
 
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.solver_options import RefinementOptions, SolverOptions
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.options import SolverOptions
 
 LOAD = 2e-6
 COULOMB = 2e-4
@@ -30,7 +30,7 @@ def solve_to_check(problem: Problem) -> Result:
     """Solve `problem`. A creepage found for a force is that of the finest grid, as all fields are, and not extrapolated: only
     then is its work the heat of these fields, to rounding."""
     forced = problem.motion.force_x is not None or problem.motion.force_y is not None
-    return solve(problem, options=SolverOptions(refinement=RefinementOptions(extrapolated=not forced)))
+    return solve(problem, options=SolverOptions(extrapolated=not forced))
 
 
 def violations(result: Result) -> list[str]:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import order, reference, rolling
+from thermoroll_cli.contact import heated_contact
 from thermoroll_cli.contact.heated_contact import HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
-from thermoroll_cli.numerics.solver_options import HeatedContactOptions
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, peak_value
@@ -14,7 +14,7 @@ from thermoroll_cli.steady_state.discretisation import Discretisation, peak_valu
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 
 
-def heated(heat, grid, options=None):
+def heated(heat, grid):
     """Solver of the exact case on a grid: full sliding, sources at rest, `heat` W; with its Hertz pressure."""
     problem = rolling(grid=grid, friction=1e-4, creepage=(1.0, 0.0), heating=Heating(peclet="stationary"))
     discretisation = Discretisation(DerivedQuantities(problem), (grid, grid), 2.2)
@@ -24,7 +24,7 @@ def heated(heat, grid, options=None):
         return response.displacement(DividedHeat(heat / problem.normal_force * pressure, 0.5))
 
     gap, hertz = discretisation.undeformed_gap, discretisation.isothermal_pressure
-    return HeatedContactSolver(discretisation.normal_solver, expand, gap, problem.normal_force, options), hertz
+    return HeatedContactSolver(discretisation.normal_solver, expand, gap, problem.normal_force), hertz
 
 
 @pytest.mark.parametrize("heat", CASES)
@@ -59,9 +59,11 @@ def test_raising_the_heat_is_what_finds_strong_states():
     assert solver.solve(raised.pressure, 1e-8).active_sets == 1
 
 
-def test_what_was_not_reached_is_not_claimed():
+def test_what_was_not_reached_is_not_claimed(monkeypatch):
     """Too few active sets are allowed: the state returned is one at less heat, and says so."""
-    solver, hertz = heated(160, 32, HeatedContactOptions(most_active_sets=3, smallest_step=0.2))
+    solver, hertz = heated(160, 32)
+    monkeypatch.setattr(heated_contact, "MOST_ACTIVE_SETS", 3)
+    monkeypatch.setattr(heated_contact, "SMALLEST_STEP", 0.2)
     found = solver.continued(hertz.pressure, 1e-8)
     assert not found.converged and found.reached < 1.0
     less = heated(160 * found.reached, 32)[0].solve(found.pressure, 1e-3)

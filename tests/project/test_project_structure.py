@@ -241,7 +241,7 @@ def test_nothing_speaks_of_what_only_its_authors_know() -> None:
 
 
 def test_experiments_pass_options_and_patch_nothing() -> None:
-    """What an experiment changes is in `solver_options`; names of the package are left alone."""
+    """What an experiment changes is in `SolverOptions`; names of the package are left alone."""
     for folder in ("scripts", "benchmarks"):
         for path in (ROOT / folder).rglob("*.py"):
             assert "setattr(" not in path.read_text() and "monkeypatch" not in path.read_text(), path

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from dataclasses import fields
 
 import pytest
 
 from benchmarks.baselines.rolling import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
-from thermoroll_cli.numerics.solver_options import FixedPointOptions, RollingOptions, SolverOptions
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.refinement.starts import Starts
+from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
+from thermoroll_cli.steady_state.options import SolverOptions
 from thermoroll_cli.steady_state.turn import turn
 
 CASE = reference_problem("article_3_1_case_5", 32)
@@ -100,15 +101,17 @@ def test_a_state_is_its_own_turn() -> None:
     assert after.normal.peak == pytest.approx(coupled.contact.normal.peak, rel=1e-5)
 
 
-def test_the_best_state_is_returned_with_its_residual_where_turns_run_out() -> None:
-    options = SolverOptions(heat=FixedPointOptions(max_turns=3))
+def test_the_best_state_is_returned_with_its_residual_where_iterations_run_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("thermoroll_cli.steady_state.fixed_point.MOST_ITERATIONS", 3)
+    monkeypatch.setattr("thermoroll_cli.refinement.limit.LOWERINGS", 0)
+    options = SolverOptions()
     discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
     starts = Starts(discretisation)
     isothermal = fixed_point(discretisation, starts.isothermal(), options.tolerances).contact
     stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation), options.tolerances)
     assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
     assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
-    result = solve(article_4_1(16), options=replace(options, limit=replace(options.limit, lowerings=0)))
+    result = solve(article_4_1(16), options=options)
     assert not result.converged and "thermal coupling stopped after 3 iterations" in result.reason
 
 

@@ -18,7 +18,7 @@ from thermoroll_cli.exact.hertz_elements import element_averages
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS, Tolerances
+from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
@@ -29,6 +29,7 @@ from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingG
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.options import Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)

@@ -23,10 +23,9 @@ from tests.support.scenes import (
     saturation,
     solved,
 )
-from thermoroll_cli.numerics.solver_options import RefinementOptions
 from thermoroll_cli.problem.names import FIELDS, SCALARS
 from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Numerics, Problem
-from thermoroll_cli.refinement.plan import grid_sequence, make_plan
+from thermoroll_cli.refinement.plan import COARSEST, grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -268,10 +267,10 @@ def test_ladder_doubles_up_to_the_grid_that_is_asked_for():
     for grid in ((128, 128), (100, 60), (31, 200), (17, 17), (128, 33)):
         ladder = grid_sequence(rolling(grid=grid))
         assert ladder[-1] == grid
-        assert max(ladder[0]) < 4 * RefinementOptions().coarsest
+        assert max(ladder[0]) < 4 * COARSEST
         for coarse, fine in pairwise(ladder):
             for few, many in zip(coarse, fine, strict=True):
-                assert 1.8 < many / few <= 2.0 or few == many < 4 * RefinementOptions().coarsest
+                assert 1.8 < many / few <= 2.0 or few == many < 4 * COARSEST
 
 
 def test_plan_tells_before_solving_what_will_be_done():

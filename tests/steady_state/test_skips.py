@@ -19,7 +19,6 @@ from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rollin
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.solver_options import Tolerances
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
@@ -29,6 +28,7 @@ from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
+from thermoroll_cli.steady_state.options import Tolerances
 
 Record = Callable[[str, object], None]
 

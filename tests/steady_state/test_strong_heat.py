@@ -8,9 +8,10 @@ import pytest
 from scripts.stress.stress_cases import stress_case
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli.exact.heated_sphere import heated_sphere
-from thermoroll_cli.numerics.solver_options import LimitOptions, RefinementOptions, SolverOptions
 from thermoroll_cli.problem.problem import Geometry, Heating
+from thermoroll_cli.refinement import limit
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.steady_state.options import SolverOptions
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 
@@ -93,7 +94,7 @@ def test_the_domain_follows_a_contact_that_moves(radius_y):
     """Heat draws the contact to its trailing side. On the domain that follows it errors are less than half of those on one that
     holds it from the beginning, with as many elements, and the states agree."""
     followed = solved(partly_sliding(64, radius_y=radius_y))
-    still = SolverOptions(refinement=RefinementOptions(most_moves=0))
+    still = SolverOptions(most_moves=0)
     fixed, fine = (solve(partly_sliding(n, extent=3.4, radius_y=radius_y), options=still) for n in (64, 144))
     assert followed.converged and fixed.converged and fine.converged
     assert followed.work["extent"] == 2.2 and fine.work["extent_coupled"] == 3.4 and not fine.own_grids
@@ -164,11 +165,12 @@ def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
         assert abs(value / other - 1.0) < found.error[name] + finer.error[name]
 
 
-def test_the_search_for_the_largest_speed_is_bounded_and_told():
+def test_the_search_for_the_largest_speed_is_bounded_and_told(monkeypatch):
     """At most a dozen solutions on one coarse grid, and a few on the wanted one: counted by the domains that they end on. Not
     converged, with a reason that says what was found, what failed, and what to do; and finite fields."""
-    grids, limit = [], LimitOptions(coarse=(16, 16))
-    result = solve(article_4_1(24, 4000.0), options=SolverOptions(limit=limit),
+    grids: list[tuple[int, int]] = []
+    monkeypatch.setattr(limit, "SEARCH_GRID", (16, 16))
+    result = solve(article_4_1(24, 4000.0),
                    report=lambda stage, info: grids.append(tuple(info["grid"])) if stage == "coupling" else None)
     assert not result.converged and result.status == "not_converged"
     assert "no steady state found beyond V" in result.reason
@@ -177,13 +179,14 @@ def test_the_search_for_the_largest_speed_is_bounded_and_told():
     # On grids as coarse as these the limit is lower than the 1050 to 1200 m/s of finer ones.
     assert 500.0 < result.hertz["speed_solved_m_s"] < 1500.0
     assert all(np.isfinite(field).all() for field in result.coupled.fields.values())
-    assert grids.count((16, 16)) <= limit.lowerings + limit.attempts
-    assert grids.count((24, 24)) <= 1 + len(limit.retreats) + limit.raises
+    assert grids.count((16, 16)) <= limit.LOWERINGS + limit.ATTEMPTS
+    assert grids.count((24, 24)) <= 1 + len(limit.RETREATS) + limit.RAISES
 
 
-def test_a_domain_does_not_follow_a_contact_that_the_iteration_lost():
+def test_a_domain_does_not_follow_a_contact_that_the_iteration_lost(monkeypatch):
     """On grids of a few elements it shrank until the coordinates of its elements were one number."""
     lost = stress_case(922).problem
-    result = solve(lost, options=SolverOptions(limit=LimitOptions(lowerings=0)))
+    monkeypatch.setattr(limit, "LOWERINGS", 0)
+    result = solve(lost)
     assert not result.converged
     assert np.diff(result.x).min() > 1e-6 * np.abs(result.x).max()

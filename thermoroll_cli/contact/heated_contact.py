@@ -24,7 +24,24 @@ import numpy as np
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.numerics.krylov import Vector, gmres
-from thermoroll_cli.numerics.solver_options import HeatedContactOptions
+
+MOST_ACTIVE_SETS = 30
+"""Active sets tried for one heat. A step that is not too large takes three to eight."""
+MOST_ITERATIONS = 120
+"""GMRES steps per active set: four to eight are usual."""
+WANDERING_SHARE = 0.3
+"""A step is given up when an active set wants to grow by this part of itself at the same time as it shrinks: it began with a
+contact that is too large for its heat."""
+REDUCTION = 1e-3
+"""By how much the gap on one active set is closed before the set is looked at."""
+STEP_GROWTH = 1.5
+"""A step in heat that was found lets the next one be so much longer; one that was not is halved."""
+SMALLEST_STEP = 1.0 / 256.0
+"""Part of the heat below which a step is not halved any more: there is no steady state beyond."""
+MOST_APPLICATIONS = 1000
+"""Applications of A − E after which the heat is not raised any further: one to four hundred take it to where it gets."""
+INTERMEDIATE_RESIDUAL = 1e-4
+"""Residual at which states on the way are solved, relative to the elastic displacement."""
 
 
 @dataclass(frozen=True)
@@ -57,9 +74,7 @@ class HeatedContactSolver:
 
     def __init__(
         self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, normal_force: float,
-        options: HeatedContactOptions | None = None,
     ) -> None:
-        self.options = options or HeatedContactOptions()
         self.applications = 0
         self._normal, self._expand, self._gap = normal, expand, gap
         self._load = normal_force / normal.grid.element_area
@@ -67,18 +82,18 @@ class HeatedContactSolver:
     def solve(self, pressure: Array, tolerance: float, heat: float = 1.0) -> HeatedContact:
         """The state at the part `heat` of the heat, from the active set and values of `pressure`. Not `converged` where the
         active sets wander or do not settle."""
-        options, before = self.options, self.applications
+        before = self.applications
         contact = pressure > 0.0
         pressure = pressure * (self._load / float(pressure.sum()))
         scale = max(float(self._normal.displacement(pressure)[contact].mean()), 1e-300)
         closing = self._closing(pressure, heat)
         error, sets, converged = np.inf, 0, False
-        while sets < options.most_active_sets:
+        while sets < MOST_ACTIVE_SETS:
             sets += 1
             residual = -(closing + self._gap)[contact]
             residual -= residual.mean()
             error = float(np.sqrt(np.mean(residual**2))) / scale
-            wanted = max(0.5 * tolerance / error, options.reduction) if error > tolerance else 0.5
+            wanted = max(0.5 * tolerance / error, REDUCTION) if error > tolerance else 0.5
             step, image = self._correction(contact, residual, heat, wanted)
             pressure, closing = pressure + step, closing + image
             opening = closing + self._gap
@@ -91,10 +106,10 @@ class HeatedContactSolver:
                     converged = True
                     break
                 continue
-            if (dropped and added > options.wandering * size) or dropped == size:
+            if (dropped and added > WANDERING_SHARE * size) or dropped == size:
                 break
             # Two elements may swap for ever on a symmetric border: then only what must go goes.
-            contact = contact & ~drop if sets > options.most_active_sets // 2 and dropped else (contact & ~drop) | add
+            contact = contact & ~drop if sets > MOST_ACTIVE_SETS // 2 and dropped else (contact & ~drop) | add
             pressure = np.where(contact, pressure, 0.0)
             pressure *= self._load / float(pressure.sum())
             closing = self._closing(pressure, heat)
@@ -125,7 +140,7 @@ class HeatedContactSolver:
         def precondition(values: Vector) -> Vector:
             return self._normal.precondition(on_grid(values), contact)[contact]
 
-        solution = gmres(closing, without_mean, precondition, residual, wanted, self.options.most_iterations)
+        solution = gmres(closing, without_mean, precondition, residual, wanted, MOST_ITERATIONS)
         if solution.iterations == 0:
             # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
             return np.zeros(contact.shape), np.zeros(contact.shape)
@@ -136,27 +151,27 @@ class HeatedContactSolver:
 
         Where a step fails it is halved. The state at the highest heat that was reached is returned; below 1, a further
         `smallest_step` of the heat has no state that the iteration finds, or none within `most_applications`."""
-        options, before = self.options, self.applications
+        before = self.applications
         found = self.solve(pressure, tolerance)
         sets, steps = found.active_sets, 1
         if found.converged:
             return found
-        if found.residual <= options.on_the_way:
+        if found.residual <= INTERMEDIATE_RESIDUAL:
             # Only elements of the border came and went, for a gap that is closed: no heat need be raised for that.
-            found = self.solve(pressure, options.on_the_way)
+            found = self.solve(pressure, INTERMEDIATE_RESIDUAL)
             sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
                 return replace(found, applications=self.applications - before, active_sets=sets, steps=steps)
-        reached = self.solve(pressure, options.on_the_way, 0.0)
+        reached = self.solve(pressure, INTERMEDIATE_RESIDUAL, 0.0)
         sets, steps = sets + reached.active_sets, steps + 1
         step = 0.25
-        while (reached.reached < 1.0 and step >= options.smallest_step and reached.converged
-               and self.applications - before < options.most_applications):
+        while (reached.reached < 1.0 and step >= SMALLEST_STEP and reached.converged
+               and self.applications - before < MOST_APPLICATIONS):
             heat = min(1.0, reached.reached + step)
-            found = self.solve(reached.pressure, options.on_the_way, heat)
+            found = self.solve(reached.pressure, INTERMEDIATE_RESIDUAL, heat)
             sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
-                reached, step = found, options.growth * step
+                reached, step = found, STEP_GROWTH * step
             else:
                 step *= 0.5
         if reached.reached == 1.0:

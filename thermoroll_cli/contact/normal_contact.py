@@ -21,8 +21,18 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.solver_options import NormalOptions
 from thermoroll_cli.numerics.stencils import highest
+
+FIRST_REDUCTION = 0.1
+"""By how much the gap is closed on an active set before the set is looked at: the first sets are far off."""
+SOLVED_SHARE = 0.5
+"""Conjugate gradients go on to this part of the tolerance, so that adding nothing to the set ends the iteration."""
+PATIENCE = 8
+"""Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
+BORDER_PASSES = 3
+"""Times that elements under tension are dropped after the border was resolved, before whole elements are kept after all."""
+BORDER_ITERATIONS = 60
+"""Conjugate gradients per such pass, which start from the solution with whole elements."""
 
 
 @dataclass(frozen=True)
@@ -70,13 +80,12 @@ class RefinedContact:
 class NormalSolver:
     """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions."""
 
-    def __init__(self, grid: Grid, contact_modulus: float, options: NormalOptions | None = None) -> None:
+    def __init__(self, grid: Grid, contact_modulus: float) -> None:
         pyfftw = fftw()
 
         nx, ny = grid.shape
         self.grid = grid
         self.contact_modulus = contact_modulus
-        self.options = options or NormalOptions()
         self.applications = 0
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
@@ -172,11 +181,11 @@ class NormalSolver:
         displacement = self.displacement(pressure)
         history: list[float] = []
         iterations, stalled = 0, 0
-        target = self.options.first_reduction
+        target = FIRST_REDUCTION
         converged = False
         seen_changes = contact.size
         while iterations < max_iterations:
-            state = self._conjugate_gradients(gap, pressure, displacement, contact, self.options.solved_share * tolerance,
+            state = self._conjugate_gradients(gap, pressure, displacement, contact, SOLVED_SHARE * tolerance,
                                               max_iterations - iterations, target)
             pressure, displacement, approach = state.pressure, state.displacement, state.approach
             iterations += state.iterations
@@ -196,7 +205,7 @@ class NormalSolver:
             stalled = stalled + 1 if changes >= seen_changes else 0
             seen_changes = min(seen_changes, changes)
             contact = contact & ~drop
-            if stalled < self.options.patience or not drop.any():
+            if stalled < PATIENCE or not drop.any():
                 contact |= add
             pressure = np.where(contact, pressure, 0.0)
             if pressure.any():
@@ -230,10 +239,10 @@ class NormalSolver:
         if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
-        for _ in range(self.options.border_passes):
+        for _ in range(BORDER_PASSES):
             pressure = pressure * (wanted / float(pressure.sum())) + fixed
             state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance,
-                                              self.options.border_iterations)
+                                              BORDER_ITERATIONS)
             negative = state.pressure < 0.0
             if not negative.any():
                 break

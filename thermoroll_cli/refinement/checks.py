@@ -60,7 +60,7 @@ def heat_failures(isothermal: SteadyState, home: Discretisation, coupled: Steady
     if coupled is None or (coupled.touches_rim and home.followed is None):
         return []
     if coupled.touches_rim:
-        tried = home.options.refinement.most_moves
+        tried = home.options.most_moves
         return [f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which "
                 "does not show that there is none; lower the speed or the creepage"]
     if not coupled.converged:

@@ -12,7 +12,7 @@ from thermoroll_cli.refinement.refinement_level import FollowedState
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
-from thermoroll_cli.steady_state.turn import Tolerances
+from thermoroll_cli.steady_state.options import Tolerances
 
 ROOM = 0.125
 """Room on each side of a contact in a domain that follows it, over what it measures along that axis."""
@@ -33,7 +33,7 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
     state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced)
     left_behind, smaller, settled = 0, False, False
-    for _ in range(home.options.refinement.most_moves):
+    for _ in range(home.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
         settled = settled or (smaller and state.touches_rim)
         domain = _around(home, state)

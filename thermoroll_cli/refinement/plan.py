@@ -9,18 +9,25 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import divide
-from thermoroll_cli.numerics.solver_options import RefinementOptions
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import plausibility_warnings, profile_warnings, track_facts, track_warnings
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
+COARSEST = 8
+"""Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 7 wide,
+enough for a first guess."""
+FINEST_FOR_ACCURACY = 512
+"""Largest grid where an accuracy is asked for: the next one takes more than 2 GB."""
+SMALLEST_EXTENT = 2.1
+"""The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
+
 BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
 
 
-def _elastic_coupling(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _elastic_coupling(derived: DerivedQuantities) -> str | None:
     lower, upper = derived.problem.lower, derived.problem.upper
     if derived.feeds_back:
         return ""
@@ -31,77 +38,77 @@ def _elastic_coupling(derived: DerivedQuantities, options: RefinementOptions) ->
     return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
 
 
-def _isothermal_normal(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _isothermal_normal(derived: DerivedQuantities) -> str | None:
     if derived.problem.geometry.has_profile:
         return ""
     return None if derived.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
 
 
-def _tangential(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _tangential(derived: DerivedQuantities) -> str | None:
     if not derived.moves:
         return "no creepage, spin, force or differential slip: everything sticks without traction"
     return "" if derived.problem.friction else "no friction: the surfaces slide freely"
 
 
-def _other_half(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
-    columns = grid_sequence(derived.problem, options)[-1][1]
+def _other_half(derived: DerivedQuantities) -> str | None:
+    columns = grid_sequence(derived.problem)[-1][1]
     if not derived.has_traction or derived.mirror_on(columns, heated=False) is None:
         return None
     sideways = "" if derived.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
     return "the mirror image of y > 0" + sideways
 
 
-def _differential_slip(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _differential_slip(derived: DerivedQuantities) -> str | None:
     return "" if derived.differential_slip.active else derived.differential_slip.why_not
 
 
-def _heat(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _heat(derived: DerivedQuantities) -> str | None:
     if not derived.problem.heating.heat:
         return "switched off or no thermal constants: purely mechanical"
     return "" if derived.has_traction or derived.problem.heating.conducts else "nothing rubs: no frictional heat"
 
 
-def _partition(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
-    if _heat(derived, options) or derived.problem.heating.partition != "matched":
+def _partition(derived: DerivedQuantities) -> str | None:
+    if _heat(derived) or derived.problem.heating.partition != "matched":
         return None
-    share = _even_share(derived, options)
+    share = _even_share(derived)
     return "" if share is None else f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
 
 
-def _warm_friction(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _warm_friction(derived: DerivedQuantities) -> str | None:
     if not derived.problem.friction_slope:
         return None
     return "" if derived.problem.friction_varies and derived.has_traction else "no friction and heat that could change it"
 
 
-def _deformation(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
-    if _heat(derived, options):
+def _deformation(derived: DerivedQuantities) -> str | None:
+    if _heat(derived):
         return "no heat"
     if not derived.problem.heating.deformation:
         return "switched off"
     wanted = derived.problem.numerics.wanted_accuracy
-    bulge = bulge_bound(derived, options) / derived.scales.approach
+    bulge = bulge_bound(derived) / derived.scales.approach
     if BULGE_EFFECT * bulge >= wanted:
         return ""
     return f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing by more than {wanted:g}"
 
 
-def _recirculation(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
+def _recirculation(derived: DerivedQuantities) -> str | None:
     heating = derived.problem.heating
     if heating.lower_track is None and heating.upper_track is None:
         return None
-    return "no heat" if _heat(derived, options) else ""
+    return "no heat" if _heat(derived) else ""
 
 
-def _thermal_crown(derived: DerivedQuantities, options: RefinementOptions) -> str | None:
-    if _recirculation(derived, options) != "":
+def _thermal_crown(derived: DerivedQuantities) -> str | None:
+    if _recirculation(derived) != "":
         return None
     if derived.crown_matters:
         return ""
     return f"its curvature is {derived.crown_bound:.1e} of the gap's at most: pressures change by less than that"
 
 
-STAGES: dict[str, Callable[[DerivedQuantities, RefinementOptions], str | None]] = {
+STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
     "elastic coupling": _elastic_coupling,
     "normal (isothermal)": _isothermal_normal,
     "tangential": _tangential,
@@ -117,27 +124,26 @@ STAGES: dict[str, Callable[[DerivedQuantities, RefinementOptions], str | None]] 
 """For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
 
 
-def grid_sequence(problem: Problem, options: RefinementOptions | None = None) -> tuple[tuple[int, int], ...]:
-    """Grids from coarse to fine, each side doubled (rounded): from about `RefinementOptions.coarsest` elements, from twice as
+def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, int], ...]:
+    """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as
     many where three grids are left without it."""
-    options = options or RefinementOptions()
-    wish = problem.numerics.grid or (options.finest_for_accuracy, options.finest_for_accuracy)
-    coarsest = options.coarsest if max(wish) < 8 * options.coarsest else 2 * options.coarsest
+    wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
+    coarsest = COARSEST if max(wish) < 8 * COARSEST else 2 * COARSEST
     grids = [wish]
-    while options.sequence and max(grids[0]) >= 2 * coarsest:
+    while not alone and max(grids[0]) >= 2 * coarsest:
         nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in grids[0])
         grids.insert(0, (nx, ny))
     return tuple(grids)
 
 
-def bulge_bound(derived: DerivedQuantities, options: RefinementOptions | None = None) -> float:
+def bulge_bound(derived: DerivedQuantities) -> float:
     """Estimate from above of the thermal expansion's variation over the contact in m.
 
     The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the
     expansion of that heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few
     times the saturation creepage at most."""
     problem, motion = derived.problem, derived.problem.motion
-    discretisation = _preview(derived, options or RefinementOptions())
+    discretisation = _preview(derived)
     rigid = discretisation.driving_slip(discretisation.isothermal_pressure)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
@@ -154,19 +160,19 @@ def bulge_bound(derived: DerivedQuantities, options: RefinementOptions | None = 
     return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
 
 
-def _preview(derived: DerivedQuantities, options: RefinementOptions) -> Discretisation:
+def _preview(derived: DerivedQuantities) -> Discretisation:
     """A grid coarse enough for estimates."""
-    return Discretisation(derived, (2 * options.coarsest, 2 * options.coarsest), options.smallest_extent)
+    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
 
 
-def _even_share(derived: DerivedQuantities, options: RefinementOptions) -> float | None:
+def _even_share(derived: DerivedQuantities) -> float | None:
     """Share of the lower body with which both surfaces get equally warm everywhere; None if that takes a solution."""
     motion = derived.problem.motion
     if derived.problem.heating.conducts:
         return None
     if derived.problem.heating.peclet == "rolling" and (motion.force_x, motion.force_y) != (None, None):
         return None
-    discretisation = _preview(derived, options)
+    discretisation = _preview(derived)
     creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
     return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
 
@@ -204,25 +210,24 @@ class Plan:
         return stage in self.run
 
 
-def make_plan(problem: Problem, options: RefinementOptions | None = None) -> Plan:
+def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     """Plan of a problem. Raises ValueError where no steady state can exist (|F| > μW)."""
     if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
         raise ValueError(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
                          f"{problem.traction_limit:g} N")
-    options = options or RefinementOptions()
     derived = DerivedQuantities(problem)
-    grids = grid_sequence(problem, options)
+    grids = grid_sequence(problem, alone=alone)
     run, skipped, warnings = [], {}, []
     for stage, why_skipped in STAGES.items():
-        reason = why_skipped(derived, options)
+        reason = why_skipped(derived)
         if reason:
             skipped[stage] = reason
         elif reason is not None:
             run.append(stage)
     extent = problem.numerics.extent
-    if extent < options.smallest_extent:
-        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {options.smallest_extent:g}")
-        extent = options.smallest_extent
+    if extent < SMALLEST_EXTENT:
+        warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
+        extent = SMALLEST_EXTENT
     warnings += doubts(derived)
     plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from thermoroll_cli.numerics.solver_options import SolverOptions, Tolerances
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
@@ -23,6 +22,18 @@ from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
+from thermoroll_cli.steady_state.options import SolverOptions, Tolerances
+
+LARGEST_EXTENT = 12.0
+GROWTH = 1.25
+"""Factor by which the domain grows when the contact reaches its rim."""
+COARSE_TOLERANCE = 3.0
+"""Factor by which coarser grids are solved less closely: less work, and neither finest grid nor estimates notice."""
+SHARE_OF_ACCURACY = 0.03
+"""Where an accuracy is asked for any grid may turn out to be the last: its residual must not show in the estimates."""
+NORMAL_SHARE_OF_SHEAR = 0.1
+"""Residual gap over the residual of the tractions between dissimilar bodies: elements of the border come and go with the shear,
+so that a closer pressure gains nothing."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -85,19 +96,19 @@ class Solver:
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
         """One attempt, and whether it failed for too much heat."""
-        plan, options = make_plan(problem, self.options.refinement), self.options.refinement
+        plan = make_plan(problem, alone=not self.options.sequence)
         while True:
             levels, stopwatch = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
             last = levels[-1]
-            if not last.touches_rim or plan.extent > options.largest_extent:
+            if not last.touches_rim or plan.extent > LARGEST_EXTENT:
                 break
-            grown = plan.extent * options.growth
+            grown = plan.extent * GROWTH
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         too_hot = heat_failures(last.isothermal, last.home, last.coupled)
         # A coarser grid on which no steady state was found tells nothing about the order in which errors fall.
         found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
-        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=options.extrapolated and found)
+        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._previous = levels
@@ -141,15 +152,15 @@ def tolerances_on(
     """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
     error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
     the estimates."""
-    tolerances, refinement, accuracy = options.tolerances, options.refinement, derived.problem.numerics.accuracy
+    tolerances, accuracy = options.tolerances, derived.problem.numerics.accuracy
     if derived.feeds_back:
         # Pressure and shear that act on each other cost more turns from a looser start than it saves.
-        return replace(tolerances, normal=refinement.normal_share_of_shear * tolerances.tangential)
+        return replace(tolerances, normal=NORMAL_SHARE_OF_SHEAR * tolerances.tangential)
     if shape == plan.grids[-1]:
         return tolerances
-    factor = refinement.coarse_tolerance
+    factor = COARSE_TOLERANCE
     if accuracy is not None:
-        factor = min(factor, max(1.0, refinement.share_of_accuracy * accuracy / tolerances.tangential))
+        factor = min(factor, max(1.0, SHARE_OF_ACCURACY * accuracy / tolerances.tangential))
     return tolerances.times(factor)
 
 

@@ -23,6 +23,12 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import Fields, unknowns_of
 from thermoroll_cli.steady_state.friction import friction_before_heat
 
+LEAST_COVER = 0.3
+"""Elements that the isothermal contact covers by less start without pressure between dissimilar bodies: the solver adds an
+element more readily than it drops one."""
+FIRST_GUESS = 1e-2
+"""Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
+
 
 @dataclass(frozen=True)
 class Starts:
@@ -41,7 +47,7 @@ class Starts:
         if source is None:
             pressure, tangential = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
             if fields:
-                tangential = discretisation.roll(pressure, tangential, discretisation.options.refinement.first_guess)
+                tangential = discretisation.roll(pressure, tangential, FIRST_GUESS)
             return Contact(pressure, tangential, **fields)
         guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
         if self.previous is not None:
@@ -109,7 +115,7 @@ def _carried_over(discretisation: Discretisation, source: Discretisation, contac
         if contact.expansion is None:
             # Little has changed of the isothermal pressure: its steep border need not be interpolated.
             change = prolong(contact.normal.pressure - source.isothermal_pressure.pressure)
-            enough = guess.covered > discretisation.options.refinement.least_cover
+            enough = guess.covered > LEAST_COVER
             pressure = np.where(enough, np.maximum(guess.pressure + change, 0.0), 0.0)
         else:
             pressure = np.maximum(prolong.from_inside(contact.normal.pressure), 0.0)

@@ -21,10 +21,17 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.numerics.convolution import even_length
 from thermoroll_cli.numerics.krylov import batch_gmres
-from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS, RollingOptions
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS
-from thermoroll_cli.rolling.newton import Newton, TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+from thermoroll_cli.rolling.newton import (
+    MOST_HALVINGS,
+    MOST_KRYLOV_STEPS,
+    STICK_TRACTION,
+    SUFFICIENT_DECREASE,
+    Newton,
+    TangentialProblem,
+)
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
+from thermoroll_cli.rolling.rolling_solver import FORCING_SHARE, LOOSEST_FORCING, MOST_NEWTON_STEPS, STICK_FORCING, UNBOUNDED
 from thermoroll_cli.rolling.stick_inverse import StickInverse, inverse_symbols
 
 Kernels = tuple[AnyArray, AnyArray, AnyArray]
@@ -223,9 +230,9 @@ class BatchSolver:
 
     def full_stick(self, rigid: AnyArray) -> AnyArray:
         """Tractions (B, 2, n, m) that let nothing slip under `rigid` slips: a linear problem."""
-        bound = self._newton.traction_bound * self._options.unbounded
+        bound = self._newton.traction_bound * UNBOUNDED
         state = self._iterate(np.zeros_like(rigid), rigid.copy(), bound)
-        return self._step(state, rigid, bound, np.full(len(rigid), self._options.stick_forcing)).traction
+        return self._step(state, rigid, bound, np.full(len(rigid), STICK_FORCING)).traction
 
     def solve(self, rigid: AnyArray, starts: AnyArray, tolerance: float) -> BatchSolution:
         """Solve for `rigid` slips from the tractions `starts`, both (B, 2, n, m), to the residual `tolerance`.
@@ -241,13 +248,13 @@ class BatchSolver:
         for _ in range(ROUNDS):
             active = np.flatnonzero(state.norm > tolerance)
             last = np.full(len(rigid), np.nan)
-            for _ in range(self._options.most_newton_steps):
+            for _ in range(MOST_NEWTON_STEPS):
                 if not active.size:
                     break
                 part = state.take(active)
                 ratio = part.norm / last[active]
-                loosest = self._options.loosest_forcing
-                forcing = np.clip(self._options.forcing_share * ratio**2, 0.5 * tolerance / part.norm, loosest)
+                loosest = LOOSEST_FORCING
+                forcing = np.clip(FORCING_SHARE * ratio**2, 0.5 * tolerance / part.norm, loosest)
                 forcing = np.maximum(np.where(np.isnan(forcing), loosest, forcing), FINEST_FORCING)
                 last[active] = part.norm
                 state.put(active, self._step(part, rigid[active], bound, forcing, reference[active]))
@@ -262,7 +269,7 @@ class BatchSolver:
     def _references(self, rigid: AnyArray) -> AnyArray:
         """What residuals count against, as in `Newton`."""
         size = np.hypot(rigid[:, 0], rigid[:, 1])
-        expected = np.minimum(self._newton.traction_bound, self._options.stick_traction * size / self._own_size)
+        expected = np.minimum(self._newton.traction_bound, STICK_TRACTION * size / self._own_size)
         norm = np.sqrt(np.einsum("bij,bij->b", expected, expected))
         return np.where(norm > 0.0, norm, 1.0)
 
@@ -297,14 +304,14 @@ class BatchSolver:
         count = len(state.norm)
         right = (state.residual / -reference[:, None, None, None]).astype(np.float32).reshape(count, -1)
         step, image = batch_gmres(system.expensive, system.cheap, system.precondition, right, forcing,
-                                  self._options.most_krylov_steps)
+                                  MOST_KRYLOV_STEPS)
         full = (count, 2, *self._shape)
         change, gradient = (v.reshape(full) * reference[:, None, None, None] for v in (step, image))
         change_slip = -self._add_border(gradient, change, 1.0)
         best = self._iterate(state.traction + change, state.slip + change_slip, bound, reference)
         length = 1.0
-        for _ in range(self._options.most_halvings):
-            worse = np.flatnonzero(best.norm > (1.0 - self._options.sufficient_decrease * length) * state.norm)
+        for _ in range(MOST_HALVINGS):
+            worse = np.flatnonzero(best.norm > (1.0 - SUFFICIENT_DECREASE * length) * state.norm)
             if not worse.size:
                 break
             length *= 0.5

@@ -49,9 +49,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.numerics.stencils import highest, sobel
-from thermoroll_cli.rolling.rolling_gradient import MARGIN, difference
+from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7
 """Over the peak: elements with less have no shape to speak of."""

@@ -13,11 +13,26 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
-from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.rolling.element_borders import EdgeCompliance, layer_ends, neutral_compliance
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
+
+STICK_TRACTION = 1.0
+"""Traction that a creepage causes in full stick, in units of creepage over an element's own compliance; from below."""
+UNSEEN_CREEPAGE = 2.0
+"""Free creepages may begin with steps of this many units (the creepage that saturates a single element)."""
+FORCE_WEIGHT = 20.0
+"""A prescribed force is met so many times more closely than the tractions are: it is compared with what was asked for."""
+MOST_KRYLOV_STEPS = 60
+"""Preconditioned systems take about ten, on any grid."""
+MOST_UNPRECONDITIONED = 1500
+"""The same without a preconditioner, where the number grows with the grid."""
+MOST_HALVINGS = 10
+SUFFICIENT_DECREASE = 1e-4
+"""Part of the step's length by which the residual must fall (Armijo's rule, its usual value)."""
+FINEST_FORCING_EPS = 30.0
+"""A linear system is solved down to this many rounding errors at most."""
 
 
 @dataclass(frozen=True)
@@ -98,11 +113,11 @@ class Newton:
         self.free = problem.free
         self.count = max(int(self.contact.sum()), 1)
         self.size = self.traction_bound.size
-        self.force_scale = math.sqrt(self.count) / options.force_weight
+        self.force_scale = math.sqrt(self.count) / FORCE_WEIGHT
         # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
-        expected = np.minimum(self.traction_bound, options.stick_traction * rigid / float(element.mean()) + force_traction)
+        expected = np.minimum(self.traction_bound, STICK_TRACTION * rigid / float(element.mean()) + force_traction)
         self.reference = float(np.linalg.norm(expected)) or 1.0
         typical = float(self.traction_bound.sum()) / self.count
         self.creepage_unit = typical * float(element.mean()) or 1.0  # a creepage of the size that matters
@@ -212,11 +227,11 @@ class Newton:
         linear = Linearisation(self, state)
         precision = self.inverse.precision
         # What a precision cannot resolve is left to the next step, whose residual is computed afresh.
-        forcing = max(forcing, self.options.finest_forcing * float(np.finfo(precision).eps))
+        forcing = max(forcing, FINEST_FORCING_EPS * float(np.finfo(precision).eps))
         # Single precision has room for 1e±38: the unit of the residual is taken out.
         right = (state.residual * (-1.0 / self.reference)).astype(precision)
-        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing,
-                         self.options.most_krylov_steps)
+        most = MOST_KRYLOV_STEPS if self.options.preconditioned else MOST_UNPRECONDITIONED
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing, most)
         shape = (2, *self.traction_bound.shape)
         n = 2 * self.size
         step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
@@ -225,11 +240,11 @@ class Newton:
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
-        for _ in range(self.options.most_halvings):
+        for _ in range(MOST_HALVINGS):
             trial = self._iterate(state.traction + length * change, state.unknown + length * change_unknown,
                                   state.slip + length * change_slip)
             trials.append(trial)
-            if trial.norm <= (1.0 - self.options.sufficient_decrease * length) * state.norm:
+            if trial.norm <= (1.0 - SUFFICIENT_DECREASE * length) * state.norm:
                 break
             length *= 0.5
         return min(trials, key=lambda t: t.norm)
@@ -238,7 +253,7 @@ class Newton:
         """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
         and a full step would leap into sliding, from where there is no gradient back."""
         size = float(np.linalg.norm(change))
-        allowed = float(np.linalg.norm(unknown)) + self.options.unseen_creepage
+        allowed = float(np.linalg.norm(unknown)) + UNSEEN_CREEPAGE
         return min(1.0, allowed / size) if size > allowed else 1.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -12,8 +13,29 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import FreeShear, MirroredShear, shear_symbols
 from thermoroll_cli.numerics.convolution import free_space
 from thermoroll_cli.numerics.mirror import Parities
-from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS
+from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+
+
+@dataclass(frozen=True)
+class RollingOptions:
+    """What experiments vary of the tangential solver."""
+
+    difference_weights: tuple[float, float, float, float] = UPSTREAM_WEIGHTS
+    relaxation: float = 0.35
+    """ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick
+    and slip without end: near the kink the natural residual then measures the slip and no longer the traction."""
+    preconditioned: bool = True
+    """Whether linear systems are preconditioned with the inverse of D A on the stick area."""
+    smallest_cover: float = 1e-3
+    """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
+    deepest: float = 0.117
+    """Most that the known gradient at the leading edge falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G
+    along y: on elements that the border just touches. Infinite: the known gradient is not used."""
+    leading_ring: int = 2
+    """Elements that the error of the border reaches; further in, sticking tractions are no longer shaped like the pressure."""
+    leading_known: bool = True
+    """Whether the gradient at the leading edge is taken as known at all."""
+
 
 MARGIN = 2
 """Rows beyond the box that the difference formula reaches, at either end."""

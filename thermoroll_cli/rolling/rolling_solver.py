@@ -14,10 +14,27 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
-from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.rolling.newton import Iterate, Newton, TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.stick_inverse import StickInverse
+
+MOST_NEWTON_STEPS = 40
+LOOSEST_FORCING = 0.1
+"""Each Newton step is solved at least this well."""
+FORCING_SHARE = 0.9
+"""Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
+SLOW = 0.6
+"""A Newton step that leaves more than this of the residual may only move false slip along: it is looked for then."""
+NO_HELP = 0.95
+"""What a step without such slip has to leave less of for another one like it."""
+STICK_FORCING = 1e-2
+"""Full stick is only a start: solved this well."""
+UNBOUNDED = 1e8
+"""Times the traction bound: nothing slips."""
+SINGLE_SUFFICES = 1e-6
+"""Down to this tolerance the linear systems are solved in single precision: half the memory to move."""
+REFINABLE = 1e-2
+"""A residual that grew when computed afresh, but no further than this, is iterated on."""
 
 Start = tuple[Array, tuple[float, float]]
 
@@ -59,7 +76,7 @@ class RollingSolver:
 
     def _inverse(self, tolerance: float) -> StickInverse:
         """The preconditioner, in the precision in which Newton steps are solved: residuals are always computed in double."""
-        precision = np.float32 if tolerance >= self.options.single_suffices else np.float64
+        precision = np.float32 if tolerance >= SINGLE_SUFFICES else np.float64
         if precision not in self._inverses:
             g = self.gradient
             self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision, g.weights)
@@ -111,7 +128,7 @@ class RollingSolver:
             start = newton.start(*self._full_stick(problem, newton.inverse))
             state = self._iterate(newton, start, tolerance, history)
         state, _, _ = newton.finish(state)
-        if tolerance < state.norm < self.options.refinable:
+        if tolerance < state.norm < REFINABLE:
             # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
             state = self._iterate(newton, state, tolerance, history)
         return newton, state
@@ -139,17 +156,17 @@ class RollingSolver:
     def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
         """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
         history.append(state.norm)
-        forcing = self.options.loosest_forcing
+        forcing = LOOSEST_FORCING
         best, looked = state, False
-        for step in range(self.options.most_newton_steps):
+        for step in range(MOST_NEWTON_STEPS):
             if state.norm <= tolerance:
                 break
             if step:
                 ratio = history[-1] / history[-2]
-                earned = max(self.options.forcing_share * ratio**2, 0.5 * tolerance / state.norm)
-                forcing = min(self.options.loosest_forcing, earned)
+                earned = max(FORCING_SHARE * ratio**2, 0.5 * tolerance / state.norm)
+                forcing = min(LOOSEST_FORCING, earned)
                 # Slip that is alone and true has to come back where taking it away does not help.
-                looked = ratio > self.options.slow and not (looked and ratio > self.options.no_help)
+                looked = ratio > SLOW and not (looked and ratio > NO_HELP)
                 if looked:
                     state = newton.without_false_slip(state)
             state = newton.step(state, forcing)
@@ -160,9 +177,9 @@ class RollingSolver:
 
     def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
         """Tractions that let nothing slip, whatever the bound: a linear problem."""
-        unbounded = replace(problem, traction_bound=problem.traction_bound * self.options.unbounded)
+        unbounded = replace(problem, traction_bound=problem.traction_bound * UNBOUNDED)
         newton = Newton(unbounded, self.gradient, inverse, self.options)
-        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), self.options.stick_forcing)
+        state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)
         return state.traction, (float(creep[0]), float(creep[1]))
 

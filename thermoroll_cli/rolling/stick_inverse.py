@@ -12,8 +12,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import Symbols, shear_symbols
 from thermoroll_cli.numerics.convolution import complex_type, even_length, fftw
 from thermoroll_cli.numerics.mirror import MirroredPlane, Parities, pair_symbols
-from thermoroll_cli.numerics.solver_options import UPSTREAM_WEIGHTS
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS
+from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 
 
 def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:

@@ -15,10 +15,10 @@ from thermoroll_cli.heat.heat_response import HeatResponse, ThermalResponse
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation
-from thermoroll_cli.numerics.solver_options import SolverOptions
 from thermoroll_cli.numerics.stencils import peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.options import SolverOptions
 from thermoroll_cli.steady_state.traction import TractionSolver
 
 BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
@@ -70,7 +70,7 @@ class Discretisation:
 
     @cached_property
     def normal_solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self.derived.problem.contact_modulus, self.options.normal)
+        return NormalSolver(self.grid, self.derived.problem.contact_modulus)
 
     @cached_property
     def isothermal_pressure(self) -> Pressure:

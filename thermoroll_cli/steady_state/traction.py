@@ -11,16 +11,18 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities, unfolded
-from thermoroll_cli.numerics.solver_options import RollingOptions
 from thermoroll_cli.problem.contact import Pressure, Traction
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, difference
+from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.rolling.slip_friction import SlipFriction
 from thermoroll_cli.rolling.slip_heat import heat_of_slip
 from thermoroll_cli.rolling.window import Window, window_around
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+FORCE_TOLERANCE = 0.4
+"""Where a force is prescribed tractions are solved to this part of their tolerance: creepages amplify what is left."""
 
 
 class TractionSolver:
@@ -64,7 +66,7 @@ class TractionSolver:
         solution = solver.solve(
             cell,
             [] if start.is_unknown else [(window.cut(start.traction), start.creepage)],
-            tolerance * (self.options.force_tolerance if cell.free else 1.0),
+            tolerance * (FORCE_TOLERANCE if cell.free else 1.0),
         )
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0

@@ -1,0 +1,37 @@
+"""The few numbers of the solvers that experiments and the refinement vary; all others are constants beside their use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from thermoroll_cli.rolling.rolling_gradient import RollingOptions
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Relative: residual of the tractions, residual gap over approach, change of the fields that act back on the contact.
+
+    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
+
+    tangential: float = 1e-5
+    normal: float = 1e-7
+    coupling: float = 3e-6
+
+    def times(self, factor: float) -> Tolerances:
+        """All of them looser by `factor`."""
+        return Tolerances(factor * self.tangential, factor * self.normal, factor * self.coupling)
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """`sequence` is whether coarser grids are solved first: they give the start, the estimates and the extrapolation.
+    `extrapolated` is whether integrals are extrapolated from the last three grids. At most `most_moves` domains are tried on
+    one grid to follow a heated contact. With `whole_elements` Hertz's pressure is that at the centres of whole elements, as
+    CONTACT takes it, instead of its averages over covered parts."""
+
+    tolerances: Tolerances = Tolerances()
+    rolling: RollingOptions = field(default_factory=RollingOptions)
+    sequence: bool = True
+    extrapolated: bool = True
+    most_moves: int = 8
+    whole_elements: bool = False
