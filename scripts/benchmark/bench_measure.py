@@ -20,7 +20,7 @@ from thermoroll_cli import Case
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.options import SolverOptions
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "benchmarks"

@@ -44,7 +44,7 @@ from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOpti
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.options import SolverOptions, Tolerances
+from thermoroll_cli.steady_state.solver_options import SolverOptions, Tolerances
 
 Folder = pathlib.Path
 Rows = list[list[str]]

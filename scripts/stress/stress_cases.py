@@ -100,7 +100,7 @@ def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> t
     derived = DerivedQuantities(problem)
     if wanted > BELOW_LIMIT and max(problem.numerics.grid or ()) > HOT_GRID:
         content["numerics"]["grid"] = HOT_GRID  # a limit is searched for with some twenty solutions
-    if derived.has_traction or problem.heating.conducts:
+    if derived.kinematics.has_traction or problem.heating.conducts:
         bound = bulge_bound(derived)
         factor = wanted * derived.hertz.approach / bound if bound > 0.0 else 0.0
         if 0.0 < factor < math.inf:

@@ -13,7 +13,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.options import SolverOptions
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 LOAD = 2e-6
 COULOMB = 2e-4
@@ -101,7 +101,7 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
     slip[0] = state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x
     slip[1] = state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y
     derived = DerivedQuantities(problem)
-    slip[0] += derived.differential_slip(grid.y) - motion.spin * grid.y
+    slip[0] += derived.kinematics.differential_slip(grid.y) - motion.spin * grid.y
     slip[1] += motion.spin * grid.x[:, None]
     if derived.dissimilar:
         slip -= NormalShearCoupling(grid, derived.coupling_constant).tangential_gradient(pressure)

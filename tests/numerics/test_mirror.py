@@ -118,7 +118,7 @@ def test_mirror_is_exact():
 def test_sideways_motion_is_felt_by_the_heat():
     """With lateral creepage material drifts sideways: the warmer half lies downstream, and no half tells the other."""
     problem = rolling(creepage=(0.0, 0.3), speed=0.05, heating=Heating(), body=STEEL)
-    assert DerivedQuantities(problem).mirror is not None and not DerivedQuantities(problem).heat_mirrors
+    assert DerivedQuantities(problem).kinematics.mirror is not None and not DerivedQuantities(problem).kinematics.heat_mirrors
     temperature = solve(problem).coupled.fields["temperature_rise_lower"]
     assert np.abs(temperature - temperature[:, ::-1]).max() > 1e-3 * temperature.max()
 

@@ -18,7 +18,7 @@ from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
-from thermoroll_cli.steady_state.options import SolverOptions
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 from thermoroll_cli.steady_state.turn import turn
 
 CASE = reference_problem("article_3_1_case_5", 32)

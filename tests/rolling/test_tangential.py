@@ -414,7 +414,7 @@ def test_any_start_leads_to_the_same_tractions():
     edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
     pressure, covered = element_averages(derived.hertz, *edges)
     bound = problem.friction * pressure
-    cell = TangentialProblem(bound, covered, derived.rigid_slip(grid), grid.element_area)
+    cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
     gradient = RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)
     noise = np.random.default_rng(5).normal(size=(2, 32, 32)) * bound
     against = -cell.rigid_slip / np.hypot(*cell.rigid_slip) * bound
@@ -433,7 +433,7 @@ def test_a_solution_satisfies_slip_equation_and_friction_law():
     edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
     pressure, covered = element_averages(derived.hertz, *edges)
     bound = problem.friction * pressure
-    cell = TangentialProblem(bound, covered, derived.rigid_slip(grid), grid.element_area)
+    cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
     s = solve_cell(RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance), cell, 1e-9)
     slip = cell.rigid_slip - RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)(s.traction)
     whole = covered == 1.0
@@ -455,7 +455,7 @@ def test_newton_residual_never_rises():
     grid = derived.grid((32, 32), 2.2)
     edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
     pressure, covered = element_averages(derived.hertz, *edges)
-    cell = TangentialProblem(gradient_case.friction * pressure, covered, derived.rigid_slip(grid), grid.element_area)
+    cell = TangentialProblem(gradient_case.friction * pressure, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
     s = solve_cell(RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance), cell, 1e-8)
     assert s.converged and (np.diff(s.history) < 0.0).all()
     assert s.newton_steps <= 15

@@ -29,7 +29,7 @@ from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingG
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.options import Tolerances
+from thermoroll_cli.steady_state.solver_options import Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)
@@ -329,7 +329,7 @@ def test_cost_beside_one_material(name, monkeypatch):
     Over three grids: a sliver of the border costs one or the other of them half as much again."""
     grids = (64, 96, 128)
     coupled = [solved(name, n).work["levels"][-1] for n in grids]
-    halved = DerivedQuantities(contact_case(name, 128)).mirror is not None
+    halved = DerivedQuantities(contact_case(name, 128)).kinematics.mirror is not None
     monkeypatch.setattr(DerivedQuantities, "coupling_constant", 0.0)
     single = [solve(contact_case(name, n)).work["levels"][-1] for n in grids]
     for key, most in (("applications", 2.5), ("transforms", 3.0 if halved else 2.5)):

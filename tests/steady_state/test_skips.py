@@ -28,7 +28,7 @@ from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.options import Tolerances
+from thermoroll_cli.steady_state.solver_options import Tolerances
 
 Record = Callable[[str, object], None]
 

@@ -138,7 +138,7 @@ def _over(error: float, value: float) -> float:
 def _slides_at_the_top(summary: Mapping[str, float], derived: DerivedQuantities, tolerance: float) -> bool:
     """Whether the largest traction is the friction coefficient times the largest pressure, and as well known."""
     problem = derived.problem
-    if problem.friction_slope != 0.0 or not derived.has_traction or math.isnan(summary["pressure_max_MPa"]):
+    if problem.friction_slope != 0.0 or not derived.kinematics.has_traction or math.isnan(summary["pressure_max_MPa"]):
         return False
     return abs(summary["shear_max_MPa"] / (problem.friction * summary["pressure_max_MPa"]) - 1.0) < tolerance
 
@@ -183,14 +183,14 @@ def converges_one_way(before: float, last: float) -> bool:
 def _slides_for_sure(derived: DerivedQuantities) -> bool:
     """Whether the creepage is so far beyond that of full slip that no grid can find a place that sticks."""
     problem, motion = derived.problem, derived.problem.motion
-    if not derived.has_traction:
+    if not derived.kinematics.has_traction:
         return True  # nothing resists: there is no stick to be found
     if motion.creepage_x is None or motion.creepage_y is None or derived.dissimilar or problem.geometry.has_profile:
         return False
     lower, upper = problem.lower, problem.upper
     constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
     along, across = full_slip_creepages(derived.hertz, problem.friction, *constants)
-    varies = sum(derived.creepage_variation) / min(along, across)
+    varies = sum(derived.kinematics.creepage_variation) / min(along, across)
     return math.hypot(motion.creepage_x / along, motion.creepage_y / across) - varies > SURE
 
 
@@ -238,13 +238,13 @@ def _missed(summary: Mapping[str, float], derived: DerivedQuantities, elements: 
         return 0.0
     # A patch of stick is the smaller, the faster creepage grows around it: from a point with spin, else from a line.
     saturation = derived.saturation_creepage
-    by_spin, by_shape = (saturation / max(saturation, part) for part in derived.creepage_variation)
+    by_spin, by_shape = (saturation / max(saturation, part) for part in derived.kinematics.creepage_variation)
     return min(1.0 / elements, PATCH * by_spin**2, PATCH * by_shape)
 
 
 def _pole(summary: Mapping[str, float], derived: DerivedQuantities, elements: float) -> float:
     """μ|β| over the elements side by side that stick about the pole of spin, where tractions turn; at least one."""
-    if not (derived.has_traction and derived.problem.motion.spin and derived.dissimilar):
+    if not (derived.kinematics.has_traction and derived.problem.motion.spin and derived.dissimilar):
         return 0.0
     return derived.problem.friction * abs(derived.dundurs_beta) / max(1.0, elements * math.sqrt(summary["gamma_st"]))
 

@@ -12,7 +12,7 @@ from thermoroll_cli.refinement.refinement_level import FollowedState
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState, fixed_point
-from thermoroll_cli.steady_state.options import Tolerances
+from thermoroll_cli.steady_state.solver_options import Tolerances
 
 ROOM = 0.125
 """Room on each side of a contact in a domain that follows it, over what it measures along that axis."""
@@ -83,7 +83,7 @@ def _around(home: Discretisation, state: SteadyState) -> Domain | None:
     low_y, high_y = _span(grid.y, grid.dy, np.flatnonzero(inside.any(axis=0)))
     if high_x - low_x < SMALLEST * derived.scales.semi_axis_x or high_y - low_y < SMALLEST * derived.scales.semi_axis_y:
         return None
-    if derived.mirror is not None and derived.heat_mirrors:
+    if derived.kinematics.mirror is not None and derived.kinematics.heat_mirrors:
         # But for rounding it is its own mirror image, and is solved as such.
         high_y = max(high_y, -low_y)
         low_y = -high_y

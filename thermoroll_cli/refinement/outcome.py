@@ -36,7 +36,7 @@ def result_of(
     if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
         warnings.append(sideways)
     rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
-    if rises and derived.has_traction and (expanding := tangential_expansion_warning(derived, *rises)):
+    if rises and derived.kinematics.has_traction and (expanding := tangential_expansion_warning(derived, *rises)):
         warnings.append(expanding)
     if rises:
         warnings += temperature_warning(max(float(rise.max()) for rise in rises))

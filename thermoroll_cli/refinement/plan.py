@@ -29,7 +29,7 @@ BULGE_EFFECT = 1.5
 
 def _elastic_coupling(derived: DerivedQuantities) -> str | None:
     lower, upper = derived.problem.lower, derived.problem.upper
-    if derived.feeds_back:
+    if derived.kinematics.feeds_back:
         return ""
     if derived.dissimilar:
         return "no friction: there is no shear to act on the pressure"
@@ -41,31 +41,31 @@ def _elastic_coupling(derived: DerivedQuantities) -> str | None:
 def _isothermal_normal(derived: DerivedQuantities) -> str | None:
     if derived.problem.geometry.has_profile:
         return ""
-    return None if derived.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
+    return None if derived.kinematics.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
 
 
 def _tangential(derived: DerivedQuantities) -> str | None:
-    if not derived.moves:
+    if not derived.kinematics.moves:
         return "no creepage, spin, force or differential slip: everything sticks without traction"
     return "" if derived.problem.friction else "no friction: the surfaces slide freely"
 
 
 def _other_half(derived: DerivedQuantities) -> str | None:
     columns = grid_sequence(derived.problem)[-1][1]
-    if not derived.has_traction or derived.mirror_on(columns, heated=False) is None:
+    if not derived.kinematics.has_traction or derived.kinematics.mirror_on(columns, heated=False) is None:
         return None
-    sideways = "" if derived.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
+    sideways = "" if derived.kinematics.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
     return "the mirror image of y > 0" + sideways
 
 
 def _differential_slip(derived: DerivedQuantities) -> str | None:
-    return "" if derived.differential_slip.active else derived.differential_slip.why_not
+    return "" if derived.kinematics.differential_slip.active else derived.kinematics.differential_slip.why_not
 
 
 def _heat(derived: DerivedQuantities) -> str | None:
     if not derived.problem.heating.heat:
         return "switched off or no thermal constants: purely mechanical"
-    return "" if derived.has_traction or derived.problem.heating.conducts else "nothing rubs: no frictional heat"
+    return "" if derived.kinematics.has_traction or derived.problem.heating.conducts else "nothing rubs: no frictional heat"
 
 
 def _partition(derived: DerivedQuantities) -> str | None:
@@ -78,7 +78,7 @@ def _partition(derived: DerivedQuantities) -> str | None:
 def _warm_friction(derived: DerivedQuantities) -> str | None:
     if not derived.problem.friction_slope:
         return None
-    return "" if derived.problem.friction_varies and derived.has_traction else "no friction and heat that could change it"
+    return "" if derived.problem.friction_varies and derived.kinematics.has_traction else "no friction and heat that could change it"
 
 
 def _deformation(derived: DerivedQuantities) -> str | None:
@@ -243,7 +243,7 @@ def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQua
 
 def doubts(derived: DerivedQuantities) -> list[str]:
     """What is doubtful about a problem before it is solved."""
-    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.has_traction else []
+    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
     return [*plausibility_warnings(derived), *_half_space_warnings(derived), *tracks]
 
 
@@ -292,6 +292,6 @@ def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) ->
     fields = 12 + (45 if "tangential" in run else 0) + (12 if "heat" in run else 0) + (8 if "elastic coupling" in run else 0)
     # A coupled state costs about three isothermal ones, whose tractions take some 70 applications of 4 transforms each.
     solves = (4 if "deformation" in run else 1) + ("elastic coupling" in run)
-    rolling = 140 if derived.mirror_on(shape[1], heated=False) is not None else 280
+    rolling = 140 if derived.kinematics.mirror_on(shape[1], heated=False) is not None else 280
     transforms = 10 + (rolling if "tangential" in run else 0) * solves
     return 8 * padded * fields, 0.1 + transforms * padded * math.log2(padded) * 4e-10

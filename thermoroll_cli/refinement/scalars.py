@@ -83,7 +83,7 @@ def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> A
 def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
     """Share of each element that sticks, (nx, ny)."""
     derived, grid, tangential = discretisation.derived, discretisation.grid, contact.tangential
-    if not derived.has_traction:
+    if not derived.kinematics.has_traction:
         return contact.normal.covered * tangential.stick
     bound = contact.traction_bound(derived.problem.friction)
     return stick_share(tangential.traction, tangential.slip, bound, tangential.stick, contact.normal.covered,

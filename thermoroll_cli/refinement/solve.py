@@ -22,7 +22,7 @@ from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.options import SolverOptions, Tolerances
+from thermoroll_cli.steady_state.solver_options import SolverOptions, Tolerances
 
 LARGEST_EXTENT = 12.0
 GROWTH = 1.25
@@ -153,7 +153,7 @@ def tolerances_on(
     error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
     the estimates."""
     tolerances, accuracy = options.tolerances, derived.problem.numerics.accuracy
-    if derived.feeds_back:
+    if derived.kinematics.feeds_back:
         # Pressure and shear that act on each other cost more turns from a looser start than it saves.
         return replace(tolerances, normal=NORMAL_SHARE_OF_SHEAR * tolerances.tangential)
     if shape == plan.grids[-1]:

@@ -92,7 +92,7 @@ class Starts:
 def _unheated(discretisation: Discretisation) -> Fields:
     """The fields that act back without thermal deformation, before anything is known of them."""
     fields = {}
-    if discretisation.derived.feeds_back:
+    if discretisation.derived.kinematics.feeds_back:
         fields["shear_displacement"] = np.zeros(discretisation.grid.shape)
     if discretisation.derived.problem.friction_varies:
         fields["friction"] = friction_before_heat(discretisation)

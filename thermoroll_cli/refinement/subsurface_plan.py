@@ -85,9 +85,9 @@ def subsurface_plan(
         run.append(THERMAL)
     else:
         skipped[THERMAL] = _why_cold(request, derived, heated=heated)
-    if not derived.has_traction:
+    if not derived.kinematics.has_traction:
         skipped[f"{STAGE}, shear"] = "no traction acts on the surfaces"
-    mirrored = derived.mirror_on(shape[1], heated=bool(hot)) == (1, -1)
+    mirrored = derived.kinematics.mirror_on(shape[1], heated=bool(hot)) == (1, -1)
     if mirrored:
         skipped[f"{STAGE}, y < 0"] = "the mirror image of y > 0"
     if len(request.bodies) == 2 and derived.problem.lower.poisson_ratio == derived.problem.upper.poisson_ratio:
@@ -142,7 +142,7 @@ def _cost(
     memory = 4.0 * layers * elements * (judged + kept[request.fields]) + tables + 8.0 * 4.0 * elements * 60.0
     ratios = len({getattr(derived.problem, body).poisson_ratio for body in request.bodies})
     padded = 4.0 * elements
-    transforms = (12.0 if derived.has_traction else 6.0) * ratios + 14.0 * len(hot)
+    transforms = (12.0 if derived.kinematics.has_traction else 6.0) * ratios + 14.0 * len(hot)
     each = transforms * padded * math.log2(padded) * 1.2e-9 + judged * elements * 8e-8
     # Coarser grids, for the error estimates, add a third.
     return int(memory), 1.33 * layers * each + 0.5 * len(hot)

@@ -110,7 +110,7 @@ def _collect(
 ) -> dict[str, Collector]:
     """All layers of the `bodies` on one grid."""
     discretisation = grid.discretisation
-    mirrored = discretisation.derived.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
+    mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
     transforms = LayerTransforms(discretisation.grid, mirrored)
     loads = surface_loads(discretisation, grid.contact, bodies, thermal)
     y = discretisation.grid.y[-transforms.columns :]

@@ -82,7 +82,7 @@ def expected_rise(derived: DerivedQuantities) -> float:
     2a0/V, 2 (q/k) sqrt(2 a0 κ/(π V)) (Carslaw and Jaeger, 2.9), joined harmonically.
     """
     problem, hertz = derived.problem, derived.scales
-    if not (problem.heating.heat and derived.has_traction):
+    if not (problem.heating.heat and derived.kinematics.has_traction):
         return 0.0
     saturation, limit, motion = derived.saturation_creepage, problem.traction_limit, problem.motion
     creepage = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0, 0.5 * motion.spin * hertz.mean_radius)

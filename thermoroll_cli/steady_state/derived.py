@@ -20,10 +20,6 @@ from thermoroll_cli.problem.problem import Material, Problem, Recirculation
 from thermoroll_cli.problem.surface import is_symmetric, lateral_gap
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
-SMALLEST_CROWN = 1e-3
-"""Thermal crown over the curvature of the gap below which it does not act back: pressures change by less than that."""
-
-
 SAMPLES = 65
 """Places across the contact at which the size of the differential slip is looked up."""
 
@@ -89,7 +85,41 @@ class DerivedQuantities:
         """Whether the surfaces are their own mirror image across y = 0."""
         return not self.problem.geometry.has_profile or is_symmetric(self.problem.geometry)
 
-    # --- motion --------------------------------------------------------------------------------------------------
+    @property
+    def lateral_curvature(self) -> float:
+        """Relative curvature 1/R'_y in 1/m; with a profile about that of a gap that closes over the contact."""
+        geometry, scales = self.problem.geometry, self.scales
+        return scales.approach / scales.semi_axis_y**2 if geometry.has_profile else geometry.curvature_y
+
+    @cached_property
+    def saturation_creepage(self) -> float:
+        """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
+        estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
+        compliance = self.shear_compliance
+        modulus = 2.0 / compliance.across  # G of two equal bodies
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2)
+
+    def peclet(self, body: Material) -> float:
+        """V a0/κ of one body, nan without a diffusivity."""
+        if body.diffusivity is None:
+            return math.nan
+        return self.problem.motion.speed * self.scales.semi_axis_x / body.diffusivity
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """How the surfaces move over each other."""
+        return Kinematics(self)
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """The slip of a contact before any traction, and the symmetry of its motion."""
+
+    derived: DerivedQuantities
+
+    @property
+    def problem(self) -> Problem:
+        return self.derived.problem
 
     @property
     def moves(self) -> bool:
@@ -97,25 +127,25 @@ class DerivedQuantities:
         stretch differently under pressure."""
         m = self.problem.motion
         driven = any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
-        return driven or self.dissimilar or self.differential_slip.active
+        return driven or self.derived.dissimilar or self.differential_slip.active
 
     @cached_property
     def differential_slip(self) -> DifferentialSlip:
         """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
-        half_lengths = self.scales.semi_axis_x, self.scales.semi_axis_y
-        return resolved(self.problem, self._across, half_lengths, self.saturation_creepage,
+        half_lengths = self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y
+        return resolved(self.problem, self._across, half_lengths, self.derived.saturation_creepage,
                         self.problem.numerics.wanted_accuracy)
 
     @property
     def creepage_variation(self) -> tuple[float, float]:
         """By how much spin, and differential slip, change the creepage across the contact at most."""
-        spin = abs(self.problem.motion.spin) * max(self.scales.semi_axis_x, self.scales.semi_axis_y)
+        spin = abs(self.problem.motion.spin) * max(self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y)
         return spin, float(np.abs(self.differential_slip(self._across)).max())
 
     @property
     def _across(self) -> Array:
         """Places across the contact, in m."""
-        return np.asarray(self.scales.centre + self.scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES))
+        return np.asarray(self.derived.scales.centre + self.derived.scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES))
 
     @property
     def has_traction(self) -> bool:
@@ -124,7 +154,7 @@ class DerivedQuantities:
     @property
     def feeds_back(self) -> bool:
         """Whether shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
-        return self.dissimilar and self.has_traction
+        return self.derived.dissimilar and self.has_traction
 
     @property
     def mirror(self) -> Parities | None:
@@ -134,11 +164,11 @@ class DerivedQuantities:
         all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same, nor
         with differential slip, which is the same on both sides."""
         m = self.problem.motion
-        if not self.symmetric:
+        if not self.derived.symmetric:
             return None
         if m.spin == 0.0 and m.creepage_y == 0.0:
             return 1, -1
-        if m.creepage_x == 0.0 and not self.dissimilar and not self.differential_slip.active:
+        if m.creepage_x == 0.0 and not self.derived.dissimilar and not self.differential_slip.active:
             return -1, 1
         return None
 
@@ -160,100 +190,7 @@ class DerivedQuantities:
         slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
         return slip
 
-    @cached_property
-    def saturation_creepage(self) -> float:
-        """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
-        estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
-        compliance = self.shear_compliance
-        modulus = 2.0 / compliance.across  # G of two equal bodies
-        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2)
-
-    # --- heat ----------------------------------------------------------------------------------------------------
-
-    def heated_bodies(self, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
-        """Lower and upper body with the speeds of their material through the contact, V ± C/2."""
-        p = self.problem
-        if p.heating.peclet != "rolling":
-            return self._heated(p.lower, 0.0, 0.0), self._heated(p.upper, 0.0, 0.0)
-        if p.motion.force_x is not None:
-            creepage_x = _rounded(creepage_x)
-        if p.motion.force_y is not None:
-            creepage_y = _rounded(creepage_y)
-        speed, cx, cy = p.motion.speed, creepage_x * p.motion.speed / 2.0, creepage_y * p.motion.speed / 2.0
-        return self._heated(p.lower, speed + cx, cy), self._heated(p.upper, speed - cx, -cy)
-
-    def rollers(self, creepage_x: float) -> tuple[Roller | None, Roller | None]:
-        """Lower and upper body as they turn and cool, None for one that brings no heat back.
-
-        Raises ValueError for a body that would have to stand still or turn backwards, and for a ring with convection."""
-        heating, geometry = self.problem.heating, self.problem.geometry
-        lower, upper = self.heated_bodies(creepage_x, 0.0)
-        return (self._roller("lower", heating.lower_track, geometry.lower_radius_x, lower, self.problem.lower),
-                self._roller("upper", heating.upper_track, geometry.upper_radius_x, upper, self.problem.upper))
-
-    @staticmethod
-    def _roller(
-        name: str, track: Recirculation | None, radius: float, heated: HeatedBody, body: Material
-    ) -> Roller | None:
-        if track is None:
-            return None
-        if heated.speed_x <= 0.0:
-            raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
-        if radius < 0.0 and track.convection is not None:
-            raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
-                             "a thermal resistance")
-        # Imported where a body does come back: other cases need none of it.
-
-        return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
-                      heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
-
-    @property
-    def crown_matters(self) -> bool:
-        """Whether the tracks' thermal crown is allowed for in the gap."""
-        return self.problem.heating.recirculates and self.crown_bound >= SMALLEST_CROWN
-
-    @property
-    def lateral_curvature(self) -> float:
-        """Relative curvature 1/R'_y in 1/m; with a profile about that of a gap that closes over the contact."""
-        geometry, scales = self.problem.geometry, self.scales
-        return scales.approach / scales.semi_axis_y**2 if geometry.has_profile else geometry.curvature_y
-
-    @cached_property
-    def crown_bound(self) -> float:
-        """Estimate from above of Λ = Σ (1+ν)α q̄(0) R'_y/k: curvature of the tracks' thermal crowns over that of the gap.
-
-        Of all the heat of full sliding under Hertz's pressure, a given partition's share or all; where creepages follow from
-        forces, at three times the saturation creepage."""
-        p, motion = self.problem, self.problem.motion
-        share = p.heating.partition
-        found = 3.0 * self.saturation_creepage
-        along, across = (found if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
-        slip = math.hypot(along, across) + abs(motion.spin) * max(self.scales.semi_axis_x, self.scales.semi_axis_y)
-        line = 0.5 * math.pi * self.scales.semi_axis_x * self.scales.peak_pressure * p.highest_friction * slip * motion.speed
-        shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)
-        return sum(
-            part * line * roller.crown_per_heat / self.lateral_curvature
-            for part, roller in zip(shares, self.rollers(motion.creepage_x or 0.0), strict=True) if roller is not None
-        )
-
-    @staticmethod
-    def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
-        if body.conductivity is None or body.expansion is None or body.diffusivity is None:
-            raise ValueError("thermal constants are missing")
-        return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, speed_x, speed_y)
-
-    def peclet(self, body: Material) -> float:
-        """V a0/κ of one body, nan without a diffusivity."""
-        if body.diffusivity is None:
-            return math.nan
-        return self.problem.motion.speed * self.scales.semi_axis_x / body.diffusivity
-
 
 def contact_width(curvatures: tuple[float, float], contact_modulus: float, normal_force: float) -> float:
     """Width 2b across rolling of the Hertz contact with relative `curvatures` along and across it, in any consistent units."""
     return 2.0 * hertz_contact(*curvatures, contact_modulus, normal_force).semi_axis_y
-
-
-def _rounded(creepage: float) -> float:
-    """A creepage that is still being solved for, to 1e-6: thermal tables need not be made again for less."""
-    return round(creepage * 2.0**20) / 2.0**20

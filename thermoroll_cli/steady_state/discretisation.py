@@ -18,7 +18,7 @@ from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation
 from thermoroll_cli.numerics.stencils import peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.options import SolverOptions
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 from thermoroll_cli.steady_state.traction import TractionSolver
 
 BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
@@ -108,7 +108,7 @@ class Discretisation:
         solution = self.normal_solver.solve(gap, force, start, tolerance)
         refined = self.normal_solver.refine(solution, gap, force, tolerance)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
-        if self.derived.mirror_on(self.grid.ny, heated=True) is not None:
+        if self.derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None:
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         # Of whole elements, whose errors on both sides of the border cancel in the approach, where there is no Hertz contact
@@ -165,7 +165,7 @@ class Discretisation:
 
     def driving_slip(self, normal: Pressure) -> Array:
         """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x where the bodies stretch differently."""
-        rigid = self.derived.rigid_slip(self.grid)
+        rigid = self.derived.kinematics.rigid_slip(self.grid)
         if self.derived.dissimilar:
             rigid -= self.normal_shear.tangential_gradient(normal.pressure)
         return rigid
@@ -178,9 +178,9 @@ class Discretisation:
         `friction` is the local coefficient (nx, ny), if it is not the same everywhere."""
         rigid = self.driving_slip(normal)
         zero = np.zeros((2, *self.grid.shape))
-        if not self.derived.has_traction:
+        if not self.derived.kinematics.has_traction:
             # Nothing to solve: without friction the surfaces slide freely, without creepage they stick.
-            sliding = self.derived.moves
+            sliding = self.derived.kinematics.moves
             motion = self.derived.problem.motion
             given = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
             slip = rigid * normal.contact if sliding else zero

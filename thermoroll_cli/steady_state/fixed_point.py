@@ -21,7 +21,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
 from thermoroll_cli.steady_state.heated_pressure import heated_step
-from thermoroll_cli.steady_state.options import Tolerances
+from thermoroll_cli.steady_state.solver_options import Tolerances
 from thermoroll_cli.steady_state.turn import turn
 
 DEPTH = 8
@@ -254,7 +254,7 @@ def _stagnates(history: list[float], pace: Pace, *, close: bool) -> bool:
 
 def _indifferent(discretisation: Discretisation, state: Contact, limit: float, pace: Pace) -> float:
     """Residual that is accepted where no further turn reduces it: only a finer grid could."""
-    border = BORDER_ELEMENT / min(discretisation.grid.shape) ** 2 if discretisation.derived.feeds_back else 0.0
+    border = BORDER_ELEMENT / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:
         approach = discretisation.derived.scales.approach
         moved = _variation(state) / max(_variation(state), approach)

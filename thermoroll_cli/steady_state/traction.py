@@ -46,7 +46,7 @@ class TractionSolver:
         """Tractions and slip under the pressure `normal` (`undisturbed`: it is Hertz's), driven by the slip `rigid`
         (2, nx, ny); `friction` as in `Discretisation.roll`."""
         problem, motion = derived.problem, derived.problem.motion
-        mirror = derived.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
+        mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
         window = self.window_around(normal.contact, mirror, derived)
         solver = self._solvers[mirror]
         before = solver.gradient.applications
@@ -154,7 +154,7 @@ class TractionSolver:
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
     """Half of what differential slip and spin change the longitudinal creepage by across the width of an element, (n, m)."""
-    if not derived.differential_slip.active:
+    if not derived.kinematics.differential_slip.active:
         return None
-    variation = 0.5 * grid.dy * np.abs(derived.differential_slip.slope(grid.y) - derived.problem.motion.spin)
+    variation = 0.5 * grid.dy * np.abs(derived.kinematics.differential_slip.slope(grid.y) - derived.problem.motion.spin)
     return window.cut(np.broadcast_to(variation, grid.shape))

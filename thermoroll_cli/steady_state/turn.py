@@ -11,7 +11,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import friction_of
-from thermoroll_cli.steady_state.options import Tolerances
+from thermoroll_cli.steady_state.solver_options import Tolerances
 
 
 def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:

@@ -1,0 +1,82 @@
+"""The two bodies as their heat sees them: speeds of their material through the contact, tracks that come back, thermal crown."""
+
+from __future__ import annotations
+
+import math
+
+from thermoroll_cli.heat.heat_response import HeatedBody
+from thermoroll_cli.heat.recirculation import Roller
+from thermoroll_cli.problem.problem import Material, Problem, Recirculation
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+SMALLEST_CROWN = 1e-3
+"""Thermal crown over the curvature of the gap below which it does not act back: pressures change by less than that."""
+
+
+def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
+    """Lower and upper body with the speeds of their material through the contact, V ± C/2."""
+    if problem.heating.peclet != "rolling":
+        return _heated(problem.lower, 0.0, 0.0), _heated(problem.upper, 0.0, 0.0)
+    if problem.motion.force_x is not None:
+        creepage_x = _rounded(creepage_x)
+    if problem.motion.force_y is not None:
+        creepage_y = _rounded(creepage_y)
+    speed = problem.motion.speed
+    cx, cy = creepage_x * speed / 2.0, creepage_y * speed / 2.0
+    return _heated(problem.lower, speed + cx, cy), _heated(problem.upper, speed - cx, -cy)
+
+
+def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
+    if body.conductivity is None or body.expansion is None or body.diffusivity is None:
+        raise ValueError("thermal constants are missing")
+    return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, speed_x, speed_y)
+
+
+def _rounded(creepage: float) -> float:
+    """A creepage that is still being solved for, to 1e-6: thermal tables need not be made again for less."""
+    return round(creepage * 2.0**20) / 2.0**20
+
+
+def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
+    """Lower and upper body as they turn and cool, None for one that brings no heat back.
+
+    Raises ValueError for a body that would have to stand still or turn backwards, and for a ring with convection."""
+    heating, geometry = problem.heating, problem.geometry
+    lower, upper = heated_bodies(problem, creepage_x, 0.0)
+    return (_roller("lower", heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
+            _roller("upper", heating.upper_track, geometry.upper_radius_x, upper, problem.upper))
+
+
+def _roller(name: str, track: Recirculation | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
+    if track is None:
+        return None
+    if heated.speed_x <= 0.0:
+        raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
+    if radius < 0.0 and track.convection is not None:
+        raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
+                         "a thermal resistance")
+    return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
+                  heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
+
+
+def crown_matters(derived: DerivedQuantities) -> bool:
+    """Whether the tracks' thermal crown is allowed for in the gap."""
+    return derived.problem.heating.recirculates and crown_bound(derived) >= SMALLEST_CROWN
+
+
+def crown_bound(derived: DerivedQuantities) -> float:
+    """Estimate from above of Λ = Σ (1+ν)α q̄(0) R'_y/k: curvature of the tracks' thermal crowns over that of the gap.
+
+    Of all the heat of full sliding under Hertz's pressure, a given partition's share or all; where creepages follow from
+    forces, at three times the saturation creepage."""
+    p, motion, scales = derived.problem, derived.problem.motion, derived.scales
+    share = p.heating.partition
+    found = 3.0 * derived.saturation_creepage
+    along, across = (found if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
+    slip = math.hypot(along, across) + abs(motion.spin) * max(scales.semi_axis_x, scales.semi_axis_y)
+    line = 0.5 * math.pi * scales.semi_axis_x * scales.peak_pressure * p.highest_friction * slip * motion.speed
+    shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)
+    return sum(
+        part * line * roller.crown_per_heat / derived.lateral_curvature
+        for part, roller in zip(shares, rollers(p, motion.creepage_x or 0.0), strict=True) if roller is not None
+    )
