@@ -49,8 +49,8 @@ def _whole_area(result: Result) -> float:
     """Contact area over Hertz's where whole elements are counted."""
     problem, fields = result.problem, result.coupled.fields
     discretisation = Discretisation(DerivedQuantities(problem), (len(result.x), len(result.y)), problem.numerics.extent)
-    gap = discretisation.undeformed_gap - fields["displacement_thermal"]
-    contact = discretisation.normal_solver.solve(gap, problem.normal_force, fields["pressure"], 1e-8).contact
+    gap = discretisation.pressure.undeformed_gap - fields["displacement_thermal"]
+    contact = discretisation.pressure.solver.solve(gap, problem.normal_force, fields["pressure"], 1e-8).contact
     return np.count_nonzero(contact) * discretisation.grid.element_area / discretisation.derived.hertz.area
 
 

@@ -7,9 +7,10 @@ from tests.support.scenes import order, reference, rolling
 from thermoroll_cli.contact import heated_contact
 from thermoroll_cli.contact.heated_contact import HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
+from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, peak_value
+from thermoroll_cli.steady_state.discretisation import Discretisation
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 
@@ -23,8 +24,8 @@ def heated(heat, grid):
     def expand(pressure):
         return response.displacement(DividedHeat(heat / problem.normal_force * pressure, 0.5))
 
-    gap, hertz = discretisation.undeformed_gap, discretisation.isothermal_pressure
-    return HeatedContactSolver(discretisation.normal_solver, expand, gap, problem.normal_force), hertz
+    gap, hertz = discretisation.pressure.undeformed_gap, discretisation.isothermal_pressure
+    return HeatedContactSolver(discretisation.pressure.solver, expand, gap, problem.normal_force), hertz
 
 
 @pytest.mark.parametrize("heat", CASES)
@@ -74,6 +75,6 @@ def test_without_heat_it_is_the_elastic_contact():
     solver, hertz = heated(0.0, 32)
     found = solver.solve(hertz.pressure, 1e-9)
     discretisation = Discretisation(DerivedQuantities(rolling(grid=32)), (32, 32), 2.2)
-    elastic = discretisation.normal_solver.solve(discretisation.undeformed_gap, 65.0, hertz.pressure, 1e-9)
+    elastic = discretisation.pressure.solver.solve(discretisation.pressure.undeformed_gap, 65.0, hertz.pressure, 1e-9)
     assert np.abs(found.pressure - elastic.pressure).max() < 1e-6 * hertz.peak
     assert not found.expansion.any()

@@ -16,7 +16,7 @@ from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
 from thermoroll_cli.rolling.window import window_around
-from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.derived import DerivedQuantities, Kinematics
 
 PARITIES = [(1, -1), (-1, 1)]
 COMPLIANCE = ShearCompliance.of((1.0, 0.28), (2.0, 0.4))
@@ -86,7 +86,7 @@ def test_half_the_contact_gives_the_same_answer(name, monkeypatch, record_proper
     problem = MIRRORED[name]
     half = solve(problem)
     assert half.converged and "tangential, y < 0" in make_plan(problem).skipped
-    monkeypatch.setattr(DerivedQuantities, "mirror", None)
+    monkeypatch.setattr(Kinematics, "mirror", None)
     whole = solve(problem)
     assert "tangential, y < 0" not in make_plan(problem).skipped
     limit = problem.traction_limit

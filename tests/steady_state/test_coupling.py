@@ -18,6 +18,7 @@ from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
 HOT = article_4_1(128)
 COLD_STATES = ("pressure", "shear_x", "shear_y", "heat_flux")
@@ -135,7 +136,7 @@ def test_expansion_and_temperature_are_those_of_the_heat_flux(problem, monkeypat
     shape, aspect, flux = grid.shape, grid.dy / grid.dx, fields["heat_flux"]
     np.testing.assert_array_equal(flux, divided[-1].total)
     expansion = np.zeros(shape)
-    bodies = DerivedQuantities(problem).heated_bodies(s["creepage_longitudinal"], s["creepage_lateral"])
+    bodies = heated_bodies(problem, s["creepage_longitudinal"], s["creepage_lateral"])
     for name, body in zip(("lower", "upper"), bodies, strict=True):
         peclets = body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity
         rise = fftconvolve(flux, temperature_table(*shape, aspect, *peclets), "valid")

@@ -18,6 +18,7 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
 SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
@@ -238,7 +239,7 @@ def test_temperatures_of_a_result_are_the_response_to_its_heat_flux(monkeypatch)
 def test_pure_sliding_of_one_body_heats_the_body_at_rest_most(creepage):
     """Slide-roll ratio 2: one body passes at 2V, the other stands still and has no wake."""
     derived = DerivedQuantities(replace(MODERATE, motion=Motion(1.0, creepage, 0.0)))
-    lower, upper = derived.heated_bodies(creepage, 0.0)
+    lower, upper = heated_bodies(derived.problem, creepage, 0.0)
     resting, moving = (upper, lower) if creepage > 0 else (lower, upper)
     assert (resting.speed_x, moving.speed_x) == (0.0, 2.0)
     result = solved(derived.problem)
@@ -252,10 +253,10 @@ def test_pure_sliding_of_one_body_heats_the_body_at_rest_most(creepage):
 
 def test_speeds_of_both_bodies_differ_by_the_creepage():
     derived = DerivedQuantities(replace(MODERATE, motion=Motion(10.0, 0.02, -0.01)))
-    lower, upper = derived.heated_bodies(0.02, -0.01)
+    lower, upper = heated_bodies(derived.problem, 0.02, -0.01)
     assert (lower.speed_x, lower.speed_y) == pytest.approx((10.1, -0.05))
     assert (upper.speed_x, upper.speed_y) == pytest.approx((9.9, 0.05))
-    stationary = DerivedQuantities(warm(derived.problem, peclet="stationary")).heated_bodies(0.02, -0.01)
+    stationary = heated_bodies(warm(derived.problem, peclet="stationary"), 0.02, -0.01)
     assert {(b.speed_x, b.speed_y) for b in stationary} == {(0.0, 0.0)}
 
 

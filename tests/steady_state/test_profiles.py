@@ -20,7 +20,7 @@ from thermoroll_cli.problem.surface import closest_place, lateral_gap, surfaces
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.differential_slip import differential_slip, slope
-from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.derived import DerivedQuantities, Kinematics
 
 MODULUS = 210e9 / (2.0 * (1.0 - 0.3**2))
 ARC = below(points(lambda y: -(y**2) / (2.0 * 40.0), -4.0, 4.0, 41), 0.02)
@@ -215,7 +215,7 @@ def test_symmetric_profiles_keep_the_half_problem(monkeypatch):
     assert "tangential, y < 0" in make_plan(problem).skipped
     half = solved(problem)
     assert "tangential, y < 0" not in make_plan(replace(problem, geometry=GEOMETRIES["b_asymmetric_c3_2e-4"])).skipped
-    monkeypatch.setattr(DerivedQuantities, "mirror", None)
+    monkeypatch.setattr(Kinematics, "mirror", None)
     whole = Solver().solve(problem)
     for key in ("force_x_N", "Q_F_W"):
         assert half.coupled.scalars[key] == pytest.approx(whole.coupled.scalars[key], rel=1e-4)

@@ -84,8 +84,8 @@ def test_shear_gradients_of_a_circle_are_cattaneos():
 
 def box_of(aspect: float, n: int) -> tuple[Discretisation, Window, RollingGradient]:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=n, geometry=ellipse(aspect), body=elastic(NU))), (n, n), 2.2)
-    box = discretisation.rolling.window_around(discretisation.isothermal_pressure.contact, None, discretisation.derived)
-    return discretisation, box, discretisation.rolling.solver_of(box).gradient
+    box = discretisation.traction.window_around(discretisation.isothermal_pressure.contact, None, discretisation.derived)
+    return discretisation, box, discretisation.traction.solver_of(box).gradient
 
 
 @pytest.mark.parametrize("aspect", [0.1, 0.5, 3.0, 10.0])
@@ -118,7 +118,7 @@ def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
     discretisation, box, gradient = box_of(aspect, 48)
     normal, grid, c = discretisation.isothermal_pressure, discretisation.grid, discretisation.derived.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
-    leading = discretisation.rolling.leading(discretisation.derived, normal, box, undisturbed=True)
+    leading = discretisation.traction.leading(discretisation.derived, normal, box, undisturbed=True)
     border = EdgeCompliance(covered, covered > 0.0, grid.dx, grid.dy, c, leading, gradient.alternating_gradient)
     direction = np.array([0.6, -0.8])
     traction = direction[:, None, None] * pressure
@@ -134,7 +134,7 @@ def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
 def test_leading_edge_is_the_leading_half_and_mirror_symmetric():
     discretisation, box, _ = box_of(1.0, 64)
     hertz = discretisation.isothermal_pressure
-    xx, yy, xy = discretisation.rolling.leading(discretisation.derived, hertz, box, undisturbed=True)
+    xx, yy, xy = discretisation.traction.leading(discretisation.derived, hertz, box, undisturbed=True)
     half = xx.shape[0] // 2
     assert xx[:half].any() and not np.stack([xx, yy, xy])[:, half:].any()
     scale = 1e-9 * np.abs(xx).max()
@@ -149,7 +149,7 @@ def test_leading_edge_from_the_gap_is_that_of_the_closed_form():
     discretisation, box, gradient = box_of(1.0, 64)
     normal, c = discretisation.isothermal_pressure, discretisation.derived.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
-    exact = discretisation.rolling.leading(discretisation.derived, normal, box, undisturbed=True)
+    exact = discretisation.traction.leading(discretisation.derived, normal, box, undisturbed=True)
     x = np.broadcast_to(discretisation.grid.x[box.rows][:, None], pressure.shape)
     isotropic = -math.pi * discretisation.derived.problem.contact_modulus * discretisation.derived.hertz.curvature_x * x
     found = gradient.of_shape(pressure)

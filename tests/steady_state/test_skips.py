@@ -155,11 +155,11 @@ def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear(record_
 def test_hertz_pressure_is_not_solved_for(record_property: Record) -> None:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=64)), (64, 64), 2.2)
     exact = discretisation.isothermal_pressure
-    before = discretisation.normal_solver.applications
+    before = discretisation.pressure.solver.applications
     solved = discretisation.press(np.zeros(discretisation.grid.shape), exact, 1e-7)
     assert np.abs(solved.pressure - exact.pressure).max() < 5e-3 * exact.pressure.max()
     assert solved.approach == pytest.approx(exact.approach, rel=1e-3)
-    record_property("applications_saved", discretisation.normal_solver.applications - before)
+    record_property("applications_saved", discretisation.pressure.solver.applications - before)
     assert solved.iterations > 0
 
 
@@ -193,7 +193,7 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
     for n, e in ((32, 2.2), (64, 4.4)):
         discretisation = Discretisation(DerivedQuantities(rolling(grid=n, extent=e)), (n, n), e)
         contact = discretisation.isothermal_pressure.contact
-        sizes.append(discretisation.rolling.window_around(contact, None, discretisation.derived).shape)
+        sizes.append(discretisation.traction.window_around(contact, None, discretisation.derived).shape)
     assert sizes[0] == sizes[1]
     record_property("elements_of_box_and_domain", (sizes[1], (64, 64)))
 
@@ -201,11 +201,11 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
 def test_contact_s_box_serves_smaller_contacts() -> None:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=32)), (32, 32), 2.2)
     contact = discretisation.isothermal_pressure.contact
-    solver = discretisation.rolling.solver_of(discretisation.rolling.window_around(contact, None, discretisation.derived))
+    solver = discretisation.traction.solver_of(discretisation.traction.window_around(contact, None, discretisation.derived))
     contact = contact.copy()
     contact[:8] = False
-    window = discretisation.rolling.window_around(contact, None, discretisation.derived)
-    assert discretisation.rolling.solver_of(window) is solver, "kernels and plans are kept"
+    window = discretisation.traction.window_around(contact, None, discretisation.derived)
+    assert discretisation.traction.solver_of(window) is solver, "kernels and plans are kept"
 
 
 # --- nothing plotted -------------------------------------------------------------------------------------------------

@@ -16,6 +16,7 @@ from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
 GRID = Grid(8, 6, 2.0e-5, 1.4e-5)
@@ -164,7 +165,7 @@ def test_kernels_are_kept_through_the_outer_iterations():
         contact = replace(state, tangential=replace(state.tangential, slip=slip))
         discretisation.heat(contact).expansion()
         discretisation.heat(contact).temperatures()
-    assert discretisation._sliding.built <= 3
+    assert discretisation.responses.sliding.built <= 3
 
 
 def test_mirrored_and_reversed_creepage_and_exchanged_bodies():
@@ -270,7 +271,7 @@ def test_a_creepage_solved_for_does_not_rebuild_kernels_every_time():
     lower, upper = other.bodies
     assert lower.speed_x == pytest.approx(20.0 * (1.0 + 0.5 * 1.3e-3), rel=1e-6)
     assert upper.speed_x == pytest.approx(20.0 * (1.0 - 0.5 * 1.3e-3), rel=1e-6)
-    given = DerivedQuantities(replace(problem, motion=Motion(20.0, 1.2345678e-3, 0.0))).heated_bodies(1.2345678e-3, 0.0)
+    given = heated_bodies(replace(problem, motion=Motion(20.0, 1.2345678e-3, 0.0)), 1.2345678e-3, 0.0)
     assert given[0].speed_x == 20.0 + 1.2345678e-3 * 20.0 / 2.0
 
 

@@ -116,13 +116,13 @@ class _OneGrid:
         discretisation = Discretisation(derived, shape, derived.problem.numerics.extent)
         self._pressure = pressure = discretisation.isothermal_pressure
         self.grid = grid = discretisation.grid
-        self.window = window = discretisation.rolling.window_around(pressure.contact, None, derived)
+        self.window = window = discretisation.traction.window_around(pressure.contact, None, derived)
         gradient = RollingGradient(window.shape, grid.dx, grid.dy, derived.shear_compliance)
         self.bound, self._covered = FRICTION * window.cut(pressure.pressure), window.cut(pressure.covered)
         problem = TangentialProblem(
             traction_bound=self.bound, covered=self._covered, rigid_slip=np.zeros((2, *window.shape)),
             element_area=grid.element_area,
-            leading=discretisation.rolling.leading(derived, pressure, window, undisturbed=True))
+            leading=discretisation.traction.leading(derived, pressure, window, undisturbed=True))
         self._solver = BatchSolver(problem, gradient, StickInverse(window.shape, grid.dx, grid.dy, derived.shear_compliance))
         x, y = grid.x[window.rows][:, None], grid.y[window.columns][None, :]
         self._x, self._y = np.broadcast_arrays(x, y)

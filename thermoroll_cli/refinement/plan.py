@@ -14,6 +14,7 @@ from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import plausibility_warnings, profile_warnings, track_facts, track_warnings
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters
 
 COARSEST = 8
 """Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 7 wide,
@@ -78,7 +79,8 @@ def _partition(derived: DerivedQuantities) -> str | None:
 def _warm_friction(derived: DerivedQuantities) -> str | None:
     if not derived.problem.friction_slope:
         return None
-    return "" if derived.problem.friction_varies and derived.kinematics.has_traction else "no friction and heat that could change it"
+    varies = derived.problem.friction_varies and derived.kinematics.has_traction
+    return "" if varies else "no friction and heat that could change it"
 
 
 def _deformation(derived: DerivedQuantities) -> str | None:
@@ -103,9 +105,9 @@ def _recirculation(derived: DerivedQuantities) -> str | None:
 def _thermal_crown(derived: DerivedQuantities) -> str | None:
     if _recirculation(derived) != "":
         return None
-    if derived.crown_matters:
+    if crown_matters(derived):
         return ""
-    return f"its curvature is {derived.crown_bound:.1e} of the gap's at most: pressures change by less than that"
+    return f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that"
 
 
 STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {

@@ -77,7 +77,7 @@ def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> A
     elements there carry what belongs to their neighbours."""
     if not discretisation.derived.problem.geometry.has_profile:
         return field
-    return between_sides(field, contact.normal.pressure, discretisation.at_ends)
+    return between_sides(field, contact.normal.pressure, discretisation.pressure.at_ends)
 
 
 def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
@@ -268,6 +268,6 @@ def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[st
             "force_x_N": float(force[0]),
             "force_y_N": float(force[1]),
             "area_mm2": float(covered.sum()) * grid.element_area * 1e6,
-            "pressure_max_MPa": peak_inside(pressure, covered, discretisation.at_ends) * 1e-6,
+            "pressure_max_MPa": peak_inside(pressure, covered, discretisation.pressure.at_ends) * 1e-6,
         })
     return out

@@ -122,10 +122,9 @@ class Solver:
         previous = coarser = previous_coarser = None
         for shape in plan.grids:
             previous = next((r for r in self._previous if r.discretisation.has_kernels_of(derived, shape, plan.extent)), None)
-            discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options) if previous is None
-                              else previous.discretisation.of(derived))
-            if coarser is not None:
-                discretisation.coarser = coarser.discretisation
+            discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options,
+                                             coarser=None if coarser is None else coarser.discretisation)
+                              if previous is None else previous.discretisation.for_problem(derived))
             starts = Starts(discretisation, coarser, previous, previous_coarser)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):

@@ -19,6 +19,7 @@ from thermoroll_cli.refinement.stress_error_estimate import error_of, errors_wit
 from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
 
@@ -41,7 +42,7 @@ def surface_loads(
     materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
     traction = contact.tangential.traction if contact.tangential.traction.any() else None
     loads = {}
-    heated = dict(zip(materials, derived.heated_bodies(*contact.tangential.creepage), strict=True)) if thermal else {}
+    heated = dict(zip(materials, heated_bodies(derived.problem, *contact.tangential.creepage), strict=True)) if thermal else {}
     heat_of_both = discretisation.heat(contact) if thermal else None
     rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
     for body in bodies:

@@ -33,6 +33,7 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
 
 PRESSURE_OVER_MODULUS = 0.01
 """Part of Young's modulus up to which bodies answer linearly; metals yield below it."""
@@ -240,7 +241,7 @@ WIDE = 2.0
 
 def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
     """The bodies that bring heat back, by name, at the creepage that is given (0 where it is to be found)."""
-    found = zip(("lower", "upper"), derived.rollers(derived.problem.motion.creepage_x or 0.0), strict=True)
+    found = zip(("lower", "upper"), rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
     return {body: roller for body, roller in found if roller is not None}
 
 
@@ -252,7 +253,7 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
     motion, share = problem.motion, problem.heating.partition
     creepages = [3.0 * derived.saturation_creepage if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y)]
     heat = problem.traction_limit * math.hypot(*creepages) * motion.speed
-    facts = {"thermal_crown_bound": derived.crown_bound}
+    facts = {"thermal_crown_bound": crown_bound(derived)}
     shares = (0.5, 0.5) if share == "matched" else (share, 1.0 - share)
     rollers = rollers_of(derived)
     for (body, part), around in zip(zip(("lower", "upper"), shares, strict=True),

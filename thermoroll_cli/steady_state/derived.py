@@ -1,4 +1,4 @@
-"""What follows from a problem before anything is solved: Hertz contact, compliances, speeds of the two surfaces."""
+"""Quantities of a problem before anything is solved on a grid: sizes and compliances of the contact, slip without traction."""
 
 from __future__ import annotations
 
@@ -12,11 +12,9 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
-from thermoroll_cli.heat.heat_response import HeatedBody
-from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities
-from thermoroll_cli.problem.problem import Material, Problem, Recirculation
+from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.problem.surface import is_symmetric, lateral_gap
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 

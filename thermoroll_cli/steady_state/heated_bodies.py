@@ -1,4 +1,4 @@
-"""The two bodies as their heat sees them: speeds of their material through the contact, tracks that come back, thermal crown."""
+"""The two bodies under heat: speeds of their material through the contact, tracks that come back, their thermal crown."""
 
 from __future__ import annotations
 

@@ -53,10 +53,10 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     rest = after.expansion - expand(normal.pressure)
     offset = before.offset
     assert offset is not None
-    defect = np.where(contact, normal.displacement + discretisation.undeformed_gap - offset - normal.approach, 0.0)
+    defect = np.where(contact, normal.displacement + discretisation.pressure.undeformed_gap - offset - normal.approach, 0.0)
     beside = 0.0 if after.shear_displacement is None else after.shear_displacement
-    gap = discretisation.undeformed_gap - rest - beside - defect
-    solver = HeatedContactSolver(discretisation.normal_solver, expand, gap, discretisation.derived.problem.normal_force)
+    gap = discretisation.pressure.undeformed_gap - rest - beside - defect
+    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap, discretisation.derived.problem.normal_force)
     found = solver.continued(normal.pressure, tolerance)
     # A contact that is not even found without heat shows nothing about the heat.
     reached = found.reached if found.reached > 0.0 else 1.0

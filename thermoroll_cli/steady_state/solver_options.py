@@ -24,14 +24,15 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """`sequence` is whether coarser grids are solved first: they give the start, the estimates and the extrapolation.
-    `extrapolated` is whether integrals are extrapolated from the last three grids. At most `most_moves` domains are tried on
-    one grid to follow a heated contact. With `whole_elements` Hertz's pressure is that at the centres of whole elements, as
-    CONTACT takes it, instead of its averages over covered parts."""
+    """How closely a problem is solved, and with what."""
 
     tolerances: Tolerances = Tolerances()
     rolling: RollingOptions = field(default_factory=RollingOptions)
     sequence: bool = True
+    """Whether coarser grids are solved first. They give the start, the estimates and the extrapolation."""
     extrapolated: bool = True
+    """Whether integrals are extrapolated from the last three grids."""
     most_moves: int = 8
+    """Domains that are tried on one grid to follow a heated contact; one that proves too small is left early."""
     whole_elements: bool = False
+    """Hertz's pressure at the centres of whole elements, as CONTACT takes it, instead of its averages over covered parts."""

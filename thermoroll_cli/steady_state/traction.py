@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz_shear import shear_gradients
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities, unfolded
@@ -28,16 +30,23 @@ FORCE_TOLERANCE = 0.4
 class TractionSolver:
     """Solves tangential problems that share kernels (`Discretisation.has_kernels_of`); keeps the solvers of their windows."""
 
-    def __init__(self, grid: Grid, threads: int, options: RollingOptions) -> None:
+    def __init__(self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions) -> None:
         self.grid, self.options = grid, options
+        self._coupling_constant = coupling_constant
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
         self._undisturbed_leading: tuple[Window, Array] | None = None
 
+    @cached_property
+    def coupling(self) -> NormalShearCoupling:
+        """How pressure and shear of unlike bodies act on each other."""
+        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights)
+
     @property
     def transforms(self) -> int:
-        return sum(solver.gradient.transforms for solver in self._solvers.values())
+        coupling = self.coupling.transforms if "coupling" in self.__dict__ else 0
+        return coupling + sum(solver.gradient.transforms for solver in self._solvers.values())
 
     def solve(
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,

@@ -25,7 +25,7 @@ def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances)
     tangential = discretisation.roll(normal, state.tangential, tolerances.tangential, state.friction)
     rolled = replace(state, normal=normal, tangential=tangential)
     if state.shear_displacement is not None:
-        rolled = replace(rolled, shear_displacement=discretisation.shear_displacement(tangential.traction))
+        rolled = replace(rolled, shear_displacement=discretisation.traction.coupling.normal_displacement(tangential.traction))
     if state.expansion is None and state.friction is None:
         return rolled
     heat = discretisation.heat(rolled)

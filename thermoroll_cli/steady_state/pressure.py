@@ -1,0 +1,138 @@
+"""The normal problem of one grid: the isothermal pressure, and the pressure under whatever closes the gap besides."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.normal_contact import NormalSolver
+from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.numerics.grid import Grid, Prolongation
+from thermoroll_cli.numerics.stencils import peak_inside, peak_value
+from thermoroll_cli.problem.contact import Pressure
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.solver_options import SolverOptions
+
+BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
+"""Pressure in the outermost elements over the isothermal one there, and in units of the peak, from which a contact is being cut
+off there: 0.5 to 1.5 of one that only bulges (by a quarter of the approach, on 8² to 20² elements), from 4 to 500 of one that
+has moved half out of its domain."""
+
+
+class PressureSolver:
+    """Presses bodies of one gap under one load together, on a `grid` that spans `extent` half-lengths of the contact
+    (None: one that follows a heated contact, which may lie anywhere).
+
+    `coarser` is the solver of the next coarser grid: the isothermal pressure is started from its own where it is not known in
+    closed form."""
+
+    def __init__(
+        self, derived: DerivedQuantities, grid: Grid, extent: float | None, options: SolverOptions,
+        coarser: PressureSolver | None = None,
+    ) -> None:
+        self.grid = grid
+        self._derived, self._extent, self._options = derived, extent, options
+        self._start = coarser
+
+    @cached_property
+    def undeformed_gap(self) -> Array:
+        """h_i in m, (nx, ny)."""
+        return self._derived.undeformed_gap(self.grid.x, self.grid.y)
+
+    @cached_property
+    def solver(self) -> NormalSolver:
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus)
+
+    @cached_property
+    def isothermal(self) -> Pressure:
+        """Pressure on bodies that nothing but their load deforms: bodies with radii are in Hertz contact exactly, so nothing is
+        solved."""
+        if not self._derived.problem.geometry.has_profile:
+            return self._hertz()
+        if self._start is None:
+            start = np.zeros(self.grid.shape)
+        else:
+            start = np.asarray(Prolongation(self._start.grid, self.grid)(self._start.isothermal.start))
+        return self.solve(None, start, self._options.tolerances.normal,
+                          mirrored=self._derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None)
+
+    def _hertz(self) -> Pressure:
+        hertz, grid = self._derived.hertz, self.grid
+        if self._extent is not None:
+            # Hertz's pressure is even in x and y: one quadrant is averaged, the others are its mirror images.
+            x_edges, y_edges = (np.arange(n // 2, n + 1, dtype=np.float64) - 0.5 * n for n in grid.shape)
+            quadrants = element_averages(hertz, x_edges * grid.dx, y_edges * grid.dy)
+            pressure, covered = (_four_quadrants(q, grid.shape) for q in quadrants)
+        else:
+            pressure, covered = element_averages(hertz, *(
+                centre[0] + (np.arange(n + 1) - 0.5) * size
+                for centre, n, size in ((grid.x, grid.nx, grid.dx), (grid.y, grid.ny, grid.dy))))
+        if self._options.whole_elements:
+            pressure = hertz.pressure(grid.x[:, None], grid.y[None, :])
+            pressure *= self._derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
+            covered = (pressure > 0.0).astype(float)
+        displacement = self.solver.displacement(pressure)
+        gap = np.maximum(self.undeformed_gap + displacement - hertz.approach, 0.0)
+        gap = np.where(covered > 0.0, 0.0, gap)
+        return Pressure(pressure, covered, displacement, gap, approach=hertz.approach, peak=hertz.peak_pressure)
+
+    def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:
+        """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
+        displacement by shear (None: nothing). `start` (Pa) is where the solver begins; with `mirrored` all is even in y."""
+        gap, force = self.undeformed_gap - (0.0 if offset is None else offset), self._derived.problem.normal_force
+        profile = self._derived.problem.geometry.has_profile
+        solution = self.solver.solve(gap, force, start, tolerance)
+        refined = self.solver.refine(solution, gap, force, tolerance)
+        pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
+        if mirrored:
+            # So they are but for rounding, which must not decide about an element of the border on one side only.
+            pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
+        # Of whole elements, whose errors on both sides of the border cancel in the approach, where there is no Hertz contact
+        # to compare with: four times closer on profiles.
+        approach = solution.approach if profile else refined.approach
+        peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
+        return Pressure(
+            pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset, whole_elements=solution.pressure,
+            iterations=solution.iterations, converged=solution.converged, touches_rim=self._touches_rim(pressure))
+
+    @property
+    def at_ends(self) -> tuple[bool, bool]:
+        """Whether the domain ends where a profile ends, at its lowest and at its highest y: the contact cannot go on there."""
+        grid, (lowest, highest) = self.grid, self._derived.scales.limits
+        reach = 0.501 * grid.dy
+        return bool(grid.y[0] - reach < lowest), bool(grid.y[-1] + reach > highest)
+
+    def _touches_rim(self, pressure: Array) -> bool:
+        """Whether `pressure` in the outermost elements means that the domain is too small: on coarse grids they also hold the
+        border of the isothermal contact, so their centres must lie in the outer half of the room around it, or the pressure
+        must be more than any border's."""
+        contact, grid, scales, ends = pressure > 0.0, self.grid, self._derived.scales, self.at_ends
+        touched = (contact[0].any() or contact[-1].any() or (contact[:, 0].any() and not ends[0])
+                   or (contact[:, -1].any() and not ends[1]))
+        if self._extent is None:
+            return bool(touched)
+        half_room = 0.5 * (1.0 + 0.5 * self._extent)
+        if touched and not self._derived.problem.geometry.has_profile:
+            before = _outermost(self.isothermal.pressure)
+            if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
+                return True
+        return bool(touched and grid.x[-1] > half_room * scales.semi_axis_x
+                    and (any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
+
+    @property
+    def transforms(self) -> int:
+        return self.solver.transforms if "solver" in self.__dict__ else 0
+
+
+def _outermost(pressure: Array) -> float:
+    """Largest pressure in the outermost elements."""
+    return float(max(side.max() for side in (pressure[0], pressure[-1], pressure[:, 0], pressure[:, -1])))
+
+
+def _four_quadrants(quadrant: Array, shape: tuple[int, int]) -> Array:
+    """A field even in x and y on the whole grid; the quadrant holds the middle elements where their number is odd."""
+    nx, ny = shape
+    half = np.concatenate([quadrant[nx % 2 :][::-1], quadrant])
+    return np.concatenate([half[:, ny % 2 :][:, ::-1], half], axis=1)
