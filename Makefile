@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PACKAGES := thermoroll_cli tests scripts
 
 .DEFAULT_GOAL := help
-.PHONY: help install run test format check figures stress bench table
+.PHONY: help install run test format check docs figures stress bench table
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
@@ -14,6 +14,7 @@ help:
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
 	@echo "make check    ruff and mypy"
+	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (half an hour of CPU time)"
@@ -38,6 +39,10 @@ format: $(VENV)/.installed-test
 check: $(VENV)/.installed-test
 	$(BIN)/ruff check $(PACKAGES)
 	$(BIN)/mypy thermoroll_cli
+
+docs: $(VENV)/.installed-docs
+	OPENBLAS_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build
+	@echo "The site: $(CURDIR)/build/site/index.html"
 
 stress: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
@@ -73,4 +78,8 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/bin/python
 
 $(VENV)/.installed-test: pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-docs: pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
 	@touch $@ $(VENV)/.installed

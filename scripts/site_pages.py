@@ -1,0 +1,79 @@
+"""Pages of the documents' site that are made when it is built (a hook of MkDocs, see mkdocs.yml): the README as its first page, a
+gallery of cases/ with their pictures, and the reference of the Python interface."""
+
+from __future__ import annotations
+
+import io
+import pathlib
+import re
+from typing import Any
+
+from mkdocs.structure.files import File, Files
+
+import thermoroll_cli
+from thermoroll_cli import Case, Result, solve
+from thermoroll_cli.plots.field_figures import pressure_figure
+from thermoroll_cli.plots.maps import frame_of
+from thermoroll_cli.plots.sheet import style
+from thermoroll_cli.plots.view import view_of
+
+ROOT = pathlib.Path(__file__).parents[1]
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+GRID = 32
+"""Elements per side of the gallery's pictures."""
+SENTENCES = 3
+
+
+def on_files(files: Files, config: Any) -> Files:
+    """Add the pages and pictures to those of docs/."""
+    files.append(File.generated(config, "index.md", content=first_page()))
+    files.append(File.generated(config, "reference.md", content=reference()))
+    files.append(File.generated(config, "gallery.md", content=gallery()))
+    for path in CASES:
+        files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(Case.read(path))))
+    return files
+
+
+def first_page() -> str:
+    """The README, with links that start from docs/."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
+    return text.replace("## Documents\n\n", "## Documents\n\n- [Gallery](gallery.md) of cases, [reference](reference.md) of the Python "
+                        "interface\n")
+
+
+def reference() -> str:
+    """A section for each public name of the package, from its docstring."""
+    names = (getattr(thermoroll_cli, name) for name in thermoroll_cli.__all__ if name != "__version__")
+    sections = "".join(f"::: {thing.__module__}.{thing.__qualname__}\n\n" for thing in names)
+    return f"# Reference\n\nAll names are imported from `thermoroll_cli`; [python.md](python.md) shows their use.\n\n{sections}"
+
+
+def gallery() -> str:
+    """Picture, title and the first sentences of the comment of each case."""
+    sections = []
+    for path in CASES:
+        case = Case.read(path)
+        sections.append(f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{summary(case.text)}\n\n"
+                        f"![Contact pressure of {path.stem}](gallery/{path.stem}.png)\n")
+    opening = f"# Gallery\n\nThe cases in `cases/` with the pressure on {GRID} × {GRID} elements.\n\n"
+    return opening + "\n".join(sections)
+
+
+def summary(text: str) -> str:
+    """The first sentences of a case's comment, without commands and lists."""
+    comment = re.match(r"(?:#.*\n)+", text)
+    assert comment is not None, "a case begins with a comment"
+    lines = (line.removeprefix("#") for line in comment[0].splitlines())
+    words = " ".join(line.strip() for line in lines if not line.startswith("   "))
+    sentences = re.split(r"(?<=[.;)])(?<!Sec\.)(?<!Fig\.)\s+(?=[A-Z])", words)
+    return " ".join(sentences[:SENTENCES])
+
+
+def picture(case: Case) -> bytes:
+    """The pressure of a case on a coarse grid."""
+    result = solve(case.with_values({"numerics.grid": GRID}))
+    view = view_of(result)
+    file = io.BytesIO()
+    with style():
+        pressure_figure(view, frame_of(view, False), False).savefig(file, format="png", dpi=100)
+    return file.getvalue()

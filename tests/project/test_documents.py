@@ -1,0 +1,68 @@
+"""What documents claim: their size, their commands, the files they name, and the site made of them."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import PATIENCE
+
+ROOT = Path(__file__).parents[2]
+PAGES = sorted((ROOT / "docs").glob("*.md"))
+MOST_WORDS = 20_000
+ROOMS = sorted(path.name for path in (ROOT / "thermoroll_cli").iterdir() if path.is_dir())
+
+
+def test_documents_are_short() -> None:
+    assert sum(len(page.read_text(encoding="utf-8").split()) for page in PAGES) <= MOST_WORDS
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    modules = re.findall(rf"`(?:thermoroll_cli/)?((?:{'|'.join(ROOMS)})/[\w/]+\.py)`", text)
+    missing = [name for name in modules if not (ROOT / "thermoroll_cli" / name).exists()]
+    cases = re.findall(r"\bcases/([\w*]+\.(?:toml|h5))", text)
+    missing += [name for name in cases if not list((ROOT / "cases").glob(name))]
+    scripts = re.findall(r"python -m (scripts[\w.]+)", text)
+    missing += [name for name in scripts if not (ROOT / f"{name.replace('.', '/')}.py").exists()]
+    assert not missing
+
+
+def test_the_flow_diagram_shows_every_room() -> None:
+    page = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
+    (diagram,) = re.findall(r"^## The flow of one solve\n(.*?)^A state", page, re.DOTALL | re.MULTILINE)
+    table = page.partition("## The flow of one solve")[0]
+    rooms = [room for room in ROOMS if not room.startswith("_")]
+    assert [room for room in rooms if not re.search(rf"\b{room}\b", diagram)] == []
+    assert [room for room in rooms if f"`{room}`" not in table] == []
+
+
+def test_lists_begin_after_an_empty_line() -> None:
+    """GitHub is content without one, MkDocs is not."""
+    for page in (*PAGES, ROOT / "README.md"):
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        lines = text.splitlines()
+        for before, line in zip(lines, lines[1:], strict=False):
+            assert not (line.startswith("- ") and before and before[0] not in "- "), f"{page.name}: {line}"
+
+
+def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+    pytest.importorskip("mkdocs")
+    environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr
+    gallery = (tmp_path / "site" / "gallery.html").read_text(encoding="utf-8")
+    for case in (ROOT / "cases").glob("*.toml"):
+        assert f"cases/{case.name}" in gallery
+        assert (tmp_path / "site" / "gallery" / f"{case.stem}.png").stat().st_size > 5_000
+    reference = (tmp_path / "site" / "reference.html").read_text(encoding="utf-8")
+    assert "frictional heat" in (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    for name in ("Case", "Result", "Solver", "solve", "sweep", "read_result", "CreepForceTable"):
+        assert re.search(rf'id="thermoroll_cli[\w.]*\.{name}"', reference), name
