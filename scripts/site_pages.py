@@ -60,13 +60,13 @@ def gallery() -> str:
 
 
 def summary(text: str) -> str:
-    """The first sentences of a case's comment, without commands and lists."""
+    """The first sentences of a case's comment, without the commands in it."""
     comment = re.match(r"(?:#.*\n)+", text)
     assert comment is not None, "a case begins with a comment"
-    lines = (line.removeprefix("#") for line in comment[0].splitlines())
-    words = " ".join(line.strip() for line in lines if not line.startswith("   "))
-    sentences = re.split(r"(?<=[.;)])(?<!Sec\.)(?<!Fig\.)\s+(?=[A-Z])", words)
-    return " ".join(sentences[:SENTENCES])
+    lines = (line.removeprefix("#").strip() for line in comment[0].splitlines())
+    words = " ".join(line for line in lines if line and not line.startswith("thermoroll "))
+    sentences = re.split(r"(?<=[.;)] )(?<!Sec\. )(?<!Fig\. )(?=[A-Z])", words)
+    return "".join(sentences[:SENTENCES]).strip(" :;")
 
 
 def picture(case: Case) -> bytes:
