@@ -1,4 +1,4 @@
-"""Pages of the documents' site that are made when it is built (a hook of MkDocs, see mkdocs.yml): the README as its first page, a
+"""Pages of the site that are made when it is built (a hook of MkDocs, see mkdocs.yml): the README as its first page, a
 gallery of cases/ with their pictures, and the reference of the Python interface."""
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 import thermoroll_cli
-from thermoroll_cli import Case, Result, solve
+from thermoroll_cli import Case, solve
 from thermoroll_cli.plots.field_figures import pressure_figure
 from thermoroll_cli.plots.maps import frame_of
 from thermoroll_cli.plots.sheet import style
@@ -37,8 +37,8 @@ def on_files(files: Files, config: Any) -> Files:
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
-    return text.replace("## Documents\n\n", "## Documents\n\n- [Gallery](gallery.md) of cases, [reference](reference.md) of the Python "
-                        "interface\n")
+    more = "- [Gallery](gallery.md) of cases, [reference](reference.md) of the Python interface\n"
+    return text.replace("\n- [Tutorial]", f"\n{more}- [Tutorial]")
 
 
 def reference() -> str:
@@ -53,8 +53,10 @@ def gallery() -> str:
     sections = []
     for path in CASES:
         case = Case.read(path)
-        sections.append(f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{summary(case.text)}\n\n"
-                        f"![Contact pressure of {path.stem}](gallery/{path.stem}.png)\n")
+        sections.append(
+            f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{summary(case.text)}\n\n"
+            f"![Contact pressure of {path.stem}](gallery/{path.stem}.png)\n"
+        )
     opening = f"# Gallery\n\nThe cases in `cases/` with the pressure on {GRID} × {GRID} elements.\n\n"
     return opening + "\n".join(sections)
 

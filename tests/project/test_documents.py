@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import re
 import subprocess
@@ -48,7 +49,7 @@ def test_lists_begin_after_an_empty_line() -> None:
     for page in (*PAGES, ROOT / "README.md"):
         text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
         lines = text.splitlines()
-        for before, line in zip(lines, lines[1:], strict=False):
+        for before, line in itertools.pairwise(lines):
             assert not (line.startswith("- ") and before and before[0] not in "- "), f"{page.name}: {line}"
 
 
