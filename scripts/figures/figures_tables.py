@@ -31,5 +31,5 @@ def _filled(place: re.Match[str], numbers: dict[str, Any]) -> str:
 def markdown(measured: dict[str, Any]) -> str:
     """A Markdown table of `measured["header"]` and `measured["rows"]`."""
     rows = [[MINUS.sub("−", cell) for cell in row] for row in measured["rows"]]
-    lines = [measured["header"], ["---"] * len(measured["header"]), *rows]
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+    head, *body = ("| " + " | ".join(cells) + " |\n" for cells in (measured["header"], *rows))
+    return "".join([head, "|" + "---|" * len(measured["header"]) + "\n", *body])

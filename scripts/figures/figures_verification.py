@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from scripts.figures.figures_drawing import ROOT, Numbers, solve_case, solve_problem, table
+from scripts import closed_forms
+from scripts.figures.figures_drawing import ROOT, Numbers, solve_problem, table
 from scripts.figures.figures_numerics import problem_of
-from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hertz_elements import element_averages
-from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
 from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integrals
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
@@ -39,8 +38,13 @@ def reference(name: str) -> Any:
 
 def verification(folder: Folder, grid: int) -> Numbers:
     """All rows; tests hold the same comparisons to bounds."""
-    rows = [*_kernels(), *_normal(), *_tangential(), *_thermal(), *_whole(), *_below()]
-    return {"table": table(["what", "against", "difference", "test"], rows)}
+    rows = [*_kernels(), *_tangential(), *_thermal(), *_whole()]
+    return {"table": table(["quantity", "against", "difference", "test"], rows)}
+
+
+def closed(folder: Folder, grid: int) -> Numbers:
+    """The table of `python -m scripts.closed_forms`."""
+    return {"table": table(closed_forms.HEADER, [list(check.row) for check in closed_forms.checks(64)])}
 
 
 def _row(what: str, against: str, difference: str, test: str) -> Row:
@@ -73,29 +77,8 @@ def _kernels() -> list[Row]:
     return rows
 
 
-def _normal() -> list[Row]:
-    modulus = 210e9 / (2.0 * (1.0 - 0.28**2))
-    hertz = hertz_contact(1.0 / 0.015, 1.0 / 0.015, modulus, 65.0)
-    mesh = Grid.over((SIDE, SIDE), 2.2 * hertz.semi_axis_x, 2.2 * hertz.semi_axis_y)
-    x, y = mesh.x[:, None], mesh.y[None, :]
-    edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((mesh.x, mesh.dx), (mesh.y, mesh.dy))]
-    exact, _ = element_averages(hertz, *edges)
-    solver = NormalSolver(mesh, modulus)
-    gap = hertz.undeformed_gap(x, y)
-    solution = solver.solve(gap, 65.0, np.zeros(mesh.shape))
-    refined = solver.refine(solution, gap, 65.0)
-    displaced = float(np.abs(solution.displacement - hertz.displacement(x, y)).max()) / hertz.approach
-    return [
-        _row("largest pressure, N = 128", "Hertz", f"{abs(solution.pressure.max() / exact.max() - 1.0):.0e}", "test_normal"),
-        _row("contact area, N = 128", "Hertz", f"{abs(refined.covered.sum() * mesh.element_area / hertz.area - 1.0):.0e}",
-             "test_normal"),
-        _row("approach; elastic displacement anywhere, N = 128", "Hertz, closed form inside and outside",
-             f"{abs(solution.approach / hertz.approach - 1.0):.0e}; {displaced:.0e} of the approach", "test_normal"),
-    ]
-
-
 def _tangential() -> list[Row]:
-    rows = [_gradient(), _kalker()]
+    rows = [_gradient()]
     contact, fine = reference("contact_rolling")["cases"], reference("rolling_fine")["cases"]
     worst = {"CONTACT": 0.0, "fine": 0.0, "stick": 0.0, "heat": 0.0}
     for name, case in fine.items():
@@ -139,22 +122,6 @@ def _gradient() -> Row:
     error = max(float(np.abs(found[i] - 2.0 * exact[i]).max()) for i in (0, 1)) / (2.0 * float(np.abs(exact[0]).max()))
     return _row("displacement by a sliding Hertz contact, N = 128", "Cattaneo–Mindlin, inside and outside",
                 f"{error:.0e}", "test_tangential")
-
-
-def _kalker() -> Row:
-    body, radius, tiny = Material(210e9, 0.25), 0.03, 1e-7
-    worst = 0.0
-    for creep in ((tiny, 0.0), (0.0, tiny)):
-        problem = Problem(body, body, Geometry(radius, radius, radius, radius), 65.0, 1.0, Motion(1.0, *creep),
-                          Heating(False, False), Numerics((SIDE, SIDE)), "Kalker's limit")
-        result = solve_problem(problem)
-        area = result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"] * 1e-6
-        exact = creepage_coefficients(1.0, 0.25)
-        force, coefficient = ("force_x_N", exact.c11) if creep[0] else ("force_y_N", exact.c22)
-        found = result.coupled.scalars[force] / (body.shear_modulus * area * tiny)
-        worst = max(worst, abs(found / coefficient - 1.0))
-    return _row("forces at vanishing creepage (C11, C22 of a circle), N = 128", "Kalker's printed table, three digits",
-                f"{worst:.0e}", "test_tangential")
 
 
 def _thermal() -> list[Row]:
@@ -219,19 +186,6 @@ def _whole() -> list[Row]:
     ]
 
 
-def _below() -> list[Row]:
-    result = solve_case("hot_sliding", {"load.friction_coefficient": 0.0, "thermal.heat": False}, grid=64)
-    assert result.subsurface is not None
-    ratio, peak = result.problem.lower.poisson_ratio, result.hertz["hertz_p0_MPa"]
-    z = np.linspace(0.3, 0.7, 4001)
-    # Johnson, Contact Mechanics, Eq. 3.45: the stresses on the axis of a sphere's contact, z in a and stresses in p0.
-    radial = -(1.0 + ratio) * (1.0 - z * np.arctan(1.0 / z)) + 0.5 / (1.0 + z**2)
-    exact = float(np.abs(radial + 1.0 / (1.0 + z**2)).max())
-    found = result.subsurface.scalars["von_mises_max_lower_MPa"] / peak
-    return [_row("largest von Mises stress below a sphere, N = 64", "its closed form on the axis (Johnson 3.45)",
-                 f"{abs(found / exact - 1.0):.0e}", "test_stage")]
-
-
 def _scaled(result: Result, problem: Problem) -> float:
     length, stress, diffusivity = 4.0, 2.0**-7, 8.0
 
@@ -250,4 +204,4 @@ def _scaled(result: Result, problem: Problem) -> float:
     return max(abs(other.coupled.scalars[k] / result.coupled.scalars[k] - 1.0) for k in keys)
 
 
-FIGURES = {"verification": verification}
+FIGURES = {"verification": verification, "closed": closed}
