@@ -18,8 +18,8 @@ from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
+from thermoroll_cli.steady_state.iteration import iterate
 from thermoroll_cli.steady_state.solver_options import SolverOptions
-from thermoroll_cli.steady_state.turn import turn
 
 CASE = reference_problem("article_3_1_case_5", 32)
 
@@ -95,7 +95,7 @@ def test_a_state_is_its_own_turn() -> None:
     assert not isothermal.acts_back and isothermal.converged and isothermal.residual == 0.0
     coupled = fixed_point(discretisation, starts.coupled(isothermal.contact, discretisation), tolerances)
     assert coupled.converged and coupled.acts_back and coupled.residual == coupled.history[-1] <= tolerances.coupling
-    after = turn(discretisation, coupled.contact, tolerances)
+    after = iterate(discretisation, coupled.contact, tolerances)
     approach = discretisation.derived.hertz.approach
     assert abs(after.expansion - coupled.contact.expansion).max() < 10.0 * tolerances.coupling * approach
     assert after.normal.peak == pytest.approx(coupled.contact.normal.peak, rel=1e-5)

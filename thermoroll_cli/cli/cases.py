@@ -56,12 +56,11 @@ def validate(
 
 
 def _doubts(case: Case) -> list[str]:
-    from thermoroll_cli.refinement.plan import doubts
-    from thermoroll_cli.refinement.warnings import expected_temperature_warning
+    from thermoroll_cli.refinement.warnings import expected_temperature_warning, warnings_before
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     derived = DerivedQuantities(case.problem)
-    return [*doubts(derived), *expected_temperature_warning(derived)]
+    return [*warnings_before(derived), *expected_temperature_warning(derived)]
 
 
 def init(

@@ -342,7 +342,7 @@ def _continued(coefficients: Array, gap: Array, grid: Grid) -> tuple[Array, Arra
     slope = np.maximum(np.hypot(u, v), 1e-300)
     u, v = u / slope, v / slope
     along, across = uu * u * u + 2.0 * uv * u * v + vv * v * v, uu * v * v - 2.0 * uv * u * v + vv * u * u
-    # From the centre of the element back to the border; a wild fit must not turn the slope round.
+    # From the centre of the element back to the border; a wild fit must not reverse the slope.
     inwards = np.clip(-coefficients[:, 0] / slope, 0.0, 3.0 * max(grid.dx, grid.dy))
     steepness = np.maximum(slope + along * inwards, 0.2 * slope)
     distance = (0.75 * gap / np.sqrt(steepness)) ** (2.0 / 3.0)

@@ -14,10 +14,6 @@ from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.problem.contact import Mask
 from thermoroll_cli.problem.problem import Heating
 
-SIDEWAYS_SHARE = 0.1
-SLOW_PECLET = 0.03
-"""Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
-
 
 @dataclass(frozen=True)
 class Heat:
@@ -89,22 +85,3 @@ def account(heat: Heat) -> dict[str, dict[str, float]]:
     if heat.into.exchanged is not None:
         result["partition"] = {"applications": heat.partition.applications, "mismatch": heat.partition.mismatch}
     return result
-
-
-def sideways_warning(heat: Heat, slip: Array) -> str:
-    """A warning where sliding Péclet numbers carry heat of sideways slip along x (`solvers.thermal.sliding_heat`),
-    or an empty text.
-
-    `slip` has the shape (2, nx, ny)."""
-
-    total = float(heat.flux.sum())
-    if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
-        return ""
-    share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
-    peclet = heat.response.mean_peclet(heat.flux)
-    if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
-        return ""
-    return (
-        f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
-        'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip'
-    )

@@ -5,9 +5,9 @@ lower body solves, on the contact,
 
     (K_1 + K_2) q_1 = K_2 q + B_2 − B_1,     q_2 = q − q_1.
 
-where K_i includes what a body brings back from earlier turns, if it does. The local share η = q_1/q is an outcome. It leaves
-[0, 1] where one surface warms the other: near the border, and in the stick area, where there is no friction but heat still
-crosses.
+where K_i includes what a body brings back from earlier revolutions, if it does. The local share η = q_1/q is an outcome. It
+leaves [0, 1] where one surface warms the other: near the border, and in the stick area, where there is no friction but heat
+still crosses.
 """
 
 from __future__ import annotations

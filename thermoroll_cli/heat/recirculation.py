@@ -123,7 +123,7 @@ ROOT_STEPS = 60
 
 @dataclass(frozen=True)
 class Roller:
-    """A body that turns (SI): `radius` R > 0 along rolling, `width` B, `passes` Z per turn, speed of its surface; either
+    """A body that turns (SI): `radius` R > 0 along rolling, `width` B, `passes` Z per revolution, speed of its surface; either
     `convection` h (W/m²K) or `resistance` R_th (K/W); its thermal constants with `free_expansion` (1 + ν)α. The track of a
     `ring` lies in its bore; it takes a resistance."""
 

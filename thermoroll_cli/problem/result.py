@@ -15,7 +15,6 @@ from thermoroll_cli.problem.subsurface import BodyStresses, Subsurface
 Value = TypeVar("Value")
 
 
-
 class Named(Mapping[str, Value]):
     """Values by name, which cannot be changed. A KeyError lists the names there are."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.heat.frictional_heat import account, sideways_warning
+from thermoroll_cli.heat.frictional_heat import account
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import failures
@@ -16,7 +16,7 @@ from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of
-from thermoroll_cli.refinement.warnings import tangential_expansion_warning, temperature_warning
+from thermoroll_cli.refinement.warnings import warnings_after
 
 
 def result_of(
@@ -33,13 +33,10 @@ def result_of(
     reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled, of_heat)
     warnings = list(plan.warnings)
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
-    if heat is not None and (sideways := sideways_warning(heat, last.contact.tangential.slip)):
-        warnings.append(sideways)
-    rises = [last.coupled_state.fields[f"temperature_rise_{body}"] for body in ("lower", "upper")] if heat is not None else []
-    if rises and derived.kinematics.has_traction and (expanding := tangential_expansion_warning(derived, *rises)):
-        warnings.append(expanding)
-    if rises:
-        warnings += temperature_warning(max(float(rise.max()) for rise in rises))
+    if heat is not None:
+        fields = last.coupled_state.fields
+        rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
+        warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = [k for k in ERROR_SCALARS if errors[k] > wanted]

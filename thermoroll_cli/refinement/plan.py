@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.heat.frictional_heat import divide
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.refinement.warnings import plausibility_warnings, profile_warnings, track_facts, track_warnings
+from thermoroll_cli.refinement.warnings import track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters
@@ -179,10 +179,6 @@ def _even_share(derived: DerivedQuantities) -> float | None:
     return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
 
 
-HALF_SPACE_LIMIT = 0.3
-"""Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
-
-
 @dataclass(frozen=True)
 class Plan:
     """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
@@ -230,7 +226,7 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     if extent < SMALLEST_EXTENT:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
-    warnings += doubts(derived)
+    warnings += warnings_before(derived)
     plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
 
@@ -241,28 +237,6 @@ def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQua
     below = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
     return replace(plan, run=plan.run + below.run, skipped=plan.skipped | below.skipped, facts=plan.facts | below.facts,
                    memory_bytes=plan.memory_bytes + below.memory_bytes, seconds=plan.seconds + below.seconds)
-
-
-def doubts(derived: DerivedQuantities) -> list[str]:
-    """What is doubtful about a problem before it is solved."""
-    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
-    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *tracks]
-
-
-def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
-    scales, geometry = derived.scales, derived.problem.geometry
-    out = profile_warnings(derived) if geometry.has_profile else []
-    for axis, half, radii in (
-        ("x", scales.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
-        ("y", scales.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
-    ):
-        if axis == "y" and geometry.has_profile:
-            continue
-        smallest = min(abs(r) for r in radii)
-        if half / smallest > HALF_SPACE_LIMIT:
-            out.append(f"contact half-width along {axis} is {half / smallest:.2f} of the smallest radius: "
-                       f"the half-space assumption is doubtful above {HALF_SPACE_LIMIT:g}")
-    return out
 
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:

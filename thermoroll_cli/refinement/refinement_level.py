@@ -13,7 +13,7 @@ from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import state_of
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
-from thermoroll_cli.steady_state.turn import expansion_in
+from thermoroll_cli.steady_state.iteration import expansion_in
 
 
 @dataclass(frozen=True)

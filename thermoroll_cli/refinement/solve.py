@@ -153,7 +153,7 @@ def tolerances_on(
     the estimates."""
     tolerances, accuracy = options.tolerances, derived.problem.numerics.accuracy
     if derived.kinematics.feeds_back:
-        # Pressure and shear that act on each other cost more turns from a looser start than it saves.
+        # Pressure and shear that act on each other cost more iterations from a looser start than it saves.
         return replace(tolerances, normal=NORMAL_SHARE_OF_SHEAR * tolerances.tangential)
     if shape == plan.grids[-1]:
         return tolerances

@@ -1,11 +1,11 @@
-"""What is allowed and yet hardly meant: constants no solid has, pressures and temperatures none stands, keys without effect.
+"""Warnings: cases that are allowed and yet doubtful, before they are solved (`warnings_before`) and after (`warnings_after`).
 
-What a transverse profile makes doubtful: told before solving.
+Doubtful are constants that no solid has, pressures and temperatures that none stands, keys without effect, contacts beyond
+half-space theory, ends of profiles, cooling that no body has, and thermal expansion along the surfaces.
 
-Different thermal expansion also moves the surfaces along each other: how much, and when it must not be left out.
-
-Heat makes a free surface rise by u_z and stretch along itself: the surface displacement of a thermoelastic half-space (quasi-
-static, Goodier's potential plus Boussinesq's correction, m and n the wavenumbers along x and y, w = sqrt(m² + n²)) is
+**Expansion along the surfaces.** Heat makes a free surface rise by u_z and stretch along itself: the surface displacement of a
+thermoelastic half-space (quasi-static, Goodier's potential plus Boussinesq's correction, m and n the wavenumbers along x and y,
+w = sqrt(m² + n²)) is
 
     û_z = 2(1+ν)α T^/(w + w')      û_x = −(i m/w) û_z      û_y = −(i n/w) û_z       w'² = w² + i m s/κ,
 
@@ -16,9 +16,7 @@ which for material moving with speed s along x, since 1/(w + w') = κ (w' − w)
 with T_0 the temperature that the same heat would make in material at rest (where the strains add up to (1+ν)αT). Bodies
 alike in all this stretch alike, and their slip does not feel it; the difference of two other bodies belongs into the slip
 equation, ṡ/V = ξ − ∂u/∂x, but is left out of it: in realistic cases it is below one per cent of the creepage at
-which the contact slides (docs/physics.md). This module finds out where it is not.
-
-What is known of bodies that bring heat back before anything is solved: numbers for `show`, and warnings.
+which the contact slides (docs/physics.md). A warning says where it is more.
 """
 
 from __future__ import annotations
@@ -29,12 +27,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
+from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
 
+HALF_SPACE_LIMIT = 0.3
+"""Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
 PRESSURE_OVER_MODULUS = 0.01
 """Part of Young's modulus up to which bodies answer linearly; metals yield below it."""
 LARGEST_PRESSURE = 10e9
@@ -57,6 +59,40 @@ PEAK_OVER_MEAN = 1.5
 """The hottest point over what the mean heat flux makes of it: 1.4 to 1.6 where the contact rolls with creepage."""
 
 
+def warnings_before(derived: DerivedQuantities) -> list[str]:
+    """Doubts about a problem before it is solved."""
+    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
+    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *tracks]
+
+
+def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
+    scales, geometry = derived.scales, derived.problem.geometry
+    out = profile_warnings(derived) if geometry.has_profile else []
+    for axis, half, radii in (
+        ("x", scales.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
+        ("y", scales.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
+    ):
+        if axis == "y" and geometry.has_profile:
+            continue
+        smallest = min(abs(r) for r in radii)
+        if half / smallest > HALF_SPACE_LIMIT:
+            out.append(f"contact half-width along {axis} is {half / smallest:.2f} of the smallest radius: "
+                       f"the half-space assumption is doubtful above {HALF_SPACE_LIMIT:g}")
+    return out
+
+
+def warnings_after(derived: DerivedQuantities, heat: Heat, slip: Array, rises: tuple[Array, Array]) -> list[str]:
+    """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature
+    `rises` of both bodies in K."""
+    out = [sideways_warning(heat, slip)]
+    if derived.kinematics.has_traction:
+        out.append(tangential_expansion_warning(derived, *rises))
+    highest = max(float(rise.max()) for rise in rises)
+    if highest > LARGEST_RISE:
+        out.append(f"temperature rises by up to {highest:.4g} K: {_no_solid()}")
+    return [warning for warning in out if warning]
+
+
 def plausibility_warnings(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem that need no solution."""
     return [*_constants(derived.problem), *_pressure(derived), *_without_effect(derived.problem)]
@@ -68,11 +104,6 @@ def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
     if not rise > LARGEST_RISE:
         return []
     return [f"the surfaces are expected to get about {_round(rise)} K hotter: {_no_solid()}"]
-
-
-def temperature_warning(rise: float) -> list[str]:
-    """A doubt about the largest temperature `rise` (K) that a solution has."""
-    return [f"temperature rises by up to {rise:.4g} K: {_no_solid()}"] if rise > LARGEST_RISE else []
 
 
 def expected_rise(derived: DerivedQuantities) -> float:
@@ -290,3 +321,25 @@ def track_warnings(derived: DerivedQuantities) -> list[str]:
             out.append(f"the Biot number hR/k of the {body} body is {roller.biot:.3g}: its surface is cooled faster than heat "
                        "flows through it, and the answer depends on where exactly it is cooled")
     return out
+
+
+SIDEWAYS_SHARE = 0.1
+SLOW_PECLET = 0.03
+"""Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
+
+
+def sideways_warning(heat: Heat, slip: Array) -> str:
+    """A warning where sliding Péclet numbers carry heat of sideways slip along x (`heat.sliding_heat`), or an empty text.
+
+    `slip` has the shape (2, nx, ny)."""
+    total = float(heat.flux.sum())
+    if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
+        return ""
+    share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
+    peclet = heat.response.mean_peclet(heat.flux)
+    if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
+        return ""
+    return (
+        f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+        'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip'
+    )

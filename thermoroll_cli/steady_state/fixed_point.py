@@ -1,8 +1,8 @@
-"""The steady state: the fixed point of a turn, for whatever acts back on the contact.
+"""The steady state: the fixed point of an iteration, for whatever acts back on the contact.
 
-What acts back are fields x of the state (`UNKNOWNS`): a turn begins with x and makes g(x), and x = g(x) is wanted. Anderson's
-mixing finds it, every field counted in its own scale. Pressure and tractions inside a turn are solved only as closely as the
-residual g(x) − x has earned, and to the end in the turn that is likely to be the last.
+What acts back are fields x of the state (`UNKNOWNS`): an iteration begins with x and makes g(x), and x = g(x) is wanted.
+Anderson's mixing finds it, every field counted in its own scale. Pressure and tractions inside an iteration are solved only as
+closely as the residual g(x) − x has earned, and to the end in the iteration that is likely to be the last.
 """
 
 from __future__ import annotations
@@ -21,34 +21,36 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.friction import admissible_friction, can_transmit
 from thermoroll_cli.steady_state.heated_pressure import heated_step
+from thermoroll_cli.steady_state.iteration import iterate
 from thermoroll_cli.steady_state.solver_options import Tolerances
-from thermoroll_cli.steady_state.turn import turn
 
 DEPTH = 8
-"""Turns that Anderson's mixing remembers: the turns are not solved so closely that more would gain anything. Strong heat of
-contacts that partly stick needs them: the article's case goes to twice the speed that it does with four."""
+"""Iterations that Anderson's mixing remembers: the iterations are not solved so closely that more would gain anything. Strong
+heat of contacts that partly stick needs them: the article's case goes to twice the speed that it does with four."""
 MOST_ITERATIONS = 60
-"""The last state below the thermo-elastic limit took 44; beyond it no number of turns would do."""
+"""The last state below the thermo-elastic limit took 44; beyond it no number of iterations would do."""
 NORMAL_SHARE = 1e-3
 """The same of the gap. It is cheap, and an open gap at the border adds or drops elements there."""
 NEARLY_CONVERGED = 10.0
-"""From this many times the tolerance the next turn is expected to reach it: its tractions are solved to the end."""
+"""From this many times the tolerance the next iteration is expected to reach it: its tractions are solved to the end."""
 LOOSEST = 1e-2
-"""No turn solves its tractions less closely: stick and slip would not yet be those of a solution."""
+"""No iteration solves its tractions less closely: stick and slip would not yet be those of a solution."""
 CLOSE_PATIENCE = 4
-"""The same number of turns where the residual is below what is accepted then: nothing but elements of the border that come and
-go is left."""
+"""The same number of iterations where the residual is below what is accepted then: nothing but elements of the border that come
+and go is left."""
 MOST_DAMPINGS = 5
 """How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half of
 what it has in reserve is lost."""
 MOST_UNBALANCED = 2
-"""How often a turn may find no pressure in balance with its heat: the first turns have the slip of another contact."""
+"""How often an iteration may find no pressure in balance with its heat: the first iterations have the slip of another
+contact."""
 MOST_RAISED = 4
-"""How often the heat may be raised from none for that: later turns should begin with the pressure of the last."""
+"""How often the heat may be raised from none for that: later iterations should begin with the pressure of the last."""
 CLOSEST_BALANCE = 1e-8
 """Residual, over the elastic displacement, below which no pressure in balance with its heat is solved."""
 INDIFFERENT = 10.0
-"""Times the tolerance: the residual that is accepted where no further turn reduces it, still below 1e-4 of the approach."""
+"""Times the tolerance: the residual that is accepted where no further iteration reduces it, still below 1e-4 of the
+approach."""
 BORDER_ELEMENT = 0.3
 """The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
 surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
@@ -104,15 +106,15 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
     "shear_displacement": _approach,
     "friction": _coefficient,
 }
-"""Fields of `Contact` that a turn makes anew, each with the scale in which its changes count. A further one is a field there, a
-line in `turn` and a line here."""
+"""Fields of `Contact` that an iteration makes anew, each with the scale in which its changes count. A further one is a field
+there, a line in `iterate` and a line here."""
 
 
 @dataclass(frozen=True)
 class SteadyState:
-    """The best state found, with the turns that it took and what the inner solvers did in them; `residual` is what its
-    turn has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led to
-    it; `heat_reached` is 1, or the part of the heat to which it could be raised where there is no balance with all of it."""
+    """The best state found, with the iterations that it took and what the inner solvers did in them; `residual` is what its
+    iteration has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led
+    to it; `heat_reached` is 1, or the part of the heat to which it could be raised where there is no balance with all of it."""
 
     contact: Contact
     iterations: int
@@ -128,7 +130,7 @@ class SteadyState:
 
     @property
     def acts_back(self) -> bool:
-        """Whether there was anything to iterate; else one turn is the solution."""
+        """Whether there was anything to iterate; else one iteration is the solution."""
         return bool(unknowns_of(self.contact))
 
 
@@ -140,13 +142,13 @@ def unknowns_of(contact: Contact) -> Fields:
 def fixed_point(
     discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False
 ) -> SteadyState:
-    """Iterate turns from `start` until what acts back no longer changes.
+    """Iterate from `start` until what acts back no longer changes.
 
-    The residual is the largest change of an unknown field over its scale, on the contact. Converged is a turn whose residual
-    is below the tolerance and whose own problems are solved. Where mixing alone does not get there because of the heat, the
-    iteration begins again with turns that start from a pressure in balance with its own heat (`heated_pressure`): it takes more
-    work, but strong heat too, if the contact slides. With `balanced` it begins so at once. Where nothing converges the best
-    state is returned.
+    The residual is the largest change of an unknown field over its scale, on the contact. Converged is an iteration whose
+    residual is below the tolerance and whose own problems are solved. Where mixing alone does not get there because of the
+    heat, the iteration begins again with iterations that start from a pressure in balance with its own heat
+    (`heated_pressure`): it takes more work, but strong heat too, if the contact slides. With `balanced` it begins so at once.
+    Where nothing converges the best state is returned.
     """
     heated = start.expansion is not None or start.friction is not None
     pace = HEAT if heated else SHEAR
@@ -171,7 +173,7 @@ def _iterated(
     rim, history = False, list[float]()
     counts = np.zeros(3, dtype=int)
     while len(history) < MOST_ITERATIONS and mixing.dampings <= MOST_DAMPINGS and can_transmit(discretisation, state):
-        after = turn(discretisation, state, _inside(state, tolerances, limit, history, pace))
+        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, pace))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
         changes = _changes(state, after)
@@ -200,7 +202,7 @@ def _iterated(
 def _inside(
     state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace
 ) -> Tolerances:
-    """How closely the problems of the next turn are solved."""
+    """How closely the problems of the next iteration are solved."""
     if not unknowns_of(state):
         return tolerances
     outer = history[-1] if history else pace.first_residual
@@ -211,7 +213,7 @@ def _inside(
 
 
 def _changes(before: Contact, after: Contact) -> Fields:
-    """What a turn has changed of the unknowns; of the expansion without its mean, which the approach absorbs."""
+    """What an iteration has changed of the unknowns; of the expansion without its mean, which the approach absorbs."""
     changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
     if "expansion" in changes:
         changes["expansion"] -= changes["expansion"][after.normal.contact].mean()
@@ -246,14 +248,14 @@ def _root_mean_square(values: Array) -> float:
 
 
 def _stagnates(history: list[float], pace: Pace, *, close: bool) -> bool:
-    """Whether the last turns of a long iteration have gained too little to go on; `close` to what its grid allows it need not
-    have been long."""
+    """Whether the last iterations of a long iteration have gained too little to go on; `close` to what its grid allows it need
+    not have been long."""
     patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (pace.patience, pace.recent)
     return len(history) > patience and min(history[-recent:]) > pace.gain * min(history[:-recent])
 
 
 def _indifferent(discretisation: Discretisation, state: Contact, limit: float, pace: Pace) -> float:
-    """Residual that is accepted where no further turn reduces it: only a finer grid could."""
+    """Residual that is accepted where no further iteration reduces it: only a finer grid could."""
     border = BORDER_ELEMENT / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:
         approach = discretisation.derived.scales.approach
@@ -285,7 +287,7 @@ class _Mixing:
         self.unbalanced = self.raised = 0
 
     def next(self, before: Contact, after: Contact, changes: Fields, residual: float) -> Contact:
-        """State of the next turn: mixed unknowns, and the pressure and tractions of the last."""
+        """State of the next iteration: mixed unknowns, and the pressure and tractions of the last."""
         unknowns = unknowns_of(before)
         if not unknowns:
             return after

@@ -1,13 +1,14 @@
-"""The pressure that is in balance with its own heat: a turn's heat goes with its pressure, so that is solved for at once.
+"""The pressure that is in balance with its own heat: an iteration's heat goes with its pressure, so that is solved for at once.
 
-After a turn the heat flux q and the pressure p of it give the heat per pressure w = q/p on the contact, which slip and friction
-decide. With E the expansion by heat, and all that does not go with the pressure (uneven shares of the bodies, conduction, shear
-of dissimilar bodies, what the resolved border of the contact adds) as it is, the state after the next turn solves
+After an iteration the heat flux q and the pressure p of it give the heat per pressure w = q/p on the contact, which slip and
+friction decide. With E the expansion by heat, and all that does not go with the pressure (uneven shares of the bodies,
+conduction, shear of dissimilar bodies, what the resolved border of the contact adds) as it is, the state after the next
+iteration solves
 
     (A − E[w ·]) p = δ − h + r,     r = E[q] − E[w p] + displacement by shear + (A p − δ + h − u on the contact)
 
 where the last term is zero but in border elements. In the steady state this changes nothing: it is a step towards the same
-fixed point, with the dependence of the heat on the pressure in it, which mixing would have to find out turn by turn.
+fixed point, with the dependence of the heat on the pressure in it, which mixing would have to find out iteration by iteration.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 
 @dataclass(frozen=True)
 class HeatedStep:
-    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next turn with; `reached` is the part of
-    the heat at which such a state was found, `applications` what it took; `raised` tells that the heat had to be raised from
+    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next iteration with; `reached` is the part
+    of the heat at which such a state was found, `applications` what it took; `raised` tells that the heat had to be raised from
     none."""
 
     pressure: Array
@@ -38,8 +39,8 @@ class HeatedStep:
 
 
 def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedStep:
-    """From the turn that led from `before` to `after`: pressure and expansion in balance, solved to `tolerance` of the elastic
-    displacement."""
+    """From the iteration that led from `before` to `after`: pressure and expansion in balance, solved to `tolerance` of the
+    elastic displacement."""
     assert before.expansion is not None and after.expansion is not None
     normal, heat = after.normal, discretisation.heat(after)
     contact = normal.contact

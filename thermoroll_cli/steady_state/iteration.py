@@ -1,4 +1,4 @@
-"""One turn of the article's Fig. 2: press → roll → heat → expand."""
+"""One iteration of the article's Fig. 2: press → roll → heat → expand."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from thermoroll_cli.steady_state.friction import friction_of
 from thermoroll_cli.steady_state.solver_options import Tolerances
 
 
-def turn(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:
+def iterate(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:
     """Press the bodies together, roll them, see how much heat that makes, and what heat and shear do to the surfaces.
 
-    `state` holds what the turn begins with: the fields that act back on the contact (`UNKNOWNS` of `fixed_point`; None does
-    not take part), and pressure and tractions to start the solvers from. The state returned has the pressure and the tractions
-    that go with these fields, and the fields that it makes itself. In the steady state they are the same.
+    `state` holds what the iteration begins with: the fields that act back on the contact (`UNKNOWNS` of `fixed_point`; None
+    does not take part), and pressure and tractions to start the solvers from. The state returned has the pressure and the
+    tractions that go with these fields, and the fields that it makes itself. In the steady state they are the same.
     """
     normal = discretisation.press(state.offset, state.normal, tolerances.normal)
     tangential = discretisation.roll(normal, state.tangential, tolerances.tangential, state.friction)
