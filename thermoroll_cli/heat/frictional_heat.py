@@ -17,11 +17,13 @@ from thermoroll_cli.problem.problem import Heating
 
 @dataclass(frozen=True)
 class Heat:
-    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`."""
+    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`; whether
+    heat flows between them without friction, too (`conducts`)."""
 
     flux: Array
     partition: Partition
     response: ThermalResponse
+    conducts: bool = False
 
     @property
     def into(self) -> DividedHeat:
@@ -34,9 +36,10 @@ class Heat:
 
     @property
     def mean_share(self) -> float:
-        """Share of all heat that enters the lower body; nan if there is none."""
+        """Share of the frictional heat that enters the lower body; nan if there is none, or if bodies of unlike bulk
+        temperatures exchange heat that friction has not made (`conducts`)."""
         total = float(self.flux.sum())
-        if total == 0.0:
+        if total == 0.0 or self.conducts:
             return np.nan
         return self.into.share if self.into.exchanged is None else float(self.into.lower.sum()) / total
 
@@ -72,7 +75,8 @@ def divide(
     """Divide the frictional heat `flux`, which changes by `slope` along x through each element, between the bodies, as
     `heating.partition` says; `start` as in `match`."""
     if heating.partition == "matched":
-        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope, start), response)
+        return Heat(flux, match(response, flux, contact, heating.bulk_difference, slope, start), response,
+                    heating.conducts)
     return Heat(flux, Partition(DividedHeat(flux, heating.partition, slope=slope), 0.0, 0), response)
 
 

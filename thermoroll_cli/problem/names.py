@@ -154,6 +154,7 @@ SCALARS = _scalars(
     *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
     Scalar("heat_into_lower_W", "heat into the lower body"),
     Scalar("heat_into_upper_W", "heat into the upper body"),
+    Scalar("heat_conducted_W", "heat conducted to the colder body"),
     Scalar("recirculation_bulge_um", "thermal crown over the contact"),
     Scalar("thermal_crown_ratio", "curvatures of thermal crown / gap"),
     *_of_both("warm_up_time_{}_s", "warm-up time"),

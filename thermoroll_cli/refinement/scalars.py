@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
-from thermoroll_cli.heat.frictional_heat import Heat
+from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -165,17 +166,18 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan
-    scalars |= dict.fromkeys(TRACK_SCALARS, math.nan)
+    scalars |= dict.fromkeys((*HEAT_FLOWS, *TRACK_SCALARS), math.nan)
     if temperatures:
         heat = discretisation.heat(contact)
         lower, upper = heat.temperatures()
         scalars["partition_mean"] = heat.mean_share
+        scalars |= heat_flows(discretisation.derived.problem.heating, heat, inside, discretisation.grid.element_area)
         if heat.into.exchanged is not None:
             fields["heat_flux_lower"] = heat.into.lower
         fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
         rises = (_hottest(lower), _hottest(upper))
         if any(heat.tracks):
-            scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside, discretisation.grid.element_area)
+            scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside)
             fields |= entry_fields(heat)
     heating = discretisation.derived.problem.heating
     for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
@@ -193,9 +195,26 @@ def _hottest(rise: Array) -> float:
     return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0
 
 
+HEAT_FLOWS = ("heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
+"""Scalars that `heat_flows` computes."""
+
+
+def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float) -> dict[str, float]:
+    """Heat in W that enters each body, and that flows from the hotter to the colder one by conduction alone.
+
+    The division of heat is linear in friction and in the difference of bulk temperatures, so the last one is the heat that
+    would flow through this contact without friction."""
+    conducted = 0.0
+    if heating.conducts:
+        alone = heat if not heat.flux.any() else divide(heating, heat.response, np.zeros(heat.flux.shape), contact)
+        conducted = abs(float(alone.into.lower.sum())) * element_area
+    into = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
+    return dict(zip(HEAT_FLOWS, (*into, conducted), strict=True))
+
+
 TRACK_SCALARS = (
     *(f"{name}_{body}_{unit}" for name, unit in (("bulk_temperature", "K"), ("entry_temperature_max", "K"),
-      ("flash_temperature_max", "K"), ("heat_into", "W"), ("warm_up_time", "s")) for body in ("lower", "upper")),
+      ("flash_temperature_max", "K"), ("warm_up_time", "s")) for body in ("lower", "upper")),
     "recirculation_bulge_um", "thermal_crown_ratio",
 )
 """What `track_scalars` makes."""
@@ -206,9 +225,9 @@ ROUNDING = 1e-12
 
 
 def track_scalars(
-    derived: DerivedQuantities, heat: Heat, rises: tuple[Array, Array], contact: Mask, element_area: float
+    derived: DerivedQuantities, heat: Heat, rises: tuple[Array, Array], contact: Mask
 ) -> dict[str, float]:
-    """Heat into each body in W, its bulk (mean surface), entry and flash temperatures in K; of bodies that turn also bulge,
+    """Bulk (mean surface), entry and flash temperatures in K; of bodies that turn also bulge,
     thermal crown Λ and time constants.
 
     `rises` are the temperatures of both surfaces above what surrounds them in K, (nx, ny). Bulk and entry temperatures include
@@ -222,7 +241,6 @@ def track_scalars(
     columns = contact.any(axis=0)
     for i, (body, around) in enumerate((("lower", heating.bulk_lower), ("upper", heating.bulk_upper))):
         track = tracks[i]
-        scalars[f"heat_into_{body}_W"] = float(into[i].sum()) * element_area
         scalars[f"bulk_temperature_{body}_K"] = around + (0.0 if track is None else track.bulk_temperature(into[i]))
         scalars[f"entry_temperature_max_{body}_K"] = around + (0.0 if track is None else float(entries[i][columns].max()))
         flash = rises[i] - entries[i]
