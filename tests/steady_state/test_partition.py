@@ -344,7 +344,27 @@ def test_coupled_with_thermal_deformation(peclet):
     if "deformation" not in result.work["skipped"]:
         assert result.work["iterations"]["coupling_iterations"] <= 10
         assert result.coupled.scalars["gamma_p"] > 1.0
-    assert result.coupled.scalars["partition_mean"] > 0.5
+    scalars = result.coupled.scalars
+    assert math.isnan(scalars["partition_mean"])
+    assert scalars["heat_into_lower_W"] > 0.5 * scalars["Q_F_W"]
+
+
+def test_conducted_heat_is_what_flows_without_friction():
+    """From the hotter to the colder body, whatever the friction; friction alone divides by the rest of the heat."""
+    heating = replace(MATCHED, bulk_upper=40.0, deformation=False)
+    problem = article_4_1(24, heating=heating)
+    problem = replace(problem, upper=replace(problem.upper, conductivity=30.0))
+    rubbing, sliding_freely = solved(problem).coupled.scalars, solved(replace(problem, friction=0.0)).coupled.scalars
+    alone = solved(replace(problem, heating=replace(heating, bulk_upper=0.0))).coupled.scalars
+    assert sliding_freely["heat_into_lower_W"] == pytest.approx(-sliding_freely["heat_into_upper_W"], rel=1e-9)
+    assert sliding_freely["heat_conducted_W"] == pytest.approx(sliding_freely["heat_into_lower_W"], rel=1e-9)
+    assert rubbing["heat_conducted_W"] == pytest.approx(sliding_freely["heat_conducted_W"], rel=1e-4)
+    by_friction = alone["heat_into_lower_W"]
+    assert rubbing["heat_into_lower_W"] - by_friction == pytest.approx(rubbing["heat_conducted_W"], rel=1e-3)
+    assert alone["heat_conducted_W"] == 0.0
+    assert alone["partition_mean"] == pytest.approx(by_friction / alone["Q_F_W"], rel=1e-2)
+    turned = solved(replace(problem, heating=replace(heating, bulk_upper=-40.0))).coupled.scalars
+    assert turned["heat_conducted_W"] == pytest.approx(rubbing["heat_conducted_W"], rel=1e-4)
 
 
 def test_expansion_is_that_of_each_body_with_its_own_heat():

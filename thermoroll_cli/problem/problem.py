@@ -9,6 +9,7 @@ from typing import Literal
 from thermoroll_cli.problem.friction_law import FrictionLaw
 from thermoroll_cli.problem.profile import Profile
 
+Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 BodyName = Literal["lower", "upper"]
@@ -17,6 +18,10 @@ BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
 """Relative accuracy aimed at where a case asks for none."""
+
+LEFT_OUT_SHARE = 0.25
+"""Share of a wanted accuracy below which the effect of a stage allows leaving it out: the grid and other stages need the
+rest."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +108,8 @@ class Recirculation:
 class Heating:
     """How frictional heat is treated.
 
+    `deformation`: whether thermal expansion acts back on the gap. True leaves it out where its effect is below the accuracy,
+    "always" never does.
     `partition` is the share of the lower body, or "matched": divided from point to point so that both surfaces are equally
     warm inside the contact. Bulk temperatures (K) are those of the bodies far from the contact, above the temperature to
     which the coefficient of friction belongs; with a matched partition their difference drives heat through the contact.
@@ -111,7 +118,7 @@ class Heating:
     """
 
     heat: bool = True
-    deformation: bool = True
+    deformation: Deformation = True
     peclet: PecletMode = "rolling"
     partition: Partition = 0.5
     bulk_lower: float = 0.0
@@ -145,9 +152,9 @@ class Numerics:
     extent: float = 2.2
 
     @property
-    def wanted_accuracy(self) -> float:
-        """What is aimed at: what cannot change a result by more is left out."""
-        return self.accuracy or STANDARD_ACCURACY
+    def negligible(self) -> float:
+        """Relative change of the scalars below which a stage is left out; the bound of it is part of their errors."""
+        return STANDARD_ACCURACY if self.accuracy is None else LEFT_OUT_SHARE * self.accuracy
 
 
 @dataclass(frozen=True)

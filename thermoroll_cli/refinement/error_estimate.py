@@ -18,7 +18,7 @@ ERROR_SCALARS = ("Q_F_W", "force_x_N", "force_y_N", "creepage_longitudinal", "cr
                  "gamma_p", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K")
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 
-EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "force_x_N", "force_y_N",
+EXTRAPOLATED = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W", "force_x_N", "force_y_N",
                 "spin_moment_Nmm", "creepage_longitudinal", "creepage_lateral")
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
 creepages that are found for forces."""
@@ -152,6 +152,7 @@ def _given(derived: DerivedQuantities) -> set[str]:
     given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
     for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):
         given |= {f"bulk_temperature_{body}_K", f"entry_temperature_max_{body}_K"} if track is None else set()
+    given |= set() if heating.conducts else {"heat_conducted_W"}
     return given if heating.partition == "matched" else given | {"partition_mean"}
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -88,11 +89,13 @@ def _deformation(derived: DerivedQuantities) -> str | None:
         return "no heat"
     if not derived.problem.heating.deformation:
         return "switched off"
-    wanted = derived.problem.numerics.wanted_accuracy
-    bulge = bulge_bound(derived) / derived.scales.approach
-    if BULGE_EFFECT * bulge >= wanted:
+    if derived.problem.heating.deformation == "always":
         return ""
-    return f"thermal expansion is about {bulge:.1e} of the approach at most: it changes nothing by more than {wanted:g}"
+    negligible = derived.problem.numerics.negligible
+    effect = deformation_effect(derived)
+    if effect >= negligible:
+        return ""
+    return f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out"
 
 
 def _recirculation(derived: DerivedQuantities) -> str | None:
@@ -138,6 +141,12 @@ def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, 
     return tuple(grids)
 
 
+def deformation_effect(derived: DerivedQuantities) -> float:
+    """Bound of the relative change of any scalar by thermal deformation."""
+    return BULGE_EFFECT * bulge_bound(derived) / derived.scales.approach
+
+
+@lru_cache(maxsize=4)
 def bulge_bound(derived: DerivedQuantities) -> float:
     """Estimate from above of the thermal expansion's variation over the contact in m.
 
@@ -182,7 +191,8 @@ def _even_share(derived: DerivedQuantities) -> float | None:
 @dataclass(frozen=True)
 class Plan:
     """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
-    before solving; `memory_bytes` and `seconds` are estimates for the finest grid."""
+    before solving; `left_out` are stages that are skipped because their effect is small, each with the bound of the relative
+    change of any scalar by it; `memory_bytes` and `seconds` are estimates for the finest grid."""
 
     grids: tuple[tuple[int, int], ...]
     extent: float
@@ -192,6 +202,7 @@ class Plan:
     facts: dict[str, float] = field(default_factory=dict)
     memory_bytes: int = 0
     seconds: float = 0.0
+    left_out: dict[str, float] = field(default_factory=dict)
 
     @property
     def grid(self) -> tuple[int, int]:
@@ -227,8 +238,19 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
     warnings += warnings_before(derived)
-    plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived))
+    plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
+                _left_out(derived))
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
+
+
+def _left_out(derived: DerivedQuantities) -> dict[str, float]:
+    """Bound of the effect of each stage that could change a scalar but is left out."""
+    heating, bounds = derived.problem.heating, {"differential slip": derived.kinematics.differential_slip.left_out}
+    if heating.deformation and _deformation(derived) and not _heat(derived):
+        bounds["deformation"] = deformation_effect(derived)
+    elif heating.deformation and _thermal_crown(derived):
+        bounds["thermal crown"] = crown_bound(derived)
+    return {stage: bound for stage, bound in bounds.items() if bound > 0.0}
 
 
 def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:

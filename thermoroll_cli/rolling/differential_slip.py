@@ -32,10 +32,12 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """Whether d(y) takes part, or `why_not`."""
+    """Whether d(y) takes part, or `why_not`; where its effect is small, the bound of the relative change of any scalar by it
+    (`left_out`)."""
 
     problem: Problem
     why_not: str
+    left_out: float = 0.0
 
     @property
     def active(self) -> bool:
@@ -75,9 +77,9 @@ def compliance_shares(problem: Problem) -> tuple[float, float]:
 
 
 def resolved(
-    problem: Problem, y: Array, half_lengths: tuple[float, float], saturation: float, accuracy: float
+    problem: Problem, y: Array, half_lengths: tuple[float, float], saturation: float, negligible: float
 ) -> DifferentialSlip:
-    """The differential slip of a contact that covers the places `y` (m), unless it cannot change any scalar by `accuracy`.
+    """The differential slip of a contact that covers the places `y` (m), unless all scalars change by less than `negligible`.
 
     It is measured against the creepage that drives the contact without it: on the smaller side of the `saturation` creepage,
     because heat and stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m)."""
@@ -89,10 +91,11 @@ def resolved(
     if largest <= ROUNDING * saturation:
         return DifferentialSlip(problem, f"{largest:.1e} of the speed: rounding of the radii")
     driving = min(saturation, _driving(problem, max(half_lengths), saturation))
-    if LARGEST_EFFECT * largest < accuracy * driving:
+    if LARGEST_EFFECT * largest < negligible * driving:
+        effect = LARGEST_EFFECT * largest / driving
         why = (f"{largest:.1e} of the speed at most, {largest / driving:.1e} of the creepage: "
-               f"it changes nothing by more than {accuracy:g}")
-        return DifferentialSlip(problem, why)
+               f"it changes nothing by more than {negligible:g}")
+        return DifferentialSlip(problem, why, effect)
     return DifferentialSlip(problem, "")
 
 

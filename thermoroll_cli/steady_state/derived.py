@@ -132,7 +132,7 @@ class Kinematics:
         """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
         half_lengths = self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y
         return resolved(self.problem, self._across, half_lengths, self.derived.saturation_creepage,
-                        self.problem.numerics.wanted_accuracy)
+                        self.problem.numerics.negligible)
 
     @property
     def creepage_variation(self) -> tuple[float, float]:

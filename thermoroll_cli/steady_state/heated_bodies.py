@@ -9,9 +9,6 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.problem.problem import Material, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
-SMALLEST_CROWN = 1e-3
-"""Thermal crown over the curvature of the gap below which it does not act back: pressures change by less than that."""
-
 
 def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
     """Lower and upper body with the speeds of their material through the contact, V ± C/2."""
@@ -60,8 +57,9 @@ def _roller(name: str, track: Recirculation | None, radius: float, heated: Heate
 
 
 def crown_matters(derived: DerivedQuantities) -> bool:
-    """Whether the tracks' thermal crown is allowed for in the gap."""
-    return derived.problem.heating.recirculates and crown_bound(derived) >= SMALLEST_CROWN
+    """Whether the tracks' thermal crown is allowed for in the gap: pressures change by less than its curvature over that of
+    the gap."""
+    return derived.problem.heating.recirculates and crown_bound(derived) >= derived.problem.numerics.negligible
 
 
 def crown_bound(derived: DerivedQuantities) -> float:

@@ -40,7 +40,8 @@ def allowed_values(table: type[Table], key: str) -> str:
         return "a table: points_mm, file or kind" if key in PROFILES else f"{_RADIUS_ALLOWED}, in mm"
     special = {"points_mm": f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing",
                "file": "the name of a file with two columns", "kind": '"logarithmic"', "interpolation": '"cubic" or "linear"',
-               "grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "title": "up to 200 characters on one line"}
+               "grid": _GRID_ALLOWED, "partition": _PARTITION_ALLOWED, "deformation": 'true, false or "always"',
+               "title": "up to 200 characters on one line"}
     if key in special:
         return special[key]
     if key == "peclet":

@@ -48,6 +48,12 @@ def _partition(value: Any) -> float | str:
     return float(value)
 
 
+def _deformation(value: Any) -> bool | str:
+    if not isinstance(value, bool) and value != "always":
+        raise PydanticCustomError("deformation", "must be true, false or a known word")
+    return "always" if value == "always" else bool(value)
+
+
 def _one_line(value: Any) -> Any:
     if isinstance(value, str) and not value.isprintable():
         raise PydanticCustomError("title", "must be one line without control characters")
@@ -178,7 +184,10 @@ class ThermalTable(Table):
     """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
 
     heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
-    deformation: bool = Field(default=True, description="Thermal expansion acts back on the gap")
+    deformation: Annotated[bool | Literal["always"], BeforeValidator(_deformation)] = Field(
+        default=True,
+        description='Thermal expansion acts back on the gap; "always": even where its effect is below the accuracy',
+    )
     peclet: Literal["rolling", "sliding", "stationary"] = Field(
         default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
     )

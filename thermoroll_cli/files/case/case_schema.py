@@ -32,6 +32,7 @@ def case_schema() -> dict[str, Any]:
     numerics["dependentSchemas"] = {"grid": {"properties": {"accuracy": _not_with("numerics.grid")}}}
     share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
     _instead(tables["Thermal"]["properties"]["partition"], share, **{"if": {"type": "string"}, "then": {"enum": ["matched"]}})
+    _instead(tables["Thermal"]["properties"]["deformation"], {"enum": [True, False, "always"]})
     geometry, profile = tables["Geometry"], tables["Profile"]
     for key, radius in geometry["properties"].items():
         if not key.endswith("_mm"):

@@ -38,6 +38,7 @@ LEFT_OUT_MATTERS = ("thermal", "subsurface")
 WORDS = {
     "peclet": ("rolling", "sliding", "stationary"),
     "partition": ("matched",),
+    "deformation": ("always",),
     "bodies": ("lower", "upper"),
     "fields": ("plane", "von_mises", "full"),
     "kind": ("logarithmic",),

@@ -220,7 +220,8 @@ spin_rad_mm = $spin
 # longitudinal_N = $force
 # lateral_N = 0.0
 
-# heat: false is a purely mechanical case; deformation: with false there are temperatures, but the bodies keep their shape.
+# heat: false is a purely mechanical case; deformation: with false there are temperatures, but the bodies keep their shape;
+# with true deformation is left out where its effect is below the accuracy, with "always" never.
 # peclet: with "rolling" the material carries the heat through the contact; "stationary" is as if nothing moved.
 # partition: share of the heat that enters the lower body.
 [thermal]
