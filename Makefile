@@ -18,7 +18,7 @@ help:
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (half an hour of CPU time)"
-	@echo "make bench    measure run time against error, write benchmarks/ and docs/benchmarks.md (minutes)"
+	@echo "make bench    measure cost and errors, fill in the tables of docs/ (minutes); CONTACT=PATH measures CONTACT in turn, too"
 
 install: $(VENV)/.installed
 
@@ -56,14 +56,15 @@ figures: install
 table: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table -o kalker.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
 
-# Peers for the frictionless part, in an environment of their own; without them their rows are left out.
+# Peers for the frictionless part, in an environment of their own. Without them, and without CONTACT, recorded rows stay.
 PEERS := build/peers
 
 bench: install
-	@test -x $(PEERS)/bin/python || { $(PYTHON) -m venv $(PEERS) && \
+	@test -x $(PEERS)/bin/tamaas || { $(PYTHON) -m venv $(PEERS) && \
 		$(PEERS)/bin/python -m pip install --quiet --disable-pip-version-check tamaas ContactMechanics; } || \
 		echo "tamaas and ContactMechanics cannot be installed here: measured without them" >&2
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.benchmark.bench --peers $(PEERS)/bin/python
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.benchmark.bench $(if $(CONTACT),--contact '$(CONTACT)') \
+		$$(test -x $(PEERS)/bin/tamaas && echo --peers $(PEERS)/bin/python)
 
 $(VENV)/bin/python:
 	@test -n "$(PYTHON)" || { echo "thermoroll needs Python 3.11 or newer, and found none." \

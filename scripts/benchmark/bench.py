@@ -1,9 +1,9 @@
-"""Measure what thermoroll costs and how good it is, and write benchmarks/results.json, its figures and docs/benchmarks.md.
+"""Measure the cost and the errors of thermoroll; write results.json, the benchmark's tables in docs/ and its figure.
 
-    python -m scripts.benchmark.bench [--only PART]... [--runs N] [--largest N] [--peers PYTHON]
+    python -m scripts.benchmark.bench [--only PART]... [--runs N] [--contact PROGRAM] [--peers PYTHON] [--page]
 
-PYTHON is an interpreter that has tamaas and ContactMechanics; without it their rows are left out. Parts that are not measured
-keep the numbers of results.json. Times are medians over N runs (default 5), on one thread.
+PROGRAM is CONTACT's executable, PYTHON an interpreter that has tamaas and ContactMechanics. Parts that are not measured keep
+the numbers of results.json. Times are processor seconds on one thread, medians over N runs (default 5).
 """
 
 from __future__ import annotations
@@ -15,77 +15,126 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
 import json
+import pathlib
+import statistics
 import sys
+import tempfile
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
-from scripts.benchmark import bench_cost, bench_error, bench_figures, bench_page, bench_points
-from scripts.benchmark.bench_measure import FOLDER, ROOT, WORST, elsewhere, log, machine, problem_of, references, stage
+from scripts.benchmark import contact, page, rows
+from scripts.benchmark.cases import (
+    FOLDER,
+    HOT,
+    MECHANICAL,
+    ROOT,
+    errors,
+    estimated,
+    log,
+    machine,
+    problem_of,
+    process,
+    references,
+    seconds,
+)
+from scripts.benchmark.taken_away import BASELINES
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 
+GRIDS = (16, 32, 64, 128, 256)
+PROCESS_GRIDS = (64, 128, 256, 512, 1024)
+TAKEN_AWAY_CASES = ("article_4_1_mechanical", "article_3_1_case_5")
 FRICTIONLESS_GRIDS = (64, 128)
-OWN = ("thermoroll", "thermoroll-flat", "polonsky-keer")
-PEERS = ("tamaas", "ContactMechanics")
 
 
-def frictionless(runs: int, peers: str | None) -> list[dict[str, Any]]:
+def accuracy(runs: int) -> list[dict[str, Any]]:
+    """One row per case and grid: seconds, true errors, estimates, applications on the finest grid."""
+    fine, out = references(), []
+    for case in (*MECHANICAL, HOT):
+        for grid in GRIDS:
+            problem = problem_of(case, grid)
+            result = solve(problem)
+            work = partial(solve, problem)
+            out.append({"case": case, "N": grid, "seconds": statistics.median(seconds(work) for _ in range(runs)),
+                        "error": errors(result.coupled.scalars, fine[case], result.problem.traction_limit),
+                        "estimate": estimated(result), "applications": result.work["levels"][-1]["applications"]})
+    return out
+
+
+def taken_away(runs: int) -> list[dict[str, Any]]:
+    """The solver with one of its ideas taken away at a time, in turn with the whole one, at N = 128."""
+    out = []
+    for case in TAKEN_AWAY_CASES:
+        problem, fine = problem_of(case, 128), references()[case]
+        for name, options in {"thermoroll": SolverOptions(), **BASELINES}.items():
+            result = solve(problem, options=options)
+            changed, whole = partial(solve, problem, options=options), partial(solve, problem)
+            ratios = [seconds(changed) / seconds(whole) for _ in range(runs)]
+            out.append({"case": case, "solver": name, "ratio": statistics.median(ratios),
+                        "applications": result.work["levels"][-1]["applications"],
+                        "error": errors(result.coupled.scalars, fine, problem.traction_limit)["forces"]})
+    return out
+
+
+def frictionless(runs: int, peers: str) -> list[dict[str, Any]]:
     """Hertz contact by every solver on equal grids, equally close to the discrete solution, each in its own process."""
-    script = str(FOLDER / "baselines" / "frictionless.py")
-    rows = []
-    for grid in FRICTIONLESS_GRIDS:
-        for name in (*OWN, *PEERS):
-            interpreter = sys.executable if name in OWN else peers
-            if interpreter is None:
-                rows.append({"solver": name, "N": grid, "failed": "not installed"})
-                continue
-            try:
-                rows.append(json.loads(elsewhere([interpreter, script, name, str(grid), str(runs)])[1].splitlines()[-1]))
-            except RuntimeError as cause:
-                log(str(cause))
-                rows.append({"solver": name, "N": grid, "failed": "not installed"})
-    return rows
+    script = str(FOLDER / "frictionless.py")
+    return [json.loads(process([sys.executable if name.startswith("thermoroll") else peers, script, name, str(grid), str(runs)])
+                       .output.splitlines()[-1])
+            for grid in FRICTIONLESS_GRIDS for name in ("thermoroll", "thermoroll-flat", "tamaas", "ContactMechanics")]
+
+
+def processes(runs: int) -> list[dict[str, Any]]:
+    """Processor seconds and peak memory of whole processes, in turn."""
+    program = str(pathlib.Path(sys.executable).parent / "thermoroll")
+    given = [program, "run", str(ROOT / "cases" / "article_4_1.toml"), "--quiet"]
+    with tempfile.TemporaryDirectory() as folder:
+        commands = {"thermoroll --help": [program, "--help"],
+                    "import of NumPy, SciPy, h5py, matplotlib":
+                        [sys.executable, "-c", "import numpy, scipy.special, h5py, matplotlib.figure"],
+                    "run, N = 128, six pictures": [*given, "-o", folder]}
+        commands |= {f"run --no-plots, N = {n}": [*given, "-o", folder, "--no-plots", "--set", f"numerics.grid={n}"]
+                     for n in PROCESS_GRIDS}
+        found: dict[str, list[Any]] = {name: [] for name in commands}
+        for run in range(runs):
+            for name, command in commands.items():
+                if run == 0 or "1024" not in name:
+                    found[name].append(process(command))
+    return [{"name": name, "seconds": statistics.median(one.seconds for one in each), "peak": max(one.peak for one in each)}
+            for name, each in found.items()]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", action="append", metavar="PART")
     parser.add_argument("--runs", type=int, default=5)
-    parser.add_argument("--largest", type=int, default=1024, help="largest grid measured (default 1024)")
+    parser.add_argument("--contact", metavar="PROGRAM", help="CONTACT's executable")
     parser.add_argument("--peers", metavar="PYTHON")
-    parser.add_argument("--page", action="store_true", help="measure nothing: draw the figures and write the page again")
+    parser.add_argument("--page", action="store_true", help="measure nothing: fill in the tables and draw the figure again")
     options = parser.parse_args()
-    runs, largest = options.runs, options.largest
+    runs = options.runs
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # one core for everything that is compared
     parts: dict[str, Callable[[], Any]] = {
-        "accuracy": lambda: bench_error.accuracy(runs, min(largest, 512)),
-        "baselines": lambda: bench_error.baselines(runs, min(largest, 256)),
-        "frictionless": lambda: frictionless(runs, options.peers),
-        "transforms": lambda: bench_cost.transforms(runs, min(largest, 256)),
-        "points": lambda: bench_points.points(runs),
-        "startup": lambda: bench_cost.startup(runs),
-        "plain_start": lambda: bench_cost.plain_start(4 * runs),
-        "scaling": lambda: bench_cost.scaling(runs, largest),
-        "memory": lambda: bench_cost.memory(largest),
+        "accuracy": lambda: accuracy(runs), "taken_away": lambda: taken_away(runs), "rows": lambda: rows.measure(runs),
+        "processes": lambda: processes(runs),
     }
+    if options.contact:
+        parts["contact"] = lambda: contact.against_contact(options.contact, runs)
+    if options.peers:
+        parts["frictionless"] = lambda: frictionless(runs, options.peers)
     for name in options.only or ():
         if name not in parts:
-            parser.error(f"no part {name!r}: there are {', '.join(parts)}")
+            parser.error(f"no part {name!r}: there are {', '.join(parts)}; contact needs --contact, frictionless needs --peers")
     record = FOLDER / "results.json"
     results: dict[str, Any] = json.loads(record.read_text()) if record.exists() else {}
-    if options.page and "accuracy" in results:
-        measured = results["accuracy"]["measured"]
-        measured["contact"] = bench_error.contact(references())
-        measured["against_contact"] = bench_error.speed_against_contact(measured["rows"], measured["contact"])
-        record.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    else:
-        solve(problem_of(WORST, 64))  # imports and buffers of a first solve belong to no measurement
     for name in () if options.page else options.only or parts:
-        results[name] = {"machine": machine() | {"runs": runs}, "measured": stage(name, parts[name])}
-        if "accuracy" in results:
-            measured = results["accuracy"]["measured"]
-            measured["against_contact"] = bench_error.speed_against_contact(measured["rows"], measured["contact"])
+        log(name)
+        solve(problem_of(HOT, 32))  # imports and buffers of a first solve belong to no measurement
+        results[name] = {"machine": machine() | {"runs": runs}, "measured": parts[name]()}
         record.write_text(json.dumps(results, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
-    bench_figures.draw(results, FOLDER)
-    (ROOT / "docs" / "benchmarks.md").write_text(bench_page.page(results), encoding="utf-8")
+    page.write(results)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Write benchmarks/references.json: the benchmark's cases on the finest grids, against which its errors are taken.
+"""Write scripts/benchmark/references.json: the benchmark's cases on the finest grids, against which its errors are taken.
 
     python -m scripts.references.bench_references [--grid N]
 
@@ -11,7 +11,7 @@ import argparse
 import json
 import math
 
-from scripts.benchmark.bench_measure import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
+from scripts.benchmark.cases import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
 from scripts.references.fine_values import extrapolated
 from thermoroll_cli.refinement.solve import solve
 

