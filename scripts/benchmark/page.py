@@ -34,6 +34,10 @@ def _table(header: str, rows: list[list[str]]) -> dict[str, Any]:
     return {"header": header.split(" | "), "rows": rows}
 
 
+def _digits(ratio: float) -> str:
+    return f"{ratio:.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
+
+
 def _machine(results: dict[str, Any]) -> dict[str, Any]:
     rows = [[name.replace("_", " "), m["processor"], str(m["cores"]), m["python"], str(m["runs"]), f"{m['load']:.1f}"]
             for name, m in ((name, part["machine"]) for name, part in results.items())]
@@ -65,7 +69,7 @@ def _contact(measured: dict[str, Any]) -> dict[str, Any]:
     rows = []
     for grid, found in ratios(measured).items():
         solves, whole = ([r[kind] for r in found] for kind in ("solve", "process"))
-        cells = [f"{statistics.median(v):.2g} ({min(v):.2g} … {max(v):.2g})" for v in (solves, whole)]
+        cells = [f"{_digits(statistics.median(v))} ({_digits(min(v))} … {_digits(max(v))})" for v in (solves, whole)]
         rows.append([grid, f"{statistics.median(r['contact_seconds'] for r in found):.2g}",
                      f"{statistics.median(r['contact_error'] for r in found):.0e}",
                      " or ".join(str(n) for n in sorted({r["N"] for r in found})), *cells])
