@@ -28,8 +28,7 @@ from scripts.figures.figures_drawing import (
 from thermoroll_cli import Case
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.carter import carter, saturation_creepage
-from thermoroll_cli.exact.hertz import hertz_contact, line_contact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel

@@ -14,8 +14,7 @@ from scripts import closed_forms
 from scripts.figures.figures_drawing import ROOT, Numbers, solve_problem, table
 from scripts.figures.figures_numerics import problem_of
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
-from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
 from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integrals
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table

@@ -9,8 +9,7 @@ import pytest
 
 from tests.support.scenes import ellipse, order, rolling
 from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.exact.hertz import HertzContact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import HertzContact, element_averages
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 

@@ -11,8 +11,7 @@ from scipy.integrate import dblquad, quad
 
 from tests.support.scenes import order
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
-from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.kalker import combined_constants
 from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table, rectangle_integrals, shear_tables
 from thermoroll_cli.numerics.convolution import Convolution

@@ -13,8 +13,7 @@ from scipy.integrate import dblquad
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact import bentall_johnson, spence
-from thermoroll_cli.exact.hertz import line_contact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import CASES, elastic, ellipse, order, reference_problem, rolling, solved, spin_ellipse
-from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.exact.hertz_shear import shear_gradients
+from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem

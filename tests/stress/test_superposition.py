@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.interpolation import at_point
-from thermoroll_cli.exact.hertz import HertzContact
-from thermoroll_cli.exact.hertz_elements import element_averages
+from thermoroll_cli.exact.hertz import HertzContact, element_averages
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths

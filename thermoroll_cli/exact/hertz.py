@@ -9,6 +9,16 @@ p = p0 sqrt(1 − x²/a0² − y²/b0²) moves the two surfaces together by (sum
 λ = 0 inside the contact ellipse, and outside it the largest root of x²/(a0² + λ) + y²/(b0² + λ) = 1. The three
 integrals are Carlson's symmetric R_F and R_D, which keep full precision for any aspect ratio (there is no eccentricity
 that loses digits near the circle or the line).
+
+`element_averages` is the pressure averaged over the elements of a grid, with the part of each that the contact covers.
+
+`shear_gradients` belongs to tangential tractions distributed like the pressure. A kernel whose Fourier transform is g(θ)/k, θ being the direction of the wave vector k, turns the pressure
+p = p0 sqrt(1 − x²/a0² − y²/b0²) into a paraboloid inside the ellipse. The transform of p depends on k m(θ) only,
+m² = a0² cos²θ + b0² sin²θ, and the integral over k can be done:
+
+    u(x, y) = p0 a0 b0/8 ∫_0^2π g(θ)/m [1 − (x cos θ + y sin θ)²/m²] dθ
+
+(Vermeulen & Johnson 1964 in elliptic integrals; Cattaneo and Mindlin's formula for the circle, see `cattaneo_mindlin`).
 """
 
 from __future__ import annotations
@@ -21,6 +31,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import elliprd, elliprf
 
 from thermoroll_cli.exact.elliptic import complete_elliprd, complete_elliprf
+from thermoroll_cli.exact.gauss import gauss_legendre
 
 FloatArray = NDArray[np.float64]
 
@@ -235,3 +246,55 @@ def line_contact(curvature: float, contact_modulus: float, load_per_length: floa
         contact_modulus=float(contact_modulus),
         load_per_length=float(load_per_length),
     )
+
+
+ROW_POINTS = 6
+"""Gauss points across each row. The outermost row meets a square-root end point; six leave 1e-4 of that row's load."""
+
+
+def element_averages(hertz: HertzContact, x_edges: FloatArray, y_edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Element averages of p in Pa and covered fractions, both (nx, ny), for elements between the given edges (m).
+
+    Both are integrated in closed form along x and by Gauss points across each row.
+    """
+    a, b = hertz.semi_axis_x, hertz.semi_axis_y
+    nodes, weights = gauss_legendre(ROW_POINTS)
+    low = np.clip(y_edges[:-1], -b, b)
+    high = np.clip(y_edges[1:], -b, b)
+    share = (high - low) / np.diff(y_edges)  # part of each row's width inside the ellipse
+    y = 0.5 * (low + high)[:, None] + 0.5 * (high - low)[:, None] * nodes
+    chord = np.sqrt(np.maximum(1.0 - (y / b) ** 2, 0.0))  # half-chord over a, (ny, points)
+    safe = np.where(chord > 0.0, chord, 1.0)
+    ratio = np.clip(x_edges[:, None, None] / (a * safe), -1.0, 1.0)
+    # Antiderivative of sqrt(c² − ξ²) in ξ = x/a.
+    area = 0.5 * chord**2 * (ratio * np.sqrt(1.0 - ratio**2) + np.arcsin(ratio))
+    mean = (np.diff(area, axis=0) @ (0.5 * weights)) * share
+    pressure = hertz.peak_pressure * mean * (a / np.diff(x_edges))[:, None]
+    inside = np.clip(x_edges[:, None, None] / a, -chord, chord)
+    covered = (np.diff(inside, axis=0) @ (0.5 * weights)) * share * (a / np.diff(x_edges))[:, None]
+    covered[covered > 1.0 - 1e-12] = 1.0
+    return pressure, np.where(pressure > 0.0, covered, 0.0)
+
+
+POINTS_PER_ASPECT = 24
+"""The integrands are smooth and periodic, so equal steps converge exponentially, at a rate set by the ratio of the axes."""
+
+
+def shear_gradients(hertz: HertzContact, isotropic: float, directional: float) -> tuple[float, float, float]:
+    """Slopes c_xx, c_yy, c_xy in 1/m·(Pa/Pa) of ∂u/∂x inside the ellipse under the tractions (p, 0) and (0, p):
+
+        ∂u_x/∂x = c_xx x,   ∂u_y/∂x = c_xy y   under (p, 0);      ∂u_x/∂x = c_xy y,   ∂u_y/∂x = c_yy x   under (0, p).
+
+    `isotropic` and `directional` are Σ(1−ν)/(2πG) and Σν/(2πG) in 1/Pa (`kernels.elastic.ShearCompliance`). The kernels 1/r,
+    x²/r³, y²/r³ and xy/r³ of Cerruti's solution have g = 2π, 2π sin²θ, 2π cos²θ and −2π sin θ cos θ.
+    """
+    a, b = hertz.semi_axis_x, hertz.semi_axis_y
+    points = POINTS_PER_ASPECT * math.ceil(4.0 + max(a / b, b / a))
+    theta = 2.0 * math.pi / points * np.arange(points)
+    cc, ss = np.cos(theta) ** 2, np.sin(theta) ** 2
+    # −2 cos θ (x cos θ + y sin θ) of the derivative by x, with the 2π of all g.
+    weight = -hertz.peak_pressure * a * b / 4.0 * (2.0 * math.pi / points) * 2.0 * math.pi / (a * a * cc + b * b * ss) ** 1.5
+    along = float((weight * cc * (isotropic + directional * ss)).sum())
+    across = float((weight * cc * (isotropic + directional * cc)).sum())
+    mixed = float((weight * cc * ss).sum()) * -directional
+    return along, across, mixed

@@ -12,12 +12,11 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
-from thermoroll_cli.refinement.followed_domain import followed_state, next_home
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
-from thermoroll_cli.refinement.starts import Starts
+from thermoroll_cli.refinement.starts import Starts, followed_state, next_home
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation

@@ -10,7 +10,7 @@ from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.heat_responses import HeatResponses
+from thermoroll_cli.steady_state.heated_bodies import HeatResponses
 from thermoroll_cli.steady_state.pressure import PressureSolver
 from thermoroll_cli.steady_state.solver_options import SolverOptions
 from thermoroll_cli.steady_state.traction import TractionSolver

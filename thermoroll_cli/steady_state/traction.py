@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
-from thermoroll_cli.exact.hertz_shear import shear_gradients
+from thermoroll_cli.exact.hertz import shear_gradients
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities, unfolded
 from thermoroll_cli.problem.contact import Pressure, Traction
