@@ -12,7 +12,8 @@ that loses digits near the circle or the line).
 
 `element_averages` is the pressure averaged over the elements of a grid, with the part of each that the contact covers.
 
-`shear_gradients` belongs to tangential tractions distributed like the pressure. A kernel whose Fourier transform is g(θ)/k, θ being the direction of the wave vector k, turns the pressure
+`shear_gradients` belongs to tangential tractions distributed like the pressure. A kernel whose Fourier transform is
+g(θ)/k, θ being the direction of the wave vector k, turns the pressure
 p = p0 sqrt(1 − x²/a0² − y²/b0²) into a paraboloid inside the ellipse. The transform of p depends on k m(θ) only,
 m² = a0² cos²θ + b0² sin²θ, and the integral over k can be done:
 
