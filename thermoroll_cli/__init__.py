@@ -17,8 +17,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
-    from thermoroll_cli.files.case.case import Case
-    from thermoroll_cli.files.case.case_errors import CaseError
+    from thermoroll_cli.files.case import Case
+    from thermoroll_cli.files.case_errors import CaseError
     from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.python_api import Result, Solver, read_result, solve, sweep
 
@@ -27,8 +27,8 @@ __all__ = [
 ]  # fmt: skip
 
 _PLACES = {
-    "Case": "thermoroll_cli.files.case.case",
-    "CaseError": "thermoroll_cli.files.case.case_errors",
+    "Case": "thermoroll_cli.files.case",
+    "CaseError": "thermoroll_cli.files.case_errors",
     "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
     "Problem": "thermoroll_cli.problem.problem",
     "Result": "thermoroll_cli.python_api",

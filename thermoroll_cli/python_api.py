@@ -13,8 +13,8 @@ import tempfile
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Self
 
-from thermoroll_cli.files.case.case import Case
-from thermoroll_cli.files.case.case_errors import CaseError
+from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import FIELDS

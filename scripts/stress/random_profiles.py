@@ -26,8 +26,8 @@ def random_profile_contact(seed: int) -> Problem:
         try:
             scales = DerivedQuantities(problem).scales
         except ValueError:
-            continue  # past both ends of its profile
-        if scales.semi_axis_x < 0.3 * abs(1.0 / problem.geometry.curvature_x):
+            continue  # no contact is found
+        if not all(scales.ends) and scales.semi_axis_x < 0.3 * abs(1.0 / problem.geometry.curvature_x):
             return replace(problem, motion=_motion(rng, problem))
 
 

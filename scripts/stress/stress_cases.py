@@ -10,7 +10,7 @@ import numpy as np
 import tomli_w
 from scipy.special import elliprd
 
-from thermoroll_cli.files.case.case import Case, CaseError
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities

@@ -13,9 +13,8 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
-from thermoroll_cli.files.case.case import Case, Override
-from thermoroll_cli.files.case.case_units import inputs
-from thermoroll_cli.files.case.templates import TEMPLATES
+from thermoroll_cli.files.case import Case, Override
+from thermoroll_cli.files.case_templates import TEMPLATES
 
 CASES = Path(__file__).parents[2] / "cases"
 
@@ -169,7 +168,7 @@ def numbers(part: Any) -> Iterator[float]:
 def test_show_has_case_keys_with_the_si_values_that_are_solved(name: str) -> None:
     case = Case.read(CASES / name)
     solved = {*numbers(case.problem), *(case.problem.numerics.grid or ())}
-    for item in inputs(case.settings):
+    for item in case.inputs:
         Override.parse(f"{item.key}=1")
         assert item.si is None or item.si in solved, item.key
         section, _, key = item.key.partition(".")

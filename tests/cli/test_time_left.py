@@ -11,7 +11,7 @@ import pytest
 from tests.support.command_line import THERMAL
 from thermoroll_cli.cli.progress import Progress, duration
 from thermoroll_cli.cli.time_left import TimeLeft, relative_cost
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 

@@ -11,11 +11,10 @@ import pytest
 
 from tests.support.cases import findings
 from tests.support.command_line import MECHANICAL, THERMAL
-from thermoroll_cli.files.case.case import Case, CaseError, Override
-from thermoroll_cli.files.case.case_errors import Finding
-from thermoroll_cli.files.case.case_model import SECTIONS, MaterialTable
-from thermoroll_cli.files.case.case_source import SIZE_LIMIT
-from thermoroll_cli.files.case.toml_positions import Span
+from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.case_errors import Finding, Span
+from thermoroll_cli.files.case_model import Settings, known_keys
+from thermoroll_cli.files.case_source import SIZE_LIMIT
 
 
 def changed(key: str, line: str) -> str:
@@ -284,9 +283,7 @@ def test_errors_in_python_do_not_speak_of_the_command_line() -> None:
     assert case.with_values({"load.normal_N": np.float32(2.0)}).problem.normal_force == 2.0
 
 
-TABLES = {"": ("title", "material", *SECTIONS), "material": MaterialTable.model_fields} | {
-    name: model.model_fields for name, model in SECTIONS.items()
-}
+TABLES = {"": known_keys(())} | {name: known_keys((name,)) for name in Settings.model_fields if name != "title"}
 ODD = (True, 10**400, -(10**400), float("nan"), float("inf"), float("-inf"), [], [1], {}, {"a": 1}, "", dt.date(2000, 1, 1))
 
 

@@ -10,7 +10,7 @@ import tomli_w
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from thermoroll_cli.files.case.case import Case, CaseError
+from thermoroll_cli.files.case import Case, CaseError
 
 BOUNDED = settings(max_examples=60, deadline=None)
 

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.support.cases import findings
-from thermoroll_cli.files.case.case import Case, Override
+from thermoroll_cli.files.case import Case, Override
 
 TWIN_DISC = """
 [material]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.numerics.stencils import between_sides
 from thermoroll_cli.refinement.solve import solve
 

@@ -22,7 +22,7 @@ from pydantic import BaseModel
 from tests.support import synthetic
 from tests.support.command_line import PATIENCE
 from tests.support.cost import cost_ratio
-from thermoroll_cli.files.case.case_model import Settings
+from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.plots import run_figures, sheet, sweep_figures
 from thermoroll_cli.plots.borders import borders_of

@@ -12,7 +12,7 @@ import pytest
 
 import thermoroll_cli
 from tests.support.command_line import call
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case import Case
 
 ROOT = Path(thermoroll_cli.__file__).parent.parent
 CASES = sorted((ROOT / "cases").glob("*.toml"))

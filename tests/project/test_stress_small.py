@@ -9,7 +9,7 @@ from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outc
 from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.stress_profiles import run_seed as run_profile_seed
 from tests.support.command_line import THERMAL
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case import Case
 
 CASES = 80
 BEYOND = (18, 48)

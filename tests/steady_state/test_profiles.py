@@ -197,10 +197,20 @@ def test_a_contact_at_an_end_is_marked():
     assert not whole.warnings and "unbounded" not in whole.summary()
 
 
-def test_profiles_that_cannot_be_solved():
-    narrow = below(points(lambda y: 0.0 * y, -0.5, 0.5, 5), 0.02)
-    with pytest.raises(ValueError, match="reaches both ends"):
-        make_plan(rolling(grid=16, geometry=narrow, load=400.0))
+def test_a_sharp_roller_is_solved_and_marked():
+    """A contact past both ends: the middle presses as a line contact does, the ends press harder."""
+    sharp = below(points(lambda y: 0.0 * y, -5.0, 5.0, 5), 0.02)
+    result = solved(rolling(grid=32, geometry=sharp, **ENDS))
+    assert result.converged and {"pressure_max_MPa", "gamma_p"} <= set(result.summary()["unbounded"])
+    assert any("both ends" in warning and "relieve the ends" in warning for warning in result.warnings)
+    pressure = result.coupled.fields["pressure"]
+    per_length = float(pressure[:, 16].sum()) * (result.x[1] - result.x[0])
+    assert pressure[:, 16].max() == pytest.approx(math.sqrt(per_length * MODULUS / (math.pi * 0.02)), rel=2e-2)
+    assert per_length == pytest.approx(400.0 / 0.01, rel=0.1)
+    assert (pressure[16, [0, -1]] > 1.1 * pressure[16, 16]).all()
+
+
+def test_profiles_that_never_face_each_other():
     apart = Geometry(math.inf, math.inf, 0.02, math.inf, points(egg, -6.0, -2.0), points(egg, 2.0, 6.0))
     with pytest.raises(ValueError, match="never face each other"):
         lateral_gap(apart, np.zeros(1))

@@ -14,7 +14,7 @@ import pytest
 import xarray
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
-from thermoroll_cli.files.case.case import Case
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.run_figures import PICTURES
 from thermoroll_cli.plots.sheet import save, style

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
+from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 
 
 def parse(text: str, *overrides: str) -> Case:

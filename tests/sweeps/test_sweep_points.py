@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
-from thermoroll_cli.files.case.case import CaseError
+from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.sweeps.axis import Axis, parse_axes
 from thermoroll_cli.sweeps.points import LONGEST_STRETCH, identity, make_points, stretches
 

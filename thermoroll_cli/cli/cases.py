@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.files.case.templates import TEMPLATES, template_text
+from thermoroll_cli.files.case_templates import TEMPLATES, template_text
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case.case import Case
+    from thermoroll_cli.files.case import Case
 
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
 """Cases that `init` writes."""
@@ -30,7 +30,7 @@ def validate(
 
     What is allowed and yet doubtful is told as a warning, and does not change the exit code.
     """
-    from thermoroll_cli.files.case.case import Case, CaseError
+    from thermoroll_cli.files.case import Case, CaseError
 
     options.check_standard_input(cases)
     overrides = options.parse_overrides(settings)
@@ -92,6 +92,6 @@ def schema() -> None:
     """Print the JSON schema of case files."""
     import json
 
-    from thermoroll_cli.files.case.case_schema import case_schema
+    from thermoroll_cli.files.case_schema import case_schema
 
     streams.write(json.dumps(case_schema(), indent=2, ensure_ascii=True, allow_nan=False))

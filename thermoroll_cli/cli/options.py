@@ -14,7 +14,7 @@ from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ExitCode
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case.case import CaseError, Override
+    from thermoroll_cli.files.case import CaseError, Override
 
 
 class ImageFormat(StrEnum):
@@ -52,7 +52,7 @@ def check_standard_input(cases: Sequence[Path]) -> None:
 
 def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
     """The overrides given with `--set`. Ends the program (usage) where one is not of the form key=value."""
-    from thermoroll_cli.files.case.case import Override
+    from thermoroll_cli.files.case import Override
 
     try:
         return [Override.parse(text) for text in settings or ()]

@@ -20,7 +20,7 @@ from thermoroll_cli.files.environment import rare_collections
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case.case import Case, Override
+    from thermoroll_cli.files.case import Case, Override
     from thermoroll_cli.problem.result import Result
 
 
@@ -75,7 +75,7 @@ def run(
 
 
 def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override]) -> list[Case]:
-    from thermoroll_cli.files.case.case import Case, CaseError
+    from thermoroll_cli.files.case import Case, CaseError
 
     valid, errors = [], []
     for path in paths:

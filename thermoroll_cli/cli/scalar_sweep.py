@@ -57,7 +57,7 @@ def solve_scalars_only(sweep: ScalarSweep, *, as_json: bool, picture: Path | Non
     """Solve the sweep, print what came of it and return the exit code."""
     from thermoroll_cli.cli.options import tell_invalid
     from thermoroll_cli.cli.sweep_command import SHOWN_ERRORS
-    from thermoroll_cli.files.case.case import CaseError
+    from thermoroll_cli.files.case import CaseError
     from thermoroll_cli.sweeps.scalars_only import FILE_NAME, TABLE_NAME, run_scalars_only
 
     rare_collections()

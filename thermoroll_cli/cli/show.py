@@ -10,8 +10,8 @@ import typer
 from thermoroll_cli.cli import options, streams
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case.case import Case
-    from thermoroll_cli.files.case.case_units import Input
+    from thermoroll_cli.files.case import Case
+    from thermoroll_cli.files.case_model import Input
     from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {
@@ -55,7 +55,7 @@ def show(
     Inputs in the units of their keys and in SI, Hertz and Péclet numbers, saturation creepage, and the plan: stages that
     run, stages that are skipped and why, expected memory and time.
     """
-    from thermoroll_cli.files.case.case import Case, CaseError
+    from thermoroll_cli.files.case import Case, CaseError
     from thermoroll_cli.refinement.plan import make_plan
 
     try:
@@ -71,11 +71,9 @@ def show(
 
 
 def _record(case: Case, plan: Plan) -> dict[str, Any]:
-    from thermoroll_cli.files.case.case_units import inputs
-
     return {
         "name": case.name,
-        "inputs": {item.key: _input_record(item) for item in inputs(case.settings)},
+        "inputs": {item.key: _input_record(item) for item in case.inputs},
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
@@ -95,12 +93,10 @@ def _input_record(item: Input) -> dict[str, Any]:
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     from thermoroll_cli.cli.result_table import align, folded, number, with_remarks
-    from thermoroll_cli.files.case.case_units import inputs
-
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
-    table += [(f"  {item.key}", _shown(item.value), _in_si(item)) for item in inputs(case.settings) if item.key != "title"]
+    table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
     yield "known before solving"
     facts = [(name, number(value)) for name, value in plan.facts.items()]
@@ -116,21 +112,6 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     yield f"  about {plan.memory_bytes / 2**20:.0f} MiB and {plan.seconds:.2g} s{pictures}"
     for warning in _warnings(case, plan):
         yield from folded(f"warning: {warning}", width)
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list | tuple):
-        return f"{len(value)} values" if len(value) > 2 else "×".join(map(_shown, value))
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _in_si(item: Input) -> str:
-    """The value in SI, where that is another number."""
-    if item.si is None or not item.unit:
-        return ""
-    return f"{item.si:.6g} {item.unit}"
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:

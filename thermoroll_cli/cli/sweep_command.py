@@ -17,7 +17,7 @@ from thermoroll_cli.files.environment import rare_collections
 from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case.case import Override
+    from thermoroll_cli.files.case import Override
     from thermoroll_cli.sweeps.axis import Axis
     from thermoroll_cli.sweeps.points import Point
     from thermoroll_cli.sweeps.scalars_only import ScalarSweep
@@ -128,8 +128,8 @@ def _asked(
 
 def _scalar_sweep(path: Path, axes: Sequence[Axis], overrides: Sequence[Override], folder: Path, **wishes: Any) -> ScalarSweep:
     """The sweep without files for points. Ends the program (invalid case) if the case cannot be read."""
-    from thermoroll_cli.files.case.case import CaseError, case_name
-    from thermoroll_cli.files.case.case_source import read_source
+    from thermoroll_cli.files.case import CaseError, case_name
+    from thermoroll_cli.files.case_source import read_source
     from thermoroll_cli.sweeps.points import PointMaker
     from thermoroll_cli.sweeps.scalars_only import ScalarSweep
 
@@ -144,8 +144,8 @@ def _scalar_sweep(path: Path, axes: Sequence[Axis], overrides: Sequence[Override
 
 def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> tuple[Point, ...]:
     """All points. Ends the program (invalid case) if any of them is none that can be solved."""
-    from thermoroll_cli.files.case.case import CaseError, case_name
-    from thermoroll_cli.files.case.case_source import read_source
+    from thermoroll_cli.files.case import CaseError, case_name
+    from thermoroll_cli.files.case_source import read_source
     from thermoroll_cli.sweeps.points import make_points
 
     try:

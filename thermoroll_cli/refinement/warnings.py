@@ -224,6 +224,9 @@ def profile_warnings(derived: DerivedQuantities) -> list[str]:
         if conformity > WIDEST:
             out.append(f"the contact is {conformity:.2f} times as wide as the radius of curvature of the {body} body in it: "
                        f"the half-space assumption is doubtful above {WIDEST:.2g}")
+    if all(scales.ends):
+        low, high = (1e3 * y for y in scales.limits)
+        out.append(f"the contact reaches both ends of a profile, y = {low:g} and {high:g} mm. {RELIEVE}")
     if scales.reaches_an_end:
         out.append(FREE_END)
     return out
@@ -232,6 +235,8 @@ def profile_warnings(derived: DerivedQuantities) -> list[str]:
 FREE_END = ("the contact reaches the end of a profile: the pressure there has no upper bound, so pressure_max_MPa, gamma_p and "
             "shear_max_MPa grow with every refinement and have no error estimate")
 """Told wherever a free end is loaded."""
+RELIEVE = ('Give more of a measured profile, and relieve the ends of a roller, by a crown (kind = "logarithmic") or by points '
+           "that fall off")
 
 
 WORTH_TELLING = 0.02

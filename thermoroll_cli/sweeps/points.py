@@ -10,8 +10,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from thermoroll_cli.files.case.case import Case, CaseError, Finding, Override
-from thermoroll_cli.files.case.case_source import CaseSource, parse_source
+from thermoroll_cli.files.case import Case, CaseError, Finding, Override
+from thermoroll_cli.files.case_source import CaseSource, parse_source
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.sweeps.axis import Axis, Number

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.files.atomic import remove_leftovers, replacing
-from thermoroll_cli.files.case.case import CaseError
+from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.files.result.scalar_file import CHECKSUM, TEXTS, ResultFileError, ScalarFile, ScalarRow
 from thermoroll_cli.problem.names import scalars_below
 from thermoroll_cli.sweeps.lock import sole_sweep

@@ -7,8 +7,7 @@ import os
 import re
 from collections.abc import Sequence
 
-from thermoroll_cli.files.case.case_model import LARGEST_PROFILE, ProfileTable
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""
@@ -17,7 +16,11 @@ _SEPARATOR = re.compile(r"[,;\t ]+")
 
 
 class ProfileError(ValueError):
-    """What is wrong with a profile, with its place in the file."""
+    """What is wrong with a profile file, with its place in it, and a `hint`."""
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
 
 
 def read_profile(path: str | os.PathLike[str]) -> list[list[float]]:
@@ -58,13 +61,6 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
     if k and not points[k][0] > points[k - 1][0]:
         return f"y does not increase: {points[k][0]:g} after {points[k - 1][0]:g}"
     return ""
-
-
-def profile_of(table: ProfileTable) -> Profile:
-    """The profile in SI units, of a table whose file is resolved."""
-    points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
-    return Profile(points, table.interpolation, (table.length_mm or 0.0) / 1e3, (table.drop_um or 0.0) / 1e6,
-                   (table.flat_mm or 0.0) / 1e3, table.offset_mm / 1e3, table.tilt_mrad / 1e3)
 
 
 def _lines(path: str | os.PathLike[str], name: str) -> list[str]:

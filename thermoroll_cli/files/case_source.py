@@ -13,9 +13,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from thermoroll_cli.files.case.case_errors import CaseError, Finding
-from thermoroll_cli.files.case.case_hints import broken_syntax
-from thermoroll_cli.files.case.toml_positions import Duplicate, Entry, KeyPath, Span, find_duplicate, locate_keys
+from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, syntax_error
+from thermoroll_cli.files.case_model import EXCLUSIVE
 from thermoroll_cli.interruption import waiting
 
 SIZE_LIMIT = 1 << 16
@@ -28,18 +27,6 @@ _LOOSE_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:in
 # tomllib takes quadratic time over a key of many parts.
 _ENDLESS_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){33}")
 _SHOWN_VALUE_LENGTH = 40
-
-# One of these replaces the other: a case that says `grid` can be run with `--set numerics.accuracy=1e-3`.
-_RIVALS: tuple[tuple[KeyPath, KeyPath], ...] = (
-    (("numerics", "grid"), ("numerics", "accuracy")),
-    (("creepage", "longitudinal"), ("force", "longitudinal_N")),
-    (("creepage", "lateral"), ("force", "lateral_N")),
-    *((("geometry", f"{body}_radius_y_mm"), ("geometry", f"{body}_profile")) for body in ("lower", "upper")),
-    *((("geometry", f"{body}_profile", key), ("geometry", f"{body}_profile", rival)) for body in ("lower", "upper")
-      for key, rival in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
-    *((("thermal", body, "convection_W_m2K"), ("thermal", body, "thermal_resistance_K_W")) for body in ("lower", "upper")),
-)
-
 
 @dataclass(frozen=True)
 class Override:
@@ -63,10 +50,14 @@ class Override:
         key, equals, written = text.partition("=")
         if not equals or not key.strip():
             raise ValueError(f'"{text}" is not of the form key=value, for example load.normal_N=80')
-        path = tuple(part.strip() for part in key.split("."))
-        if not all(path):
+        if not all(part.strip() for part in key.split(".")):
             raise ValueError(f'"{text}": a key has the form table.key, for example load.normal_N=80')
-        return cls(path, _toml_value(written.strip()), text)
+        return cls(key_path(key), _toml_value(written.strip()), text)
+
+
+def key_path(key: str) -> KeyPath:
+    """The path of a dotted key; a number counts tables `[[name]]` from 0: `material.layers.0.thickness_um`."""
+    return tuple(int(part) if part.strip().isdecimal() else part.strip() for part in key.split("."))
 
 
 @dataclass(frozen=True)
@@ -80,21 +71,31 @@ class CaseSource:
     overrides: tuple[Override, ...] = ()
     located: bool = True
 
+    def get(self, path: KeyPath) -> Any:
+        """The value at `path`; None where there is none."""
+        value: Any = self.content
+        for part in path:
+            inside = part in value if isinstance(value, dict) else isinstance(value, list) and isinstance(part, int)
+            value = value[part] if inside else None
+        return value
+
     def finding(self, path: KeyPath, message: str, *, allowed: str = "", hint: str = "", at_key: bool = False) -> Finding:
         """An error about `path`, placed at its value (or its key), or at the nearest table around it."""
         key = ".".join(str(part) for part in path)
         # What was set last counts; a table is meant by what was set in it only if the text does not have it.
         within = [item for item in reversed(self.overrides) if item.path[: len(path)] == path]
-        override = next((item for item in within if item.path == path or path not in self.entries), None)
+        override = next((item for item in within if item.path == path or path not in self.places), None)
         if override is not None:
             value = _shorten(override.text.partition("=")[2].strip()) if override.path == path and not at_key else ""
             return Finding(message, key, value, allowed, hint, source=override.place)
-        known = next((path[:depth] for depth in range(len(path), 0, -1) if path[:depth] in self.entries), None)
+        known = next((path[:depth] for depth in range(len(path), 0, -1) if path[:depth] in self.places), None)
         if known is None:
-            return Finding(message, key, "", allowed, hint, source=self.name)
-        entry = self.entries[known]
-        exact = known == path and entry.value != entry.key
-        span = entry.value if exact and not at_key else entry.key
+            given = self.get(path)
+            value = "" if at_key or given is None or isinstance(given, dict) else _shorten(repr(given))
+            return Finding(message, key, value, allowed, hint, source=self.name)
+        place = self.places[known]
+        exact = known == path and place.value != place.key
+        span = place.value if exact and not at_key else place.key
         line_text = self._lines[span.line - 1]
         value = _shorten(line_text[span.column - 1 :][: span.length]) if exact and not at_key else ""
         return Finding(message, key, value, allowed, hint, self.name, span, line_text)
@@ -107,13 +108,12 @@ class CaseSource:
 
     def line_of(self, path: KeyPath) -> str:
         """` (line 12)` for a key of the text, nothing for one that is not in it."""
-        return f" (line {self.entries[path].key.line})" if path in self.entries else ""
+        return f" (line {self.places[path].key.line})" if path in self.places else ""
 
     @cached_property
-    def entries(self) -> dict[KeyPath, Entry]:
+    def places(self) -> dict[KeyPath, Place]:
         """Where each key stands, looked up when the first error asks."""
-
-        return locate_keys(self.text) if self.located else {}
+        return Places(self.text).found if self.located else {}
 
     @cached_property
     def _lines(self) -> list[str]:
@@ -136,7 +136,7 @@ def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> Ca
             raise ValueError
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as cause:
-        raise CaseError([_syntax_error(name, text, str(cause))]) from None
+        raise CaseError([syntax_error(name, text, str(cause))]) from None
     except (RecursionError, ValueError):
         # ValueErrors of another kind: an integer of thousands of digits, and the endless key.
         message = "not a case: nested too deeply, or numbers too long"
@@ -154,8 +154,9 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
     Raises CaseError for a key inside something that is no table.
     """
     given = {item.path for item in overrides}
+    pairs = [(pair.first, pair.second) for pair in EXCLUSIVE]
     for override in overrides:
-        for mine, rival in (*_RIVALS, *((b, a) for a, b in _RIVALS)):
+        for mine, rival in (*pairs, *((second, first) for first, second in pairs)):
             # A table is given by any key in it.
             if override.path[: len(mine)] == mine and not any(path[: len(rival)] == rival for path in given):
                 rival_table: Any = content
@@ -164,11 +165,15 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
                 if isinstance(rival_table, dict):
                     rival_table.pop(rival[-1], None)
         table: Any = content
-        for part in override.path[:-1]:
-            table = table.setdefault(part, {})
-            if not isinstance(table, dict):
-                finding = Finding(f"{part} is a value, not a table", source=override.place)
-                raise CaseError([finding])
+        for step in override.path[:-1]:
+            if isinstance(table, list):
+                table = table[step] if isinstance(step, int) and step < len(table) else None
+            else:
+                table = table.setdefault(step, {})
+            if not isinstance(table, dict | list):
+                raise CaseError([Finding(f"{step} is a value, not a table", source=override.place)])
+        if isinstance(table, list):
+            raise CaseError([Finding(f"{override.path[-1]} stands in several tables: say in which", source=override.place)])
         table[override.path[-1]] = override.value
 
 
@@ -203,7 +208,6 @@ def _decode(name: str, raw: bytes) -> str:
     try:
         return raw.decode("utf-8-sig")  # some editors put a mark in front
     except UnicodeDecodeError as cause:
-
         before = raw[: cause.start]
         line = before.count(b"\n") + 1
         line_start = before.rfind(b"\n") + 1
@@ -215,36 +219,7 @@ def _decode(name: str, raw: bytes) -> str:
         raise CaseError([finding]) from None
 
 
-def _syntax_error(name: str, text: str, message: str) -> Finding:
-
-    lines = text.split("\n")
-    if message.startswith(("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate")):
-        again = find_duplicate(text)
-        if again is not None:
-            return _given_twice(name, again, lines)
-    place = re.search(r" \(at line (\d+), column (\d+)\)$", message)
-    if place:
-        line, column = int(place[1]), int(place[2])
-        message = message[: place.start()]
-    else:  # "(at end of document)"
-        message = message.removesuffix(" (at end of document)") + " at the end of the file"
-        line = len(lines) - 1 if len(lines) > 1 and not lines[-1] else len(lines)
-        column = len(lines[line - 1]) + 1
-    line_text = lines[line - 1] if line <= len(lines) else ""
-    span = Span(line, column, 1)
-    return Finding(f"broken TOML: {message}", hint=broken_syntax(line_text), source=name, span=span, line_text=line_text)
-
-
-def _given_twice(name: str, again: Duplicate, lines: Sequence[str]) -> Finding:
-    key, line_text = ".".join(str(part) for part in again.path), lines[again.second.line - 1]
-    table = line_text.lstrip().startswith("[")
-    message = f"{'this table' if table else 'this key'} is there twice, first in line {again.first.line}"
-    hint = "put the keys of both into one table" if table else "keep one of them"
-    return Finding(message, key, hint=hint, source=name, span=again.second, line_text=line_text)
-
-
 def _similar_file(name: str) -> str:
-
     folder, base = os.path.split(name)
     try:
         files = [entry for entry in os.listdir(folder or ".") if entry.endswith(".toml")]

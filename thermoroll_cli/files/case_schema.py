@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from thermoroll_cli.files.case.case_model import GRID_RANGE, RADIUS_RANGE, Settings
+from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Settings, table_at
 
 
 def case_schema() -> dict[str, Any]:
@@ -23,17 +23,12 @@ def case_schema() -> dict[str, Any]:
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
-    cooling = tables["Recirculation"]
-    cooling["dependentSchemas"] = {
-        "convection_W_m2K": {"properties": {"thermal_resistance_K_W": _not_with("convection_W_m2K")}}}
     side = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
-    numerics = tables["Numerics"]
-    _instead(numerics["properties"]["grid"], side, type=["integer", "array"], items=side, minItems=2, maxItems=2)
-    numerics["dependentSchemas"] = {"grid": {"properties": {"accuracy": _not_with("numerics.grid")}}}
+    _instead(tables["Numerics"]["properties"]["grid"], side, type=["integer", "array"], items=side, minItems=2, maxItems=2)
     share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
     _instead(tables["Thermal"]["properties"]["partition"], share, **{"if": {"type": "string"}, "then": {"enum": ["matched"]}})
     _instead(tables["Thermal"]["properties"]["deformation"], {"enum": [True, False, "always"]})
-    geometry, profile = tables["Geometry"], tables["Profile"]
+    geometry = tables["Geometry"]
     for key, radius in geometry["properties"].items():
         if not key.endswith("_mm"):
             continue
@@ -41,26 +36,22 @@ def case_schema() -> dict[str, Any]:
         smallest, largest = RADIUS_RANGE
         radius |= {"type": ["number", "null"], "minimum": -largest}
         radius["not"] = {"type": "number", "exclusiveMinimum": -smallest, "exclusiveMaximum": smallest}
-    geometry["allOf"] = [
-        {
-            "if": {"required": [f"{body}_profile"]},
-            "then": {"properties": {f"{body}_radius_y_mm": _not_with(f"geometry.{body}_profile")}},
-            "else": {"required": [f"{body}_radius_y_mm"]},
-        }
-        for body in ("lower", "upper")
-    ]
-    profile["dependentSchemas"] = {
-        key: {"properties": {other: _not_with(key) for other in ("points_mm", "file", "kind") if other != key}}
-        for key in ("points_mm", "file", "kind")
-    }
-    profile["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
-    schema["allOf"] = [
-        {
-            "if": {"properties": {"creepage": {"required": [direction]}}, "required": ["creepage"]},
-            "then": {"properties": {"force": {"properties": {f"{direction}_N": _not_with(f"creepage.{direction}")}}}},
-        }
-        for direction in ("longitudinal", "lateral")
-    ]
+    geometry["allOf"] = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
+                         for body in BODIES]  # fmt: skip
+    tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
+    schema["allOf"] = []
+    for pair in EXCLUSIVE:
+        (*table, first), (*other, second) = pair.first, pair.second
+        if table == other:
+            # Definitions of tables that both bodies have are shared.
+            name = table_at(tuple(table))[0].__name__.removesuffix("Table")
+            absent = {"properties": {second: _not_with(".".join(pair.first) if len(table) == 1 else first)}}
+            node = tables[name].setdefault("dependentSchemas", {}).setdefault(first, {"properties": {}})
+            node["properties"] |= absent["properties"]
+        else:
+            absent = {"properties": {other[0]: {"properties": {second: _not_with(".".join(pair.first))}}}}
+            given = {"properties": {table[0]: {"required": [first]}}, "required": [table[0]]}
+            schema["allOf"].append({"if": given, "then": absent})
     return schema
 
 

@@ -1,0 +1,245 @@
+"""Case files: TOML text in, a checked case and the problem that it describes out."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import tomli_w
+
+from thermoroll_cli.files.case_check import validate
+from thermoroll_cli.files.case_errors import CaseError, Finding
+from thermoroll_cli.files.case_model import Input, MaterialTable, ProfileTable, RecirculationTable, Settings, Table, inputs
+from thermoroll_cli.files.case_source import (
+    STANDARD_INPUT,
+    CaseSource,
+    Override,
+    apply_overrides,
+    key_path,
+    parse_source,
+    read_source,
+)
+from thermoroll_cli.problem import problem as si
+from thermoroll_cli.problem.profile import Profile
+
+__all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
+
+
+@dataclass(frozen=True)
+class Case:
+    """A valid case: `settings` in the units of the case file with all defaults filled in, and the `text` that they come from.
+    `name` is that of its result files. Cases are equal if their settings are."""
+
+    name: str = field(compare=False)
+    text: str = field(compare=False)
+    settings: Settings
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
+        """Read the case file at `path` (`-`: standard input), with `overrides` applied.
+
+        Raises CaseError, with all errors of the case, if it is missing, unreadable or invalid.
+        """
+        return cls.from_source(read_source(path, overrides), case_name(path))
+
+    @classmethod
+    def parse(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
+        """The case that the TOML `text` describes. Raises CaseError."""
+        return cls.from_source(parse_source(text, name, overrides), name)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any], *, name: str = "case") -> Case:
+        """The case of tables and keys as in a case file, for example `{"load": {"normal_N": 65.0, …}, …}`. Values may be
+        NumPy's; None is a key left out. Raises CaseError."""
+        return cls._from_content(_plain(content), name, "from_dict")
+
+    @classmethod
+    def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
+        """The case that `to_json` wrote. Raises CaseError."""
+        try:
+            content = json.loads(text)
+            geometry = content["geometry"]
+            content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
+        except (ValueError, KeyError, TypeError, AttributeError):
+            raise CaseError([Finding("no resolved case in it", source=name)]) from None
+        return cls.parse(tomli_w.dumps(content), name=name, overrides=overrides)
+
+    @classmethod
+    def of(cls, case: Case | Mapping[str, Any] | str | os.PathLike[str]) -> Case:
+        """`case` itself, or the case of a file, or of a mapping of tables and keys. Raises CaseError."""
+        if isinstance(case, Case):
+            return case
+        return cls.from_dict(case) if isinstance(case, Mapping) else cls.read(case)
+
+    @classmethod
+    def from_source(cls, source: CaseSource, name: str) -> Case:
+        """The case of a text that is parsed already. Raises CaseError."""
+        return cls(name, source.text, validate(source))
+
+    @classmethod
+    def _from_content(cls, content: dict[str, Any], name: str, origin: str) -> Case:
+        settings = validate(CaseSource(origin, "", content, located=False))
+        return cls(name, tomli_w.dumps(content), settings)
+
+    def with_values(self, values: Mapping[str, Any]) -> Case:
+        """This case with other values for some dotted keys, for example `{"rolling.speed_m_s": 2.0}`. Where two keys exclude
+        each other (a creepage and a force) the new one replaces the old. Raises CaseError."""
+        content = self._content()
+        overrides = [Override(key_path(key), _plain(value), f"{key}={value}", "with_values") for key, value in values.items()]
+        apply_overrides(content, overrides)
+        source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
+        return Case(self.name, self.text, validate(source))
+
+    @property
+    def plots(self) -> bool:
+        """Whether the case asks for pictures."""
+        return self.settings.output.plots
+
+    @property
+    def problem(self) -> si.Problem:
+        """The problem in SI units."""
+        return problem_of(self.settings)
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """All keys that have a value, in their own units and in SI."""
+        return tuple(inputs(self.settings))
+
+    def to_toml(self) -> str:
+        """The case with all defaults filled in, as a case file that gives the same case again."""
+        return tomli_w.dumps(self._content())
+
+    def to_json(self) -> str:
+        """The case with all defaults filled in, as strict JSON; infinite radii are "inf"."""
+        content = self._content()
+        for key, value in content["geometry"].items():
+            content["geometry"][key] = "inf" if isinstance(value, float) and math.isinf(value) else value
+        return json.dumps(content, ensure_ascii=False, allow_nan=False)
+
+    def __hash__(self) -> int:
+        return hash(self.to_json())
+
+    def __repr__(self) -> str:
+        title = f": {self.settings.title}" if self.settings.title else ""
+        return f"<Case {self.name}{title}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the inputs, for notebooks."""
+        rows = "".join(
+            f"<tr><td>{html.escape(item.key)}</td><td>{html.escape(item.shown)}</td><td>{html.escape(item.shown_si)}</td></tr>"
+            for item in self.inputs if item.key != "title")  # fmt: skip
+        title = html.escape(f"{self.name}: {self.settings.title}" if self.settings.title else self.name)
+        return f"<table><caption>{title}</caption><tr><th>key</th><th>value</th><th>in SI</th></tr>{rows}</table>"
+
+    def _content(self) -> dict[str, Any]:
+        content = _given(self.settings)
+        if isinstance(content["numerics"].get("grid"), tuple):
+            content["numerics"]["grid"] = list(content["numerics"]["grid"])
+        return {key: value for key, value in content.items() if value not in ("", {})}
+
+
+def case_name(path: str | os.PathLike[str]) -> str:
+    """The name of the results of the case at `path`: the file name without its last suffix."""
+    name = os.fspath(path)
+    return "stdin" if name == STANDARD_INPUT else os.path.splitext(os.path.basename(name))[0]
+
+
+def _given(value: Any) -> Any:
+    """The keys and tables in a table that are not left out."""
+    if isinstance(value, Table):
+        return {key: _given(inner) for key, inner in value if inner is not None}
+    return [_given(item) for item in value] if isinstance(value, list) else value
+
+
+def _plain(value: Any) -> Any:
+    """`value` with Python's numbers and lists for NumPy's, and without None."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items() if inner is not None}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def problem_of(settings: Settings) -> si.Problem:
+    """The problem in SI units that a case describes: units are converted here (`Table.si`) and nowhere else."""
+    lower, upper = (_material(material) for material in settings.materials.values())
+    geometry, load, rolling, creepage, force = (
+        settings.geometry, settings.load, settings.rolling, settings.creepage, settings.force)  # fmt: skip
+    thermal, numerics = settings.thermal, settings.numerics
+    grid = (numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid
+    return si.Problem(
+        lower=lower,
+        upper=upper,
+        geometry=si.Geometry(
+            lower_radius_x=geometry.si("lower_radius_x_mm"),
+            lower_radius_y=geometry.si("lower_radius_y_mm") or math.inf,
+            upper_radius_x=geometry.si("upper_radius_x_mm"),
+            upper_radius_y=geometry.si("upper_radius_y_mm") or math.inf,
+            lower_profile=_profile(geometry.lower_profile),
+            upper_profile=_profile(geometry.upper_profile),
+        ),
+        normal_force=load.normal_N,
+        friction=load.friction_coefficient,
+        motion=si.Motion(
+            speed=rolling.speed_m_s,
+            creepage_x=creepage.longitudinal,
+            creepage_y=creepage.lateral,
+            spin=creepage.si("spin_rad_mm"),
+            force_x=force.longitudinal_N,
+            force_y=force.lateral_N,
+            differential_slip=rolling.differential_slip,
+        ),
+        heating=si.Heating(
+            heat=thermal.heat,
+            deformation=thermal.deformation,
+            peclet=thermal.peclet,
+            partition=thermal.partition,
+            bulk_lower=thermal.bulk_temperature_lower_K,
+            bulk_upper=thermal.bulk_temperature_upper_K,
+            lower_track=_recirculation(thermal.lower, geometry.lower_radius_x_mm),
+            upper_track=_recirculation(thermal.upper, geometry.upper_radius_x_mm),
+        ),
+        numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
+        title=settings.title,
+        friction_slope=load.friction_temperature_slope_1_K,
+        friction_minimum=load.friction_minimum_factor,
+        friction_maximum=load.friction_maximum_factor,
+        friction_start=load.friction_temperature_start_K,
+        subsurface=_subsurface(settings),
+    )
+
+
+def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:
+    table = settings.subsurface
+    return None if table is None else si.SubsurfaceRequest(
+        bodies=tuple(body for body in si.BODIES if body in table.bodies),
+        depth=table.si("depth_mm"),
+        layers=table.layers,
+        thermal=table.thermal is not False,
+        fields=table.fields,
+    )  # fmt: skip
+
+
+def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:
+    if table is None or not table.recirculate:
+        return None
+    width = 2.0 * abs(radius_mm) / 1e3 if table.width_mm is None else table.si("width_mm")
+    return si.Recirculation(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
+
+
+def _material(material: MaterialTable) -> si.Material:
+    return si.Material(material.si("youngs_modulus_GPa"), material.poisson_ratio, material.conductivity_W_mK,
+                       material.si("expansion_um_mK"), material.si("diffusivity_mm2_s"))
+
+
+def _profile(table: ProfileTable | None) -> Profile | None:
+    if table is None:
+        return None
+    points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
+    length, drop, flat = (table.si(key) or 0.0 for key in ("length_mm", "drop_um", "flat_mm"))
+    return Profile(points, table.interpolation, length, drop, flat, table.si("offset_mm"), table.si("tilt_mrad"))

@@ -1,0 +1,295 @@
+"""From parsed TOML to valid settings, with every error of the case found in one go, and what its author probably meant."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import os
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
+from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
+from thermoroll_cli.files.case_model import (
+    BODIES,
+    EXCLUSIVE,
+    GeometryTable,
+    Head,
+    MaterialTable,
+    Settings,
+    Table,
+    ThermalTable,
+    TwoMaterials,
+    allowed_values,
+    known_keys,
+    known_words,
+    tables_in,
+    takes_numbers,
+)
+from thermoroll_cli.files.case_source import CaseSource
+from thermoroll_cli.files.profile_file import ProfileError, read_profile
+from thermoroll_cli.problem.problem import STANDARD_ACCURACY
+
+LEFT_OUT_MATTERS = ("thermal", "subsurface")
+"""Tables that mean something by not being there."""
+
+# The unit part of a key: what follows the quantity's name in a case file, and what people write in its place.
+_UNIT = re.compile(
+    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
+    r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",
+    re.IGNORECASE,
+)
+
+_MESSAGES = {
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "list_type": "must be a list",
+    "too_short": "is empty",
+    "too_long": "has too many entries",
+    "model_type": "must be a table",
+    "bool_type": "must be true or false",
+    "string_type": "must be text in quotes",
+    "string_too_long": "is too long",
+    "literal_error": "is not a known word",
+    "less_than_equal": "is above the allowed range",
+}
+"""Kinds of pydantic's errors, in our words."""
+
+
+def validate(source: CaseSource) -> Settings:
+    """The settings of a case with all defaults filled in. Raises CaseError with all errors of the case."""
+    return _Checker(source).settings()
+
+
+class _Checker:
+    def __init__(self, source: CaseSource) -> None:
+        self.source = source
+        self.content = source.content
+        self.findings: list[Finding] = []
+        self.sections: dict[str, Any] = {}
+
+    def settings(self) -> Settings:
+        self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
+        self._table((), Head, {"title": self.content.get("title", "")})
+        for name, field in Settings.model_fields.items():
+            if name not in Head.model_fields:
+                self._section(name, field)
+        self._exclusive()
+        self._lateral_shapes()
+        for conflict in conflicts(self.sections):
+            also = self.source.line_of(conflict.other) if conflict.other else ""
+            self._note(conflict.path, conflict.message + also, allowed=conflict.allowed, hint=conflict.hint,
+                       at_key=conflict.at_key)
+        if self.findings:
+            raise CaseError(self.findings)
+        return self._resolved()
+
+    def _section(self, name: str, field: FieldInfo) -> None:
+        given = self.content.get(name)
+        if isinstance(given, dict):
+            valid = self._material(given) if name == "material" else self._table((name,), tables_in(field)[0], given)
+            valid = self._with_profiles(valid) if isinstance(valid, GeometryTable) else valid
+            if valid is not None:
+                self.sections[name] = valid
+        elif name in self.content:
+            self._note((name,), "must be a table", allowed=f"a table [{name}]", hint=_missing_table(name, field))
+        elif not field.is_required():
+            self.sections[name] = None if name in LEFT_OUT_MATTERS else field.default
+        elif name not in self._meant((), self.content):
+            self._note((name,), f"the table [{name}] is missing", hint=_missing_table(name, field))
+
+    def _material(self, given: dict[str, Any]) -> Table | None:
+        if given.keys().isdisjoint(BODIES):
+            return self._table(("material",), MaterialTable, given)
+        allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
+        own = next(body for body in BODIES if body in given)
+        shared = [key for key in given if key in MaterialTable.model_fields]
+        missing = [body for body in BODIES if body not in given]
+        if shared:
+            message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own}]"
+            self._note(("material", own), message, allowed=allowed, at_key=True)
+            # Until this is decided it is open whether what each body has is complete.
+            self._unknown_in(("material",), (key for key in given if key not in (*shared, *BODIES)))
+            return None
+        if missing:
+            message = "is missing: the other body has its own material"
+            self._note(("material", missing[0]), message, allowed=allowed, at_key=True)
+        return self._table(("material",), TwoMaterials, given, ignored=missing)
+
+    def _with_profiles(self, geometry: GeometryTable) -> GeometryTable | None:
+        """The geometry with the points of its files; None where a file has none."""
+        points: dict[str, Any] = {}
+        for name in (f"{body}_profile" for body in BODIES):
+            table, path = getattr(geometry, name), ("geometry", name)
+            if table is None or table.file is None or table.points_mm is not None:
+                continue
+            try:
+                read = read_profile(os.path.join(os.path.dirname(self.source.name), table.file))
+                points[name] = table.model_copy(update={"points_mm": read, "file": None})
+            except ProfileError as fault:
+                allowed = "a text file with two columns, y and height in mm, y increasing"
+                self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
+                return None
+        return geometry.model_copy(update=points)
+
+    def _exclusive(self) -> None:
+        for pair in EXCLUSIVE:
+            second = self.source.get(pair.second)
+            if second is not None and self.source.get(pair.first) is not None:
+                message = f"cannot be given together with {'.'.join(pair.first)}{self.source.line_of(pair.first)}"
+                self._note(pair.second, message, allowed=pair.allowed, at_key=isinstance(second, dict))
+
+    def _lateral_shapes(self) -> None:
+        """Across rolling each body has a radius, or a profile."""
+        given = self.content.get("geometry")
+        if not isinstance(given, dict):
+            return
+        for body in BODIES:
+            key, profile = f"{body}_radius_y_mm", f"{body}_profile"
+            if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
+                allowed = f"{allowed_values(GeometryTable.model_fields[key])}; or a table [geometry.{profile}]"
+                self._note(("geometry", key), "is missing", allowed=allowed, at_key=True)
+
+    def _table(self, path: KeyPath, model: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
+        """The table of `given`, or None where it has errors, which are noted; but not those of keys that are `ignored`."""
+        try:
+            return model.model_validate(given)
+        except ValidationError as cause:
+            seen: set[KeyPath] = {(*path, key) for key in ignored}
+            for error in cause.errors(include_url=False):  # a value that fits none of several types has one error for each
+                place, field = _place(path, model, error["loc"])
+                if place not in seen:
+                    seen.add(place)
+                    self._invalid(place, field, error)
+        return None
+
+    def _invalid(self, path: KeyPath, field: FieldInfo | None, error: Any) -> None:
+        if field is None:
+            self._unknown(path)
+        elif error["type"] != "missing":
+            self._note(path, _message(error, field), allowed=_allowed(path, field), hint=_value_hint(error["input"], field))
+        elif path[-1] not in self._meant(path[:-1], error["input"]):
+            # A misspelt key is one error, not two.
+            self._note(path, "is missing", allowed=_allowed(path, field), at_key=True)
+
+    def _meant(self, table: KeyPath, given: dict[str, Any]) -> set[str]:
+        """Keys of `table` that are missing only because they are misspelt."""
+        known = known_keys(table)
+        return {_same_quantity(key, known) or _nearest(key, known) for key in given if key not in known}
+
+    def _unknown_in(self, path: KeyPath, given: Iterable[str]) -> None:
+        for key in given:
+            self._unknown((*path, key))
+
+    def _unknown(self, path: KeyPath) -> None:
+        self._note(path, "unknown key", hint=_unknown_key(path[:-1], str(path[-1])), at_key=True)
+
+    def _note(self, path: KeyPath, message: str, **details: Any) -> None:
+        self.findings.append(self.source.finding(path, message, **details))
+
+    def _resolved(self) -> Settings:
+        """The settings with what is left out decided: nothing depends on defaults any more."""
+        sections = dict(self.sections)
+        if sections["thermal"] is None:
+            sections["thermal"] = ThermalTable(heat=heat_is_on(sections))
+        numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
+        if numerics.grid is None and numerics.accuracy is None:
+            sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
+        zeros = {
+            direction: 0.0
+            for direction in ("longitudinal", "lateral")
+            if getattr(creepage, direction) is None and getattr(force, f"{direction}_N") is None
+        }
+        sections["creepage"] = creepage.model_copy(update=zeros)
+        # Every part of it has been checked.
+        return Settings.model_construct(title=self.content.get("title", ""), **sections)
+
+
+def _place(table: KeyPath, model: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, FieldInfo | None]:
+    """The path of the key that an error at `location` inside `table` is about, and its field (None: an unknown key)."""
+    key, rest = location[0], location[1:]
+    field = model.model_fields.get(key)
+    inner = tables_in(field) if field is not None else ()
+    path: KeyPath = (*table, key)
+    if inner and rest and isinstance(rest[0], int):
+        path, rest = (*path, rest[0]), rest[1:]
+    return _place(path, inner[0], rest) if inner and rest else (path, field)
+
+
+def _message(error: Any, field: FieldInfo) -> str:
+    kind, value = error["type"], error["input"]
+    if isinstance(value, float) and math.isnan(value) and not tables_in(field):
+        return "nan is not a number"
+    if kind == "finite_number" or (kind == "float_type" and type(value) is int):  # an integer no float can hold
+        return "must be finite"
+    if kind == "greater_than_equal":
+        return "must be greater than 0" if error["ctx"]["ge"] > 0 >= value else "is below the allowed range"
+    if kind in ("float_type", "bool_type") and known_words(field):
+        return f"{_MESSAGES[kind].replace(' or ', ', ')} or a known word"
+    return str(_MESSAGES.get(kind, error["msg"]))
+
+
+def _allowed(path: KeyPath, field: FieldInfo) -> str:
+    words = allowed_values(field)
+    return f"a table [{'.'.join(map(str, path))}]" if words == "a table" else words
+
+
+def _value_hint(value: Any, field: FieldInfo) -> str:
+    """Help for a text that is not allowed: the nearest known word, or how a number is written."""
+    if not isinstance(value, str):
+        return ""
+    if near := _nearest(value, known_words(field)):
+        return f'did you mean "{near}"?'
+    if not takes_numbers(field):
+        return ""
+    if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", value):
+        return "a number is written with a point and without quotes: 0.5"
+    if value.strip().lower() in ("true", "false"):
+        return "true and false are written without quotes"
+    try:
+        float(value)
+    except ValueError:
+        return ""
+    return "a number is written without quotes"
+
+
+def _unknown_key(table: KeyPath, key: str) -> str:
+    """Help for `key`, which `table` does not have."""
+    known = known_keys(table)
+    unit = _UNIT.search(key)
+    same = _same_quantity(key, known)
+    elsewhere = [name for name in Settings.model_fields if key in known_keys((name,)) and name != (*table, "")[0]]
+    if elsewhere and (unit or not same):
+        return f"{key} belongs in [{elsewhere[0]}]"
+    if same:
+        wanted = _UNIT.search(same)
+        found = f"not {unit.group()[1:]}" if unit else "which is missing here"
+        return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
+    near = _nearest(key, known)
+    return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
+
+
+def _missing_table(name: str, field: FieldInfo) -> str:
+    """The keys that a missing table would have."""
+    if name == "material":
+        return "add youngs_modulus_GPa and poisson_ratio, or the tables [material.lower] and [material.upper]"
+    return f"add {', '.join(known_keys((name,)))}" if field.is_required() else ""
+
+
+def _same_quantity(key: str, known: Iterable[str]) -> str:
+    """The known key that differs from `key` in its unit only."""
+    return next((name for name in known if _quantity(name) == _quantity(key) and name.lower() != key.lower()), "")
+
+
+def _quantity(key: str) -> str:
+    return _UNIT.sub("", key).lower()
+
+
+def _nearest(word: str, known: Iterable[str]) -> str:
+    lowered = {name.lower(): name for name in known}
+    near = difflib.get_close_matches(word.lower()[:200], lowered, n=1, cutoff=0.6)
+    return lowered[near[0]] if near else ""

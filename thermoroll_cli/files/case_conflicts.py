@@ -1,0 +1,245 @@
+"""Conflicts between the keys of a case, beyond the range of each key and the pairs in `case_model.EXCLUSIVE`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from thermoroll_cli.files.case_errors import KeyPath
+from thermoroll_cli.files.case_model import (
+    BODIES,
+    THERMAL_CONSTANTS,
+    MaterialTable,
+    ProfileTable,
+    RecirculationTable,
+    TwoMaterials,
+)
+from thermoroll_cli.files.profile_file import point_fault
+from thermoroll_cli.steady_state.derived import contact_width
+
+Sections = Mapping[str, Any]
+"""The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
+
+CROWN = ("length_mm", "drop_um", "flat_mm")
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Keys that do not go together: the message stands at `path` and may refer to `other`."""
+
+    path: KeyPath
+    message: str
+    allowed: str = ""
+    hint: str = ""
+    other: KeyPath = ()
+    at_key: bool = False
+
+
+def conflicts(sections: Sections) -> Iterator[Conflict]:
+    """Every conflict between keys whose tables are valid."""
+    for check in (_convexity, _profiles, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation, _subsurface):
+        yield from check(sections)
+
+
+def heat_is_on(sections: Sections) -> bool:
+    """Whether a case asks for heat: by saying so, or by giving thermal constants without a [thermal] table."""
+    thermal = sections["thermal"]
+    if thermal is not None:
+        return bool(thermal.heat)
+    return any(getattr(material, key) is not None for _, material in _materials(sections) for key in THERMAL_CONSTANTS)
+
+
+def _convexity(sections: Sections) -> Iterator[Conflict]:
+    geometry = sections.get("geometry")
+    for axis in "xy" if geometry is not None else "":
+        lower_key, upper_key = (f"{body}_radius_{axis}_mm" for body in BODIES)
+        lower, upper = getattr(geometry, lower_key), getattr(geometry, upper_key)
+        if lower is None or upper is None or (curvature := 1.0 / lower + 1.0 / upper) > 0.0:
+            continue
+        if math.isinf(lower) and math.isinf(upper):
+            reason, hint = "both bodies are flat", "give one body a finite radius"
+        else:
+            reason = f"1/{lower:g} + 1/{upper:g} = {curvature:.4g} 1/mm"
+            hint = "a concave radius must be larger than the convex radius of the other body"
+        yield Conflict(("geometry", upper_key if upper < 0 <= lower else lower_key),
+                       f"convexity lost along {axis}: {reason} (geometry.{lower_key}, geometry.{upper_key})",
+                       f"1/{lower_key} + 1/{upper_key} > 0", hint)
+
+
+def _profiles(sections: Sections) -> Iterator[Conflict]:
+    geometry, rolling = sections.get("geometry"), sections.get("rolling")
+    given = {f"{body}_profile": getattr(geometry, f"{body}_profile", None) for body in BODIES}
+    profiles = {name: profile for name, profile in given.items() if profile is not None}
+    faults = [fault for name, profile in profiles.items() for fault in _profile(("geometry", name), profile)]
+    yield from faults
+    if faults or not profiles:
+        return
+    ends = {name: _ends(profile) for name, profile in profiles.items()}
+    for name, (low, high) in ends.items():
+        if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
+            message = ("has no material at y = 0, from where differential slip is measured: it reaches from "
+                       f"{low:g} to {high:g} mm")
+            yield Conflict(("geometry", name), message, "a profile around y = 0, or differential_slip = false in [rolling]",
+                           at_key=True)
+    low, high = max(end[0] for end in ends.values()), min(end[1] for end in ends.values())
+    if not low < high:
+        yield Conflict(("geometry", name), f"the profiles never face each other: one ends at y = {high:g} mm, the other begins "
+                       f"at {low:g} mm", "profiles that touch", at_key=True)
+
+
+def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
+    """Conflicts within one profile."""
+    sources = "one of points_mm, file and kind"
+    if profile.points_mm is None and profile.file is None and profile.kind is None:
+        yield Conflict(path, "has neither points_mm nor file nor kind", sources, at_key=True)
+    elif profile.kind is None:
+        yield from (Conflict((*path, key), "belongs to a crown, with kind", sources) for key in CROWN
+                    if getattr(profile, key) is not None)
+    else:
+        yield from (Conflict((*path, "kind"), f"a crown needs {key}", "length_mm and drop_um with kind") for key in CROWN[:2]
+                    if getattr(profile, key) is None)
+        if profile.length_mm is not None and profile.flat_mm is not None and profile.flat_mm >= profile.length_mm:
+            yield Conflict((*path, "flat_mm"), "the flat part is as long as the crown",
+                           f"less than length_mm = {profile.length_mm:g}")
+    points = profile.points_mm or []
+    for number, fault in enumerate((point_fault(points, k) for k in range(len(points))), 1):
+        if fault:
+            yield Conflict((*path, "points_mm"), f"point {number}: {fault}", "pairs [y, height] with y increasing")
+            return
+
+
+def _ends(profile: ProfileTable) -> tuple[float, float]:
+    """Lowest and highest y with material, in mm."""
+    half = 0.5 * (profile.length_mm or 0.0)
+    low, high = (profile.points_mm[0][0], profile.points_mm[-1][0]) if profile.points_mm else (-half, half)
+    return low + profile.offset_mm, high + profile.offset_mm
+
+
+def _friction_limit(sections: Sections) -> Iterator[Conflict]:
+    force, load = sections.get("force"), sections.get("load")
+    if force is None or load is None:
+        return
+    prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
+    limit = load.friction_coefficient * load.normal_N
+    if prescribed and prescribed >= limit:
+        key = "longitudinal_N" if force.longitudinal_N is not None else "lateral_N"
+        yield Conflict(("force", key), f"the tangential force of {prescribed:.6g} N reaches or exceeds what friction can carry"
+                       f", {load.friction_coefficient:g} · {load.normal_N:g} N = {limit:.6g} N",
+                       "a force below load.friction_coefficient · load.normal_N")
+
+
+def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
+    if "material" not in sections or "thermal" not in sections or not heat_is_on(sections):
+        return
+    asked = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
+    for path, material in _materials(sections):
+        missing = [key for key in THERMAL_CONSTANTS if getattr(material, key) is None]
+        if missing:
+            yield Conflict(path, f"{asked}, but missing: {', '.join(missing)}",
+                           f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them and no heat",
+                           "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
+
+
+def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
+    thermal = sections.get("thermal")
+    if thermal is None or thermal.partition == "matched":
+        return
+    lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
+    if lower != upper:
+        yield Conflict(
+            ("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
+            f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which takes a matched partition",
+            'equal bulk temperatures, or partition = "matched" in [thermal]', other=("thermal", "partition"))
+
+
+def _recirculation(sections: Sections) -> Iterator[Conflict]:
+    thermal = sections.get("thermal")
+    for body in BODIES:
+        table, path = getattr(thermal, body, None), ("thermal", body)
+        if table is not None and not table.recirculate:
+            yield from _without_effect(path, table)
+        elif table is not None and thermal is not None:
+            if table.convection_W_m2K is None and table.thermal_resistance_K_W is None:
+                yield Conflict((*path, "recirculate"), "a body that turns must be cooled, or it gets hotter without end",
+                               "one of convection_W_m2K and thermal_resistance_K_W beside it")
+            if thermal.peclet != "rolling":
+                message = f"a body that turns carries its heat along: not as {thermal.peclet} sources"
+                yield Conflict(("thermal", "peclet"), message, '"rolling", or recirculate = false',
+                               other=(*path, "recirculate"))
+            if sections.get("geometry") is not None:
+                yield from _track(sections, body, table)
+
+
+def _without_effect(path: KeyPath, table: RecirculationTable) -> Iterator[Conflict]:
+    """Keys of a body that turns and cools, which does neither: forgotten, unless it is switched off in so many words."""
+    for key in sorted(table.model_fields_set) if "recirculate" not in table.model_fields_set else ():
+        yield Conflict((*path, key), "has no effect on a body that brings no heat back",
+                       "recirculate = true beside it, or recirculate = false to keep it switched off",
+                       "without recirculate every pass meets a cold body")
+
+
+def _track(sections: Sections, body: str, table: RecirculationTable) -> Iterator[Conflict]:
+    """The body must turn, the contact must fit on it, and its cooled surface must be known."""
+    path, key = ("thermal", body), f"{body}_radius_x_mm"
+    radius = getattr(sections["geometry"], key)
+    if math.isinf(radius):
+        yield Conflict((*path, "recirculate"), "a body straight along rolling never brings its track back",
+                       f"false, or a finite geometry.{key}", other=("geometry", key))
+        return
+    if radius < 0.0 and table.convection_W_m2K is not None:
+        message = "a concave body is a ring, of which only the bore is known: not where it is cooled"
+        yield Conflict((*path, "convection_W_m2K"), message, "thermal_resistance_K_W instead", other=("geometry", key))
+        return
+    creepage = sections.get("creepage")
+    slip = 0.0 if creepage is None or creepage.longitudinal is None else creepage.longitudinal
+    if 1.0 + (0.5 if body == "lower" else -0.5) * slip <= 0.0:
+        yield Conflict(("creepage", "longitudinal"), f"the {body} body stands still or turns backwards at this creepage",
+                       "between -2 and 2 where a body brings heat back", other=(*path, "recirculate"))
+    contact = _contact_width(sections)
+    width = 2.0 * abs(radius) if table.width_mm is None else table.width_mm
+    if contact is not None and width < contact:
+        yield Conflict((*path, "width_mm"), f"a width of {width:g} mm is below that of the contact, {contact:.4g} mm",
+                       f"at least {contact:.4g} mm")
+
+
+def _contact_width(sections: Sections) -> float | None:
+    """Width 2b of Hertz's contact in mm; None with a profile, or where the keys that it needs are not valid."""
+    if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections)):
+        return None
+    g = sections["geometry"]
+    if g.lower_radius_y_mm is None or g.upper_radius_y_mm is None:
+        return None
+    curvature = (1.0 / g.lower_radius_x_mm + 1.0 / g.upper_radius_x_mm, 1.0 / g.lower_radius_y_mm + 1.0 / g.upper_radius_y_mm)
+    materials = [material for _, material in _materials(sections)] * 2
+    compliance = sum((1.0 - m.poisson_ratio**2) / (m.youngs_modulus_GPa * 1e3) for m in materials[:2])
+    return contact_width(curvature, 1.0 / compliance, sections["load"].normal_N)
+
+
+def _subsurface(sections: Sections) -> Iterator[Conflict]:
+    subsurface = sections.get("subsurface")
+    if subsurface is None:
+        return
+    if len(set(subsurface.bodies)) < len(subsurface.bodies):
+        yield Conflict(("subsurface", "bodies"), "names a body twice", '["lower"], ["upper"] or ["lower", "upper"]')
+    if not subsurface.thermal or "thermal" not in sections or "material" not in sections:
+        return
+    thermal = sections["thermal"]
+    if not heat_is_on(sections):
+        yield Conflict(("subsurface", "thermal"), "there is no heat that could make thermal stresses",
+                       "false, or a case with heat",
+                       f"heat needs {', '.join(THERMAL_CONSTANTS[:2])} and {THERMAL_CONSTANTS[2]} of the material, and no "
+                       "heat = false", ("thermal", "heat") if thermal is not None else ())
+    elif thermal is not None and thermal.peclet == "sliding":
+        yield Conflict(("subsurface", "thermal"), 'thermal stresses are not computed with peclet = "sliding" in [thermal]',
+                       'false, or peclet = "rolling" or "stationary"', other=("thermal", "peclet"))
+
+
+def _materials(sections: Sections) -> Iterator[tuple[KeyPath, MaterialTable]]:
+    material = sections.get("material")
+    if isinstance(material, TwoMaterials):
+        yield ("material", "lower"), material.lower
+        yield ("material", "upper"), material.upper
+    elif isinstance(material, MaterialTable):
+        yield ("material",), material

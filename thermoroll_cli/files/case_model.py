@@ -1,0 +1,457 @@
+"""The case file as data: every table and key with its unit, meaning, range and words, in the units of the keys.
+
+A new key is one line here, and one where `case.problem_of` puts it into the problem. Conflicts between keys: `case_conflicts`.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, get_args, get_origin
+
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic.fields import FieldInfo
+from pydantic_core import PydanticCustomError
+
+THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
+BODIES = ("lower", "upper")
+GRID_RANGE = (8, 2048)
+RADIUS_RANGE = (1e-9, 1e9)
+LARGEST_PROFILE = 2000
+"""Points of a profile."""
+
+SI = {
+    "GPa": ("Pa", 1e9),
+    "1e-6/K": ("1/K", 1e-6),
+    "mm2/s": ("m²/s", 1e-6),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "mrad": ("rad", 1e-3),
+    "rad/mm": ("rad/m", 1e3),
+}
+"""Unit of a key → its SI unit, and the factor to it. Units not named here are SI units."""
+
+_BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """The values a key may have, in words, where its type and range do not say enough."""
+
+    words: str
+
+
+def quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
+    """A number with its unit, allowed from `ge` to `le`; the default None means that the key may be left out."""
+    # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
+    return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
+
+
+def _radius(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise PydanticCustomError("radius", "must be a number")
+    if value == math.inf:
+        return math.inf
+    if value == 0:
+        raise PydanticCustomError("radius", "must not be zero: a flat body has the radius inf")
+    if not RADIUS_RANGE[0] <= abs(value) <= RADIUS_RANGE[1]:  # nan and -inf, too
+        raise PydanticCustomError("radius", "is outside the allowed range")
+    return float(value)
+
+
+def _grid(value: Any) -> int | tuple[int, int]:
+    sides = value if isinstance(value, list | tuple) else (value, value)
+    if len(sides) != 2 or not all(isinstance(side, int) and not isinstance(side, bool) for side in sides):
+        raise PydanticCustomError("grid", "must be a whole number or a list of two")
+    if not all(GRID_RANGE[0] <= side <= GRID_RANGE[1] for side in sides):
+        raise PydanticCustomError("grid", "is outside the allowed range")
+    return value if isinstance(value, int) else (sides[0], sides[1])
+
+
+def _one_line(value: Any) -> Any:
+    if isinstance(value, str) and not value.isprintable():
+        raise PydanticCustomError("title", "must be one line without control characters")
+    return value
+
+
+Radius = Annotated[
+    float, AllowInfNan(True), BeforeValidator(_radius),
+    Allowed("a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat), in mm"),
+]  # fmt: skip
+
+
+class Table(BaseModel):
+    """A table of the case file: unknown keys, wrong types, nan and inf are errors."""
+
+    # A table's validator is built when a case first has that table.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
+
+    def si(self, key: str) -> Any:
+        """The value of `key` in SI units; None where it is left out.
+
+        Factors below one divide: 30.0 / 1e3 is 0.03 to the last bit, 30.0 * 1e-3 is not."""
+        value, factor = getattr(self, key), si_unit(type(self).model_fields[key])[1]
+        if value is None or factor == 1.0:
+            return value
+        return value / round(1.0 / factor) if factor < 1.0 else value * factor
+
+
+class MaterialTable(Table):
+    """Constants of one material."""
+
+    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
+    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
+    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
+    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+
+
+class TwoMaterials(Table):
+    """A material for each body."""
+
+    lower: MaterialTable = Field(description="Material of the lower body")
+    upper: MaterialTable = Field(description="Material of the upper body")
+
+
+class ProfileTable(Table):
+    """Shape of a body across rolling, instead of a lateral radius: points, a file of them, or a crown."""
+
+    points_mm: Annotated[
+        list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None,
+        Allowed(f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing"),
+    ] = Field(
+        default=None, description="[y, height] in mm, y increasing, height positive out of the body",
+        min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
+    )
+    file: Annotated[str | None, Allowed("the name of a file with two columns")] = Field(
+        default=None, description="Two columns y and height in mm, beside the case file", max_length=1000
+    )
+    kind: Literal["logarithmic"] | None = Field(default=None, description="A crown: height = drop ln(1 - (2|y|/length)^2)")
+    length_mm: float | None = quantity("mm", "Length of the crown, end to end", None, ge=1e-9, le=1e9)
+    drop_um: float | None = quantity("um", "Drop of the crown", None, ge=1e-9, le=1e9)
+    flat_mm: float | None = quantity("mm", "Length of the crown's middle part without drop", None, ge=0, le=1e9)
+    interpolation: Literal["cubic", "linear"] = Field(
+        default="cubic", description="Between points: a spline of continuous curvature, or straight lines"
+    )
+    offset_mm: float = quantity("mm", "Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
+    tilt_mrad: float = quantity("mrad", "Rise of the profile towards +y", 0.0, ge=-500, le=500)
+
+
+_PROFILE = Allowed("a table: points_mm, file or kind")
+
+
+class GeometryTable(Table):
+    """Principal radii of both bodies. inf is flat, negative is concave. Across rolling a body may have a profile instead."""
+
+    lower_radius_x_mm: Radius = quantity("mm", "Radius of the lower body along rolling")
+    lower_radius_y_mm: Radius | None = quantity("mm", "Radius of the lower body across rolling, unless it has a profile", None)
+    upper_radius_x_mm: Radius = quantity("mm", "Radius of the upper body along rolling")
+    upper_radius_y_mm: Radius | None = quantity("mm", "Radius of the upper body across rolling, unless it has a profile", None)
+    lower_profile: Annotated[ProfileTable | None, _PROFILE] = Field(
+        default=None, description="Profile of the lower body across rolling"
+    )
+    upper_profile: Annotated[ProfileTable | None, _PROFILE] = Field(
+        default=None, description="Profile of the upper body across rolling"
+    )
+
+
+class LoadTable(Table):
+    """Normal load and friction."""
+
+    normal_N: float = quantity("N", "Normal load", ge=1e-15, le=1e15)
+    friction_coefficient: float = quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
+    friction_temperature_slope_1_K: float = quantity(
+        "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
+        ge=-10, le=10
+    )
+    friction_temperature_start_K: float = quantity(
+        "K", "Contact temperature from which the coefficient of friction changes", 0.0, ge=-1e4, le=1e4
+    )
+    friction_minimum_factor: float = quantity(
+        "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
+    )
+    friction_maximum_factor: float = quantity(
+        "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
+    )
+
+
+class RollingTable(Table):
+    """Rolling motion."""
+
+    speed_m_s: float = quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
+    differential_slip: bool = Field(
+        default=True, description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)"
+    )
+
+
+class CreepageTable(Table):
+    """Relative motion of the bodies over the rolling speed; what is left out is 0 (or follows from a force)."""
+
+    longitudinal: float | None = quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
+    lateral: float | None = quantity("1", "Lateral creepage", None, ge=-1e6, le=1e6)
+    spin_rad_mm: float = quantity("rad/mm", "Spin", 0.0, ge=-1e9, le=1e9)
+
+
+class ForceTable(Table):
+    """Tangential forces; each replaces the creepage of its direction, which is then solved for."""
+
+    longitudinal_N: float | None = quantity("N", "Longitudinal force", None, ge=-1e15, le=1e15)
+    lateral_N: float | None = quantity("N", "Lateral force", None, ge=-1e15, le=1e15)
+
+
+class RecirculationTable(Table):
+    """A body that turns and brings its track back to the contact, cooled on rim and ends or through a thermal resistance."""
+
+    recirculate: bool = Field(default=False, description="The heated track of this body meets the contact again each turn")
+    convection_W_m2K: float | None = quantity("W/(m2 K)", "Convection on rim and ends", None, ge=1e-9, le=1e12)
+    thermal_resistance_K_W: float | None = quantity(
+        "K/W", "Mean temperature of the body's surface per heat of all its contacts", None, ge=1e-12, le=1e12
+    )
+    width_mm: float | None = quantity("mm", "Width of the body; twice its radius along rolling if left out", None,
+                                      ge=1e-9, le=1e9)  # fmt: skip
+    passes_per_revolution: int = quantity("1", "Contacts that each turn meets, alike", 1, ge=1, le=1000)
+
+
+class ThermalTable(Table):
+    """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
+
+    heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
+    deformation: bool | Literal["always"] = Field(
+        default=True, description='Thermal expansion acts back on the gap; "always": even where its effect is below the accuracy'
+    )
+    peclet: Literal["rolling", "sliding", "stationary"] = Field(
+        default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
+    )
+    partition: Annotated[float, Field(ge=0, le=1)] | Literal["matched"] = Field(
+        default=0.5,
+        description='Share of the heat that enters the lower body; "matched": surfaces equally warm inside the contact',
+    )
+    bulk_temperature_lower_K: float = quantity("K", f"Lower body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    bulk_temperature_upper_K: float = quantity("K", f"Upper body {_BULK}", 0.0, ge=-1e4, le=1e4)
+    lower: RecirculationTable | None = Field(default=None, description="How the lower body turns and cools")
+    upper: RecirculationTable | None = Field(default=None, description="How the upper body turns and cools")
+
+
+class NumericsTable(Table):
+    """Discretisation: a grid or an accuracy."""
+
+    grid: Annotated[
+        int | tuple[int, int], BeforeValidator(_grid),
+        Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
+    ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
+    accuracy: float | None = quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
+    extent: float = quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
+
+
+class SubsurfaceTable(Table):
+    """Stresses and temperatures inside the bodies. Without the table nothing is computed."""
+
+    bodies: Annotated[
+        list[Literal["lower", "upper"]], Allowed('["lower"], ["upper"] or ["lower", "upper"]')
+    ] = Field(default=["lower", "upper"], description="Bodies to look into", min_length=1, max_length=2)  # fmt: skip
+    depth_mm: float | None = quantity(
+        "mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9, le=1e9
+    )
+    layers: int | None = Field(
+        default=None, ge=2, le=400,
+        description="Layers from the surface down; default as many as a ratio of 1.157 from one to the next takes",
+    )  # fmt: skip
+    thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")
+    fields: Literal["plane", "von_mises", "full"] = Field(
+        default="plane",
+        description="Fields that are kept: on one plane, von Mises stresses and temperatures everywhere, or all stresses",
+    )
+
+
+class OutputTable(Table):
+    """What is written besides the result file."""
+
+    plots: bool = Field(default=True, description="Draw pictures")
+
+
+class Head(Table):
+    """What stands above all tables."""
+
+    title: Annotated[str, BeforeValidator(_one_line), Allowed("up to 200 characters on one line")] = Field(
+        default="", description="What the case is, for pictures and tables", max_length=200
+    )
+
+
+class Settings(Head):
+    """A whole case, in the units of its keys."""
+
+    material: MaterialTable | TwoMaterials = Field(description="One material for both bodies, or one for each")
+    geometry: GeometryTable
+    load: LoadTable
+    rolling: RollingTable
+    creepage: CreepageTable = CreepageTable.model_construct()
+    force: ForceTable = ForceTable.model_construct()
+    thermal: ThermalTable = ThermalTable.model_construct()
+    numerics: NumericsTable = NumericsTable.model_construct()
+    subsurface: SubsurfaceTable | None = None
+    output: OutputTable = OutputTable.model_construct()
+
+    @property
+    def materials(self) -> dict[str, MaterialTable]:
+        """The material of each body."""
+        if isinstance(self.material, TwoMaterials):
+            return {"lower": self.material.lower, "upper": self.material.upper}
+        return {"lower": self.material, "upper": self.material}
+
+
+@dataclass(frozen=True)
+class Exclusive:
+    """Two keys, or a key and a table, of which a case has one at most."""
+
+    first: tuple[str, ...]
+    second: tuple[str, ...]
+    allowed: str
+
+
+def _exclusive(table: str, first: str, second: str, allowed: str) -> Exclusive:
+    prefix = tuple(table.split(".")) if table else ()
+    return Exclusive((*prefix, *first.split(".")), (*prefix, *second.split(".")), allowed)
+
+
+EXCLUSIVE = (
+    _exclusive("numerics", "grid", "accuracy", "a grid, or an accuracy for which a grid is picked"),
+    *(_exclusive("", f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
+      for way in ("longitudinal", "lateral")),
+    *(_exclusive("geometry", f"{body}_radius_y_mm", f"{body}_profile", "a lateral radius or a profile") for body in BODIES),
+    *(_exclusive(f"geometry.{body}_profile", first, second, "one of points_mm, file and kind") for body in BODIES
+      for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
+    *(_exclusive(f"thermal.{body}", "convection_W_m2K", "thermal_resistance_K_W",
+                 "convection, or a thermal resistance, of each body") for body in BODIES),
+)  # fmt: skip
+"""Keys that exclude each other. With --set the one that is set replaces the other."""
+
+
+def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:
+    """The models of a key that is a table, or a list of tables; none for any other key."""
+    return tuple(dict.fromkeys(_leaves(field.annotation, lambda kind: isinstance(kind, type) and issubclass(kind, Table))))
+
+
+def table_at(path: tuple[str | int, ...]) -> tuple[type[Table], ...]:
+    """The models of the table at `path`, which is () for the whole case; none where there is no table."""
+    found: tuple[type[Table], ...] = (Settings,)
+    for part in path:
+        if isinstance(part, str):
+            fields = (table.model_fields.get(part) for table in found)
+            found = tuple(inner for field in fields if field is not None for inner in tables_in(field))
+    return found
+
+
+def known_keys(path: tuple[str | int, ...]) -> tuple[str, ...]:
+    """Keys that the table at `path` may have, in any of its forms."""
+    return tuple(dict.fromkeys(key for table in table_at(path) for key in table.model_fields))
+
+
+def takes_numbers(field: FieldInfo) -> bool:
+    """Whether a key may be a number, or true or false."""
+    return any(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
+
+
+def known_words(field: FieldInfo) -> tuple[str, ...]:
+    """The words that a key may have."""
+    literals = _leaves(field.annotation, lambda kind: get_origin(kind) is Literal)
+    return tuple(word for literal in literals for word in get_args(literal) if isinstance(word, str))
+
+
+def _leaves(annotation: Any, wanted: Any) -> Iterator[Any]:
+    """The parts of a type, however deep, for which `wanted` holds."""
+    if wanted(annotation):
+        yield annotation
+        return
+    for part in get_args(annotation):
+        yield from _leaves(part, wanted)
+
+
+def _metadata(field: FieldInfo) -> list[Any]:
+    """What is noted at a field, and at the alternatives of its type."""
+    inner = [item for part in get_args(field.annotation) for item in getattr(part, "__metadata__", ())]
+    # Limits in Annotated[float, Field(ge=0)] stand in a field of their own.
+    return [*field.metadata, *(note for item in inner for note in (item.metadata if isinstance(item, FieldInfo) else (item,)))]
+
+
+def allowed_values(field: FieldInfo) -> str:
+    """The values a key may have, in words."""
+    notes = _metadata(field)
+    stated = next((note.words for note in notes if isinstance(note, Allowed)), "")
+    if stated:
+        return stated
+    if tables_in(field):
+        return "a table"
+    kinds = list(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
+    choices = ["true", "false"] if bool in kinds else []
+    limits = {name: getattr(note, name) for note in notes for name in ("ge", "le") if hasattr(note, name)}
+    if limits:
+        number = "a whole number" if int in kinds else "a number"
+        unit = key_unit(field)
+        choices.append(f"{number} from {_short(limits['ge'])} to {_short(limits['le'])}{f', in {unit}' if unit else ''}")
+    choices += [f'"{word}"' for word in known_words(field)]
+    if limits and len(choices) == 2:
+        return ", or ".join(choices)
+    return " or ".join([", ".join(choices[:-1]), choices[-1]] if choices[1:] else choices)
+
+
+def key_unit(field: FieldInfo) -> str:
+    """The unit of a key; empty for what has none."""
+    extra = field.json_schema_extra
+    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    return "" if unit == "1" else unit
+
+
+def si_unit(field: FieldInfo) -> tuple[str, float]:
+    """The SI unit of a key, and the factor to it from the key's own unit."""
+    unit = key_unit(field)
+    return SI.get(unit, (unit, 1.0))
+
+
+def _short(number: float) -> str:
+    """1e9, not 1e+09."""
+    return re.sub(r"e([-+])0*", lambda sign: "e-" if sign[1] == "-" else "e", f"{number:g}")
+
+
+@dataclass(frozen=True)
+class Input:
+    """A key with its `value` in the unit of the key, and in SI: `si` is None for what is no number, `unit` empty for what
+    has none."""
+
+    key: str
+    value: Any
+    si: float | None
+    unit: str
+
+    @property
+    def shown(self) -> str:
+        """The value in the unit of the key, as text."""
+        return _shown(self.value)
+
+    @property
+    def shown_si(self) -> str:
+        """The value in SI units, where those say more than the number alone."""
+        return f"{self.si:.6g} {self.unit}" if self.si is not None and self.unit else ""
+
+
+def inputs(table: Table, prefix: str = "") -> Iterator[Input]:
+    """All keys of a case that have a value, in the order of the tables."""
+    for name, field in type(table).model_fields.items():
+        value, key = getattr(table, name), prefix + name
+        if isinstance(value, Table):
+            yield from inputs(value, f"{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], Table):
+            for number, item in enumerate(value):
+                yield from inputs(item, f"{key}.{number}.")
+        elif value is not None and value != "":
+            number = isinstance(value, int | float) and not isinstance(value, bool)
+            yield Input(key, value, float(table.si(name)) if number else None, si_unit(field)[0] if number else "")
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"{len(value)} values" if len(value) > 2 else "×".join(map(_shown, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
