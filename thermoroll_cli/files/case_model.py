@@ -219,7 +219,8 @@ class ThermalTable(Table):
 
     heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
     deformation: bool | Literal["always"] = Field(
-        default=True, description='Thermal expansion acts back on the gap; "always": even where its effect is below the accuracy'
+        default=True,
+        description='Thermal expansion acts back on the gap; "always": even where its effect is below the accuracy',
     )
     peclet: Literal["rolling", "sliding", "stationary"] = Field(
         default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
