@@ -95,10 +95,11 @@ def test_standard_streams_may_be_missing(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
-def test_full_disk_behind_standard_output() -> None:
-    for arguments in (["schema"], ["--help"]):
+def test_full_disk_behind_standard_output(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    for arguments in (["schema"], ["--help"], ["run", "case.toml", "--no-plots"]):
         with open("/dev/full", "w") as full:
-            done = subprocess.run([*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, text=True)
+            done = subprocess.run([*COMMAND, *arguments], stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
         assert done.returncode == 5
         assert "No space left" in done.stderr and "Traceback" not in done.stderr
 

@@ -132,3 +132,16 @@ def test_files_that_are_no_results(command: list[str], results: Path, tmp_path: 
         assert (done.returncode, done.stdout) == (5, "")
         assert done.stderr.startswith("thermoroll: error: ")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.h5", "text.h5", "truncated.h5"]
+
+
+def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Path) -> None:
+    done = call("export", results / "a.h5", "--format", "latex", "--format", "csv", "--format", "csv", "-o", tmp_path)
+    assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / "a.tex"), str(tmp_path / "a.csv")])
+    assert r"longitudinal creep force & $18.8" in (tmp_path / "a.tex").read_text()
+
+
+@pytest.mark.parametrize("command", ["plot a.toml", "export a.toml --format csv", "compare a.h5 a.toml"])
+def test_a_case_in_place_of_its_result_is_sent_to_run(results: Path, command: str) -> None:
+    done = call(*command.split(), cwd=results)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "a.toml is a case, not a result: solve it with `thermoroll run a.toml`" in " ".join(done.stderr.split())

@@ -168,6 +168,8 @@ def test_not_converged_is_written_and_told(case: Path, tmp_path: Path) -> None:
     table = call("run", "hot.toml", "--no-plots", cwd=tmp_path)
     assert table.returncode == 4
     assert "NOT CONVERGED" in table.stdout
+    (reason,) = [line for line in table.stdout.splitlines() if hot["reason"][:30] in line]
+    assert reason[2:32] not in table.stderr  # said once
 
 
 def test_places_that_cannot_be_written(case: Path, tmp_path: Path) -> None:

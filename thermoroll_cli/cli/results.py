@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,7 +12,6 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
-from thermoroll_cli.files.environment import rare_collections
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.result.compare import Comparison, Pair
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
 ]
-Result = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="Result file of thermoroll run.")]
+OneResult = Annotated[Path, typer.Argument(metavar="RESULT.h5", help="Result file of thermoroll run.")]
 
 
 class ExportFormat(StrEnum):
@@ -27,6 +27,7 @@ class ExportFormat(StrEnum):
 
     xdmf = "xdmf"
     csv = "csv"
+    latex = "latex"
 
 
 def plot(
@@ -41,6 +42,7 @@ def plot(
     from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.plots.run_figures import PICTURES, write_figures
 
+    _check_no_cases(results)
     stems = [_stem(path, output) for path in results]
     if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
         raise typer.BadParameter(f"several results would write {twice}_*.{image_format.value}: draw them into folders of their "
@@ -48,7 +50,6 @@ def plot(
     stored = [read_result(path) for path in results]
     if output is not None:
         options.check_writable(output)
-    rare_collections()
     for stem, result in zip(stems, stored, strict=True):
         written = write_figures(result, stem, image_format=image_format.value, normalised=normalised)
         if quiet:
@@ -71,11 +72,12 @@ def compare(
     """Compare two results.
 
     Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R. Scalars that only one file names
-    are told and do not count.
+    are listed and do not count.
     """
     from thermoroll_cli.files.result.compare import compare_results
     from thermoroll_cli.files.result.hdf5 import read_result
 
+    _check_no_cases([a, b])
     if not 0.0 <= rtol < float("inf"):
         raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
     comparison = compare_results(read_result(a), read_result(b), rtol)
@@ -88,8 +90,8 @@ def compare(
 
 
 def export(
-    result: Result,
-    export_format: Annotated[ExportFormat, typer.Option("--format", help="File type.")],
+    result: OneResult,
+    formats: Annotated[list[ExportFormat], typer.Option("--format", help="File type. Repeatable.")],
     history: Annotated[
         str | None,
         typer.Option("--history", metavar="Y,Z", help="CSV: stresses along x at y = Y and depth Z, in mm."),
@@ -98,37 +100,44 @@ def export(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Export a result to XDMF or CSV.
+    """Export a result to XDMF, CSV or LaTeX.
 
-    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --history the CSV file has the
-    stress history of a material point below the surface instead (NAME_history.csv).
+    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets; LaTeX is a table of the scalars. With
+    --history the CSV file has the stress history of a material point below the surface instead (NAME_history.csv).
     """
-    from thermoroll_cli.files.result.export import export_csv, export_xdmf
+    from thermoroll_cli.files.result.export import OutsideError, export_csv, export_history, export_latex, export_xdmf
 
-    line = None if history is None else _line(history, export_format)
+    _check_no_cases([result])
+    line = None if history is None else _line(history, formats)
     if output is not None:
         options.check_writable(output)
-    stem = _stem(result, output)
-    if line is not None:
-        from thermoroll_cli.files.result.stress_history import OutsideError, export_history
-
-        target = stem.with_name(f"{stem.name}_history.csv")
-        try:
-            export_history(result, target, *line)
-        except OutsideError as cause:
-            raise typer.BadParameter(str(cause), param_hint="--history") from None
-        if not quiet:
-            streams.write(str(target))
-        return
-    target = stem.with_name(f"{stem.name}.{export_format.value}")
-    written = {ExportFormat.xdmf: export_xdmf, ExportFormat.csv: export_csv}[export_format](result, target)
+    stem, written = _stem(result, output), []
+    for kind in dict.fromkeys(formats):
+        if kind is ExportFormat.xdmf:
+            written += export_xdmf(result, stem.with_name(f"{stem.name}.xdmf"))
+        elif kind is ExportFormat.latex:
+            written += export_latex(result, stem.with_name(f"{stem.name}.tex"))
+        elif line is None:
+            written += export_csv(result, stem.with_name(f"{stem.name}.csv"))
+        else:
+            try:
+                written += export_history(result, stem.with_name(f"{stem.name}_history.csv"), *line)
+            except OutsideError as cause:
+                raise typer.BadParameter(str(cause), param_hint="--history") from None
     for path in written if not quiet else ():
         streams.write(str(path))
 
 
-def _line(history: str, export_format: ExportFormat) -> tuple[float, float]:
+def _check_no_cases(paths: Sequence[Path]) -> None:
+    """End the program (usage) where a case is given in place of its result."""
+    if case := next((path for path in paths if path.suffix == ".toml"), None):
+        raise typer.BadParameter(f"{case} is a case, not a result: solve it with `thermoroll run {case}`",
+                                 param_hint="RESULT.h5")  # fmt: skip
+
+
+def _line(history: str, formats: Sequence[ExportFormat]) -> tuple[float, float]:
     """Lateral position and depth in m from `Y,Z` in mm."""
-    if export_format is not ExportFormat.csv:
+    if ExportFormat.csv not in formats:
         raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
     try:
         y, z = (float(part) for part in history.split(","))

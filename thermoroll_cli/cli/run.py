@@ -9,15 +9,13 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
-from thermoroll_cli.files.environment import rare_collections
-from thermoroll_cli.interruption import import_in_steps
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case, Override
@@ -109,43 +107,46 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
     try:
         return _run_case(case, wishes)
     except MemoryError:
-        streams.error(f"{case.name}: not enough memory; thermoroll show tells what a grid needs")
-        return ExitCode.INPUT_OUTPUT
+        streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
+    except OSError as cause:  # of standard output: those of files are met where they are written
+        streams.error(f"{case.name}: {cause.strerror or cause}")
     except Exception as cause:
         report_bug(cause)
         return ExitCode.BUG
+    return ExitCode.INPUT_OUTPUT
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
-    import_in_steps("numpy")
     from thermoroll_cli.refinement.plan import make_plan
     from thermoroll_cli.refinement.solve import solve
 
     problem = case.problem
-    progress = Progress(
-        case.name,
-        quiet=wishes.quiet,
-        verbose=wishes.verbose,
-        steps=lambda: make_plan(problem).steps,
-        at_most=problem.numerics.accuracy is not None,
-    )
-    rare_collections()
+    progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose, steps=lambda: make_plan(problem).steps,
+                        at_most=problem.numerics.accuracy is not None)  # fmt: skip
     try:
         result = solve(problem, threads=wishes.threads, report=progress)
     finally:
         progress.close()
-    code = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED
+    code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
     try:
         files = _write_files(case, result, wishes)
-        if not wishes.quiet:
-            options.tell_stale(_pictures_of(case, wishes.folder), files)
     except OSError as cause:
         # What was computed is still worth printing.
         streams.error(f"{case.name}: {cause}")
-        files, code = [], ExitCode.INPUT_OUTPUT
-    if not wishes.quiet or wishes.as_json:
-        _print(case, result, files, wishes)
-    if not result.converged:
+        code = ExitCode.INPUT_OUTPUT
+    if files and not wishes.quiet:
+        options.tell_stale(_pictures_of(case, wishes.folder), files)
+    if wishes.as_json:
+        streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
+        for warning in result.warnings if not wishes.quiet else ():
+            streams.note(f"thermoroll: {case.name}: warning: {warning}")
+    elif not wishes.quiet:
+        for line in _report(case, result, wishes.verbose):
+            streams.write(line)
+        if files:
+            more = f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
+            streams.write(f"  wrote {files[0]}{more}")
+    if not result.converged and (wishes.as_json or wishes.quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
     return code
 
@@ -161,8 +162,7 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
     from thermoroll_cli.plots.run_figures import write_figures
 
     stem = wishes.folder / case.name
-    pictures = write_figures(result, stem, image_format=wishes.image_format, normalised=wishes.normalised)
-    return [target, *pictures]
+    return [target, *write_figures(result, stem, image_format=wishes.image_format, normalised=wishes.normalised)]
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
@@ -176,44 +176,28 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
             yield folder / f"{case.name}_{name}.{image_format.value}"
 
 
-def _print(case: Case, result: Result, files: Sequence[Path], wishes: _Wishes) -> None:
-    summary = result.summary()
-    if wishes.as_json:
-        streams.write_json({"name": case.name, "title": case.settings.title, **summary, "files": files})
-        if not wishes.quiet:
-            for warning in result.warnings:
-                streams.note(f"thermoroll: {case.name}: warning: {warning}")
-        return
-    for line in _report(case, result, summary, wishes.verbose):
-        streams.write(line)
-    if files:
-        more = f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
-        streams.write(f"  wrote {files[0]}{more}")
-
-
-def _report(case: Case, result: Result, summary: dict[str, Any], verbose: bool) -> list[str]:
+def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     from thermoroll_cli.cli.result_table import folded, scalar_table
     from thermoroll_cli.problem.names import ALL_SCALARS
 
-    width = streams.width()
-    also = set(_also_worth_showing(result))
+    width, also = streams.width(), set(_also_worth_showing(result))
     names = [name for name, scalar in ALL_SCALARS.items() if verbose or scalar.listed or name in also]
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
-    without = [] if any(error == error for error in result.error.values()) else [NO_ERRORS]
+    notes = [] if any(error == error for error in result.error.values()) else [NO_ERRORS]
+    notes += [f"warning: {warning}" for warning in result.warnings]
     return [
         *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),
         *folded(result.reason, width),
-        *scalar_table(summary, names, both=both, width=width),
-        *(line for text in without for line in folded(text, width)),
-        *(line for warning in result.warnings for line in folded(f"warning: {warning}", width)),
+        *scalar_table(result.summary(), names, both=both, width=width),
+        *(line for text in notes for line in folded(text, width)),
     ]
 
 
 def _also_worth_showing(result: Result) -> Iterator[str]:
-    """Scalars that tell something in this case and nothing in most others."""
+    """Scalars of interest in this case and in few others."""
     problem, motion = result.problem, result.problem.motion
     if motion.creepage_x is None:
         yield "creepage_longitudinal"

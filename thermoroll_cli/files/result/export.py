@@ -1,36 +1,45 @@
-"""Results for other programs: XDMF for ParaView and VisIt, CSV for spreadsheets."""
+"""Results for other programs: XDMF for ParaView and VisIt, CSV for spreadsheets, LaTeX for papers."""
 
 from __future__ import annotations
 
-import io
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
+from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
+from thermoroll_cli.problem.number_text import computed, is_noise, number, scalar_text
+from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.problem.subsurface import BodyStresses
 
-Fields = Mapping[str, NDArray[Any]]
-"""Fields of a state by name."""
+Path = str | os.PathLike[str]
+
+NEIGHBOURS = 4
+"""Points of the polynomials between layers and between rows."""
 
 
-def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[pathlib.Path]:
+class OutsideError(ValueError):
+    """The line asked for lies outside what was computed."""
+
+
+# --- XDMF ------------------------------------------------------------------------------------------------------------
+
+
+def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write an XDMF file at `out` that shows the fields inside the HDF5 file at `result_path`, without copying them.
 
     XDMF names a mesh's dimensions slowest first, and its rectilinear meshes are bound to x being the fastest index.
     The fields are stored (x, y), where y is the fastest, so a rectilinear mesh would show them mirrored at the
     diagonal. A structured mesh with explicit points has no such binding: it takes the points of `/mesh` in the order of
-    the fields. The values belong to these points, the element centres. A state without thermal deformation that has points of
-    its own (`/mesh_isothermal`) is a grid of its own. Bodies that were looked into, with fields on all
-    layers, are grids of their own: the lower body at z < 0, its stresses in its own frame (z into the body).
+    the fields. The values belong to these points, the element centres. Tractions and slip are vectors, too, in the plane of
+    the contact. A state without thermal deformation that has points of its own (`/mesh_isothermal`) is a grid of its own.
+    Bodies with fields on all layers are grids of their own: the lower body at z < 0, its stresses in its own frame (z into the
+    body).
 
     The HDF5 file is referred to by a path relative to `out`: move both together.
 
@@ -40,29 +49,58 @@ def export_xdmf(result_path: str | os.PathLike[str], out: str | os.PathLike[str]
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
     root = ElementTree.Element("Xdmf", Version="2.0")
     domain = ElementTree.SubElement(root, "Domain")
-    parts = [("contact", "/mesh", _states(result))]
-    if result.own_grids:
-        parts = [(name, mesh, [state]) for (name, mesh), state in zip(
-            (("contact", "/mesh"), ("contact without thermal deformation", "/mesh_isothermal")), _states(result), strict=True)]
-    for title, mesh, states in parts:
-        grid = ElementTree.SubElement(domain, "Grid", Name=title, GridType="Uniform")
-        shape = " ".join(map(str, next(iter(states[0][2].values())).shape))
-        ElementTree.SubElement(grid, "Topology", TopologyType="2DSMesh", Dimensions=shape)
-        geometry = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
-        _data_item(geometry, f"{shape} 3", "Float", 4, f"{hdf5}:{mesh}/points")
-        for prefix, group, fields in states:
-            for name, values in fields.items():
-                attribute = ElementTree.SubElement(grid, "Attribute", Name=prefix + name, AttributeType="Scalar", Center="Node")
-                kind = "Char" if values.dtype == np.int8 else "Float"
-                _data_item(attribute, shape, kind, values.dtype.itemsize, f"{hdf5}:{group}/{name}")
+    for group, prefix, state in _states(result):
+        if not prefix or result.own_grids:
+            title, mesh = ("contact without thermal deformation", "/mesh_isothermal") if prefix else ("contact", "/mesh")
+            grid = _add_grid(domain, title, (state.x.size, state.y.size), f"{hdf5}:{mesh}/points")
+        for name, values in state.fields.items():
+            _add_field(grid, prefix + name, values, f"{hdf5}:{group}/{name}")
+        for family in ("shear", "slip"):
+            if f"{family}_x" in state.fields:
+                _add_vector(grid, prefix + family, state.fields[f"{family}_x"].shape, f"{hdf5}:{group}/{family}")
     for body, stresses in result.bodies.items():
-        _add_body(domain, body, stresses, hdf5)
+        if stresses.fields:
+            shape = next(iter(stresses.fields.values())).shape
+            grid = _add_grid(domain, f"{body} body", shape, f"{hdf5}:/mesh/subsurface_{body}")
+            for name, values in stresses.fields.items():
+                _add_field(grid, name, values, f"{hdf5}:/subsurface/{body}/{name}")
     ElementTree.indent(root)
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
     return [pathlib.Path(out)]
 
 
-def export_csv(result_path: str | os.PathLike[str], out: str | os.PathLike[str]) -> list[pathlib.Path]:
+def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], points: str) -> ElementTree.Element:
+    grid = ElementTree.SubElement(domain, "Grid", Name=title, GridType="Uniform")
+    ElementTree.SubElement(grid, "Topology", TopologyType=f"{len(shape)}DSMesh", Dimensions=" ".join(map(str, shape)))
+    _data_item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), (*shape, 3), np.dtype(np.float32), points)
+    return grid
+
+
+def _add_field(grid: ElementTree.Element, name: str, values: AnyArray, where: str) -> None:
+    attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
+    _data_item(attribute, values.shape, values.dtype, where)
+
+
+def _add_vector(grid: ElementTree.Element, name: str, shape: tuple[int, ...], where: str) -> None:
+    """The vector with the components `where`_x and `where`_y, which readers put together; its third component is 0."""
+    attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Vector", Center="Node")
+    joined = ElementTree.SubElement(attribute, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
+                                    Dimensions=" ".join(map(str, (*shape, 3))), NumberType="Float", Precision="8")  # fmt: skip
+    for component in "xy":
+        _data_item(joined, shape, np.dtype(np.float64), f"{where}_{component}")
+
+
+def _data_item(parent: ElementTree.Element, shape: tuple[int, ...], dtype: np.dtype, where: str) -> None:
+    kind = "Char" if dtype == np.int8 else "Float"
+    item = ElementTree.SubElement(parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind,
+                                  Precision=str(dtype.itemsize), Format="HDF")  # fmt: skip
+    item.text = where
+
+
+# --- CSV -------------------------------------------------------------------------------------------------------------
+
+
+def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write one line per grid point to `out`: x_mm, y_mm and every field, with the unit in the column's name.
 
     Columns of the isothermal state start with `isothermal_`; they are left out where both states are the same, and stand in a
@@ -72,58 +110,125 @@ def export_csv(result_path: str | os.PathLike[str], out: str | os.PathLike[str])
     Returns the files written. Raises ResultFileError, WriteError.
     """
     result, path = read_result(result_path), pathlib.Path(out)
-    states = _states(result)
-    if not result.own_grids:
-        _write_csv(path, result.x, result.y, states)
-        return [path]
-    beside = path.with_name(f"{path.stem}_isothermal{path.suffix}")
-    _write_csv(path, result.x, result.y, states[:1])
-    _write_csv(beside, result.isothermal.x, result.isothermal.y, states[1:])
-    return [path, beside]
+    tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
+    for _, prefix, state in _states(result):
+        target = path.with_name(f"{path.stem}_isothermal{path.suffix}") if prefix and result.own_grids else path
+        along, across = np.meshgrid(state.x * 1e3, state.y * 1e3, indexing="ij")
+        columns = tables.setdefault(target, {"x_mm": along, "y_mm": across})
+        columns |= dict(_column(FIELDS[name], values, prefix) for name, values in state.fields.items())
+    for target, columns in tables.items():
+        _write_csv(target, columns)
+    return list(tables)
 
 
-def _write_csv(
-    out: pathlib.Path, x: NDArray[np.float64], y: NDArray[np.float64], states: Sequence[tuple[str, str, Fields]]
-) -> None:
-    """The fields of `states`, which share the points of `x` and `y` (m)."""
-    along, across = np.meshgrid(x * 1e3, y * 1e3, indexing="ij")
-    columns: dict[str, NDArray[Any]] = {"x_mm": along, "y_mm": across}
-    for prefix, _, fields in states:
-        for name, values in fields.items():
-            unit, factor = COLUMN_UNITS.get(FIELDS[name].unit, ("", 1.0))
-            columns[f"{prefix}{name}_{unit}" if unit else prefix + name] = values * factor
+def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pathlib.Path]:
+    """Write the stress history of a material point to `out`: since the state is steady, a line of rolling at lateral position
+    `y` and depth `z` (m), with a line per element along x.
+
+    Columns: `x_mm`; `time_s`, from entering the domain at the rolling speed; of each body stored the six stresses, the von
+    Mises stress and the temperature rise, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are those
+    of the body's own frame, z into the body; values between layers and rows are cubic interpolations.
+
+    Raises ResultFileError where the file holds no stresses there, OutsideError for a line outside the domain, WriteError.
+    """
+    result = read_result(result_path)
+    if not result.bodies:
+        raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
+    columns: dict[str, AnyArray] = {"x_mm": result.x * 1e3, "time_s": (result.x - result.x[0]) / result.problem.motion.speed}
+    for body, stresses in result.bodies.items():
+        line = _line(result, stresses, y, z)
+        if line is None:
+            raise ResultFileError(f"{result_path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm only; "
+                                  'solve the case with fields = "full" in [subsurface]')
+        ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
+        columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
+    _write_csv(pathlib.Path(out), columns)
+    return [pathlib.Path(out)]
+
+
+def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray] | None:
+    """Every field of a body along x, (nx,); None beside the only plane that is kept."""
+    if not 0.0 <= z <= stresses.depths[-1] * (1.0 + 1e-9):
+        raise OutsideError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
+    half = 0.5 * (result.y[1] - result.y[0])
+    if not result.y[0] - half <= y <= result.y[-1] + half:
+        raise OutsideError(f"y = {y * 1e3:g} mm is outside {result.y[0] * 1e3:.4g} to {result.y[-1] * 1e3:.4g} mm")
+    if STRESSES[0] in stresses.fields:
+        return {name: _between(result.y, y, np.moveaxis(_between(stresses.depths, z, values), 1, 0))
+                for name, values in stresses.fields.items()}
+    if abs(y - stresses.plane_y) > half * (1.0 + 1e-9):
+        return None
+    return {name: _between(stresses.depths, z, values) for name, values in stresses.plane.items()}
+
+
+def _between(axis: Array, at: float, values: AnyArray) -> Array:
+    """Values (…) of `values` (n, …) on `axis` (n,) at one place, by Lagrange's polynomial through the nearest points."""
+    count = min(NEIGHBOURS, len(axis))
+    first = int(np.clip(np.searchsorted(axis, at) - count // 2, 0, len(axis) - count))
+    nodes = axis[first : first + count]
+    weights = [np.prod([(at - other) / (node - other) for other in nodes if other != node]) for node in nodes]
+    return np.asarray(np.tensordot(weights, values[first : first + count].astype(np.float64), axes=1))
+
+
+def _column(field: Field, values: AnyArray, prefix: str) -> tuple[str, AnyArray]:
+    """Name with unit, and values in that unit."""
+    unit, factor = COLUMN_UNITS.get(field.unit, ("", 1.0))
+    return f"{prefix}{field.name}_{unit}".removesuffix("_"), values * factor
+
+
+def _write_csv(out: pathlib.Path, columns: Mapping[str, AnyArray]) -> None:
     table = np.stack([column.ravel() for column in columns.values()], axis=1)
-    text = io.StringIO()
-    text.write(",".join(columns) + "\n")
     line = ",".join(["%.10g"] * len(columns)) + "\n"
     # One long format string a block: four times as fast as numpy.savetxt, and blocks bound the memory.
-    for block in np.array_split(table, max(1, len(table) // 4096)):
-        text.write(line * len(block) % tuple(block.ravel().tolist()))
-    write_bytes(out, text.getvalue().encode())
+    blocks = np.array_split(table, max(1, len(table) // 4096))
+    text = "".join(line * len(block) % tuple(block.ravel().tolist()) for block in blocks)
+    write_bytes(out, f"{','.join(columns)}\n{text}".encode())
 
 
-def _add_body(domain: ElementTree.Element, body: str, stresses: BodyStresses, hdf5: str) -> None:
-    """A grid for the fields of one body, if any are kept on all layers."""
-    if not stresses.fields:
-        return
-    shape = " ".join(str(side) for side in next(iter(stresses.fields.values())).shape)
-    grid = ElementTree.SubElement(domain, "Grid", Name=f"{body} body", GridType="Uniform")
-    ElementTree.SubElement(grid, "Topology", TopologyType="3DSMesh", Dimensions=shape)
-    geometry = ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ")
-    _data_item(geometry, f"{shape} 3", "Float", 4, f"{hdf5}:/mesh/subsurface_{body}")
-    for name, values in stresses.fields.items():
-        attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Scalar", Center="Node")
-        _data_item(attribute, shape, "Float", values.dtype.itemsize, f"{hdf5}:/subsurface/{body}/{name}")
+# --- LaTeX -----------------------------------------------------------------------------------------------------------
 
 
-def _states(result: Result) -> list[tuple[str, str, Fields]]:
-    """Prefix of the names, HDF5 group and fields of each state; only one where nothing feeds back."""
-    states: list[tuple[str, str, Fields]] = [("", "/fields", result.coupled.fields)]
-    if result.isothermal is not result.coupled:
-        states.append(("isothermal_", "/isothermal", result.isothermal.fields))
-    return states
+def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
+    """Write the scalars as a LaTeX table (`tabular`, with the rules of the package booktabs) to `out`: meaning, value with its
+    estimated error, unit; and the value without thermal deformation, where that state is another one. Digits follow the error.
+
+    Returns the files written. Raises ResultFileError, WriteError.
+    """
+    result = read_result(result_path, with_fields=False)
+    summary, both = result.summary(), result.isothermal is not result.coupled
+    isothermal = {**summary, **summary["isothermal"]}
+    heading = ["", "coupled", "isothermal", "unit"] if both else ["", "value", "unit"]
+    lines = [rf"\begin{{tabular}}{{l{'r' * (len(heading) - 2)}l}}", r"\toprule", " & ".join(heading) + r" \\", r"\midrule"]
+    for name, scalar in ALL_SCALARS.items():
+        if not computed(summary.get(name)) or is_noise(name, summary):
+            continue
+        cells = [scalar_text(name, summary)]
+        if both:
+            cells.append(number(isothermal[name]) if name in summary["isothermal"] else "")
+        meaning = (result.patches and scalar.without_hertz) or scalar.meaning
+        lines.append(" & ".join([_latex(meaning), *(_latex_number(cell) for cell in cells), _latex(scalar.unit)]) + r" \\")
+    lines += [r"\bottomrule", r"\end{tabular}"]
+    title = f"% {result.problem.title}\n" if result.problem.title else ""
+    write_bytes(out, (title + "\n".join(lines) + "\n").encode())
+    return [pathlib.Path(out)]
 
 
-def _data_item(parent: ElementTree.Element, shape: str, kind: str, precision: int, where: str) -> None:
-    item = ElementTree.SubElement(parent, "DataItem", Dimensions=shape, NumberType=kind, Precision=str(precision), Format="HDF")
-    item.text = where
+def _latex_number(text: str) -> str:
+    """A number of our tables in mathematics: `(6.186 ± 0.013)e-4` with a power of ten."""
+    mantissa, power, exponent = text.partition("e")
+    shown = mantissa.replace("±", r"\pm") + (rf" \cdot 10^{{{int(exponent)}}}" if power else "")
+    return f"${shown}$" if text and text != "–" else text
+
+
+_LATEX = {"γ": r"$\gamma$", "σ": r"$\sigma$", "μ": r"$\mu$", "µ": r"\textmu{}", "κ": r"$\kappa$", "²": r"$^2$", "_": r"\_",
+          "é": r"\'e", "%": r"\%"}  # fmt: skip
+
+
+def _latex(text: str) -> str:
+    return "".join(_LATEX.get(character, character) for character in text)
+
+
+def _states(result: Result) -> list[tuple[str, str, State]]:
+    """HDF5 group, prefix of the names and fields of each state; only one where nothing feeds back."""
+    states = [("/fields", "", result.coupled)]
+    return states if result.isothermal is result.coupled else [*states, ("/isothermal", "isothermal_", result.isothermal)]

@@ -1,0 +1,60 @@
+"""Numbers as people read them: digits that follow the estimated error, in tables, pictures and exports."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from thermoroll_cli.problem.error_scale import absolute_error, mean_semi_axis
+
+SIGNIFICANT_DIGITS = 5
+"""Of a value without an error."""
+NEGLIGIBLE_ERROR = 1e-6
+"""Errors below this share of their value do not limit its digits."""
+NOISE = 1e-6
+"""Forces and moments below this share of the creep force are zero by symmetry but for rounding."""
+
+
+def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
+    """A scalar of a result with its estimated error, in its own unit: `11.07 ± 0.02`. A force or moment that symmetry makes
+    zero is `0`. `summary` has the shape of `Result.summary()`."""
+    return "0" if is_noise(name, summary) else with_error(summary[name], absolute_error(name, summary))
+
+
+def with_error(value: float, error: float) -> str:
+    """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals. No ± without an
+    error (nan)."""
+    if not math.isfinite(error) or error == 0.0:
+        return number(value)
+    if error < NEGLIGIBLE_ERROR * abs(value):
+        return f"{number(value)} ± {error:.0e}"
+    size = max(abs(value), error)
+    power = 0 if 1e-3 <= size < 1e6 else math.floor(math.log10(size))
+    value, error = value / 10.0**power, error / 10.0**power
+    exponent = math.floor(math.log10(error))
+    decimals = -exponent + (1 if error / 10.0**exponent < 1.95 else 0)
+    if round(value, decimals) == 0.0:
+        return f"0 ± {error * 10.0**power:.1g}"
+    text = " ± ".join(f"{round(part, decimals):.{max(decimals, 0)}f}" for part in (value, error))
+    return f"({text})e{power}" if power else text
+
+
+def number(value: float | None) -> str:
+    """A number with the digits worth reading; a dash for one that was not computed."""
+    return f"{value:.{SIGNIFICANT_DIGITS}g}" if value is not None and math.isfinite(value) else "–"
+
+
+def computed(value: Any) -> bool:
+    """Whether a scalar has a value."""
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
+def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
+    """Whether a force or moment is zero by symmetry but for rounding."""
+    if name not in ("force_x_N", "force_y_N", "spin_moment_Nmm"):
+        return False
+    scale = math.hypot(scalars.get("force_x_N", 0.0), scalars.get("force_y_N", 0.0))
+    if name == "spin_moment_Nmm":
+        scale *= mean_semi_axis(scalars)
+    return abs(scalars.get(name, 0.0)) <= NOISE * scale
