@@ -14,6 +14,7 @@ import time
 from scripts.figures import (
     figures_borders,
     figures_creep_table,
+    figures_manchester,
     figures_numerics,
     figures_overview,
     figures_section_3,
@@ -30,7 +31,7 @@ from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.sheet import style
 
 MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-           figures_borders, figures_subsurface, figures_surfaces, figures_verification, figures_tutorial,
+           figures_borders, figures_subsurface, figures_surfaces, figures_manchester, figures_verification, figures_tutorial,
            figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
