@@ -8,7 +8,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from scripts.benchmark.cases import HOT, ROOT
-from scripts.benchmark.contact import EXTRAPOLATED, ratios
+from scripts.benchmark.contact import ratios
 from scripts.figures.figures_tables import fill
 
 NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isothermal",
@@ -24,7 +24,6 @@ def write(results: dict[str, Any]) -> None:
     if "accuracy" in results:
         tables["coupled"] = _coupled(results["accuracy"]["measured"])
     if "contact" in results:
-        tables["contact_cases"] = _contact_cases(results["contact"]["measured"])
         _figure(results)
     tables["machine"] = _machine(results)
     fill(ROOT / "docs", {"benchmark": tables})
@@ -74,13 +73,6 @@ def _contact(measured: dict[str, Any]) -> dict[str, Any]:
                      f"{statistics.median(r['contact_error'] for r in found):.0e}",
                      " or ".join(str(n) for n in sorted({r["N"] for r in found})), *cells])
     return _table("CONTACT's N | its CPU s | its error | our N | CPU, CONTACT / our solve | CPU, CONTACT / our process", rows)
-
-
-def _contact_cases(measured: dict[str, Any]) -> dict[str, Any]:
-    rows = [[NAMES[r["case"]], grid, f"{r['contact_seconds']:.3f}", f"{r['contact_error']:.1e}", str(r["N"]),
-             f"{r['contact_seconds'] / r['solve']:.4f}", f"{r['contact_seconds'] / r['process']:.2f}", f"{r['error']:.1e}"]
-            for grid, found in ratios(measured).items() if grid != EXTRAPOLATED for r in found]
-    return _table("case | CONTACT's N | its s | its error | our N | our solve, s | our process, s | our error", rows)
 
 
 def _taken_away(measured: list[dict[str, Any]]) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def manchester(folder: pathlib.Path, grid: int) -> Numbers:
         values = [s[own] / limit for s, limit in zip(here, limits, strict=True)]
         right.plot(at, values, color=colour, label=rf"$F_{label}/\mu W$")
         right.plot(at, [r[other] / limit for r, limit in zip(theirs, limits, strict=True)], "o", color=colour, **circles)
-    right.legend(loc="center left")
+    right.legend(loc="center right")
     for axes in (left, right):
         axes.set_xlabel("lateral displacement (mm)")
     write(figure, folder, "manchester")
