@@ -1,0 +1,116 @@
+"""The maximum of a creep curve where friction falls with slip: a larger prescribed force has no steady state, a smaller one may
+belong to two creepages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+SEARCH_GRID = 64
+"""Elements per side on which the curve is followed: the force is known to some 1e-4 of μW there."""
+FIRST = 0.5
+"""Creepage from which the curve is followed, over that of saturation."""
+FACTOR = 2.0
+"""From one creepage to the next, until the force falls."""
+MOST_STEPS = 14
+"""Factors of two after which the curve counts as one without a maximum: friction has fallen to its limit by then."""
+MAXIMUM_RESOLUTION, BRANCH_RESOLUTION = 0.02, 1e-3
+"""Relative width to which the creepage of the maximum, and that of the falling branch, are found: the maximum is flat."""
+ROUNDING = 1e-6
+"""Over the force: a smaller change is none."""
+
+
+@dataclass(frozen=True)
+class CreepMaximum:
+    """The largest `force` (N) along the prescribed direction and the `creepage` at which it is reached; the creepage of the
+    prescribed force on the `falling` branch beyond it (nan: there is none)."""
+
+    force: float
+    creepage: float
+    falling: float = math.nan
+
+
+def has_maximum(problem: Problem) -> bool:
+    """Whether a force is prescribed to friction that falls with slip."""
+    return problem.friction_law is not None and problem.friction_law.lowest < 1.0 and problem.prescribed_force > 0.0
+
+
+def direction_of(problem: Problem) -> tuple[float, float]:
+    """Unit vector of the prescribed force; of two the direction of creepage is that of the force."""
+    size = problem.prescribed_force
+    return (problem.motion.force_x or 0.0) / size, (problem.motion.force_y or 0.0) / size
+
+
+def under_creepage(problem: Problem, creepage: float) -> Problem:
+    """`problem` with `creepage` along the prescribed force in place of the force."""
+    x, y = direction_of(problem)
+    motion = problem.motion
+    given = (x * creepage if motion.force_x is not None else motion.creepage_x,
+             y * creepage if motion.force_y is not None else motion.creepage_y)
+    return replace(problem, motion=replace(motion, creepage_x=given[0], creepage_y=given[1], force_x=None, force_y=None))
+
+
+def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> CreepMaximum:
+    """Follow the creep curve of `problem` to its maximum and, for a force below it, down the falling branch.
+
+    `solve` solves one problem; some twelve coarse solutions are taken. Heat counts only where friction depends on temperature.
+    Raises ArithmeticError where the curve has no maximum, or a solution on it fails."""
+    x, y = direction_of(problem)
+    wanted = problem.prescribed_force
+    nx, ny = (min(n, SEARCH_GRID) for n in problem.numerics.grid or (SEARCH_GRID, SEARCH_GRID))
+    heating = problem.heating if problem.friction_varies else replace(problem.heating, heat=False)
+    coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent), heating=heating, subsurface=None)
+
+    def force(creepage: float) -> float:
+        result = solve(under_creepage(coarse, creepage))
+        if not result.converged:
+            raise ArithmeticError(f"the creep curve was followed to a creepage of {creepage:.3g}, where {result.reason}")
+        scalars = result.coupled.scalars
+        return x * scalars["force_x_N"] + y * scalars["force_y_N"]
+
+    creepages = [FIRST * _saturation(problem)]
+    forces = [force(creepages[0])]
+    while len(forces) < 2 or forces[-1] > forces[-2] * (1.0 + ROUNDING):
+        if len(forces) > MOST_STEPS:
+            raise ArithmeticError(f"the creep force still rises at a creepage of {creepages[-1]:.3g}")
+        creepages.append(FACTOR * creepages[-1])
+        forces.append(force(creepages[-1]))
+    low = creepages[max(len(creepages) - 3, 0)] if len(creepages) > 2 else creepages[0] / FACTOR
+    top = minimize_scalar(lambda c: -force(math.exp(c)), bounds=(math.log(low), math.log(creepages[-1])), method="bounded",
+                          options={"xatol": MAXIMUM_RESOLUTION})
+    found = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
+    if wanted > found.force:
+        return found
+    while forces[-1] > wanted and len(forces) <= MOST_STEPS:
+        creepages.append(FACTOR * creepages[-1])
+        forces.append(force(creepages[-1]))
+    if forces[-1] > wanted:
+        return found
+    start = max(found.creepage, creepages[-1] / FACTOR)
+    falling = brentq(lambda c: force(math.exp(c)) - wanted, math.log(start), math.log(creepages[-1]), xtol=BRANCH_RESOLUTION)
+    return replace(found, falling=math.exp(falling))
+
+
+def _saturation(problem: Problem) -> float:
+    """Creepage of the order of that of full sliding: of the half-spaces, and of the layer between them."""
+    derived = DerivedQuantities(problem)
+    scales = derived.scales
+    layer = problem.layer * problem.friction * scales.peak_pressure / scales.semi_axis_x
+    return derived.saturation_creepage + layer
+
+
+def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Problem], Result]) -> Result:
+    """The state at the maximum of the creep curve, marked as not converged, for a force that exceeds it."""
+    result = solve(under_creepage(problem, maximum.creepage))
+    reason = (f"no steady state carries {problem.prescribed_force:.6g} N: friction falls with slip, and the creep force is "
+              f"{maximum.force:.6g} N at most, at a creepage of {maximum.creepage:.3g}. The fields and scalars are those at "
+              "this creepage; prescribe a smaller force, or a creepage")
+    return replace(result, problem=problem, converged=False, reason=reason, error=dict.fromkeys(result.error, np.nan))
