@@ -13,12 +13,12 @@ from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.friction_law import FrictionLaw
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction
 
 REFERENCE = Path(__file__).parents[1] / "reference"
-FALLING, WINKLER, SLOPE = (json.loads((REFERENCE / f"friction_{name}.json").read_text())
-                           for name in ("falling", "winkler", "layer_slope"))
+FALLING, WINKLER, SLOPE, BRANCHES = (json.loads((REFERENCE / f"friction_{name}.json").read_text())
+                           for name in ("falling", "winkler", "layer_slope", "branches"))
 STEEL, RADIUS, LOAD = Material(210e9, 0.28), 0.05, 100.0
 LAWS = {
     "exponential": FrictionLaw("exponential", 0.4, 0.5),
@@ -147,3 +147,29 @@ def test_memory_makes_steep_laws_converge_at_second_order() -> None:
               .coupled.scalars["force_x_N"] for n in (16, 32, 64, 128)]
     errors = [abs(force - forces[-1]) for force in forces[:-1]]
     assert np.log2(errors[0] / errors[2]) / 2.0 > 1.5
+
+
+@pytest.mark.parametrize("branch", BRANCHES["branches"], ids=lambda branch: str(branch["force_over_mu0W"]))
+def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> None:
+    limit = BRANCHES["input"]["friction"] * BRANCHES["input"]["normal_N"]
+    result = solve(case({**BRANCHES["input"], "force_N": branch["force_over_mu0W"] * limit}, 128))
+    assert result.converged
+    assert result.coupled.scalars["creepage_longitudinal"] == pytest.approx(branch["creepage_low"], rel=1e-3)
+    assert result.hertz["creepage_falling_branch"] == pytest.approx(branch["creepage_high"], rel=5e-3)
+    assert result.hertz["creep_force_max_N"] == pytest.approx(BRANCHES["max_force_over_mu0W"] * limit, abs=5e-4 * limit)
+    assert result.hertz["creepage_at_creep_force_max"] == pytest.approx(BRANCHES["creepage_at_max"], rel=0.02)
+    assert any("falling branch" in warning for warning in result.warnings)
+
+
+def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
+    """The reason names the maximum and its creepage; the whole takes less work than fifteen solutions."""
+    inputs = BRANCHES["input"]
+    solver, points = Solver(), []
+    original = solver._solve
+    problem = case({**inputs, "force_N": 0.97 * inputs["friction"] * inputs["normal_N"]}, 64)
+    result = solver.solve(problem, report=lambda stage, info: points.append(info.get("applications", 0)))
+    one = original(case(inputs, 64), None)[0]
+    assert not result.converged and "is 32" in result.reason and "at a creepage of 0.017" in result.reason
+    # Coarser grids of a solution cost about a third of the finest one.
+    assert sum(points) < 15 * sum(level["applications"] for level in one.work["levels"])
+    assert result.problem.prescribed_force == problem.prescribed_force

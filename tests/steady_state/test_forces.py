@@ -201,7 +201,9 @@ def test_mirrored_in_y_the_lateral_force_and_spin_moment_change_sign(problem):
         assert other.scalars[name] == pytest.approx(one.scalars[name], rel=1e-7)
     for name, field in one.fields.items():
         sign, scale = (-1.0 if name in ODD else 1.0), float(np.abs(field).max())
-        np.testing.assert_allclose(other.fields[name][:, ::-1], sign * field, atol=1e-7 * scale)
+        # The place of the stick border is a quotient of small differences.
+        tolerance = 1e-6 if name == "stick_share" else 1e-7
+        np.testing.assert_allclose(other.fields[name][:, ::-1], sign * field, atol=tolerance * scale)
 
 
 @pytest.mark.parametrize("problem", [MIXED, HOT, FORCED], ids=["isothermal", "coupled", "force"])

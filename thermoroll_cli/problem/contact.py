@@ -91,8 +91,13 @@ class Contact:
 
     def traction_bound(self, friction: float) -> Array:
         """Largest traction in Pa, (nx, ny): `friction`, or the local coefficient, times pressure."""
-        local = self.tangential.friction if self.tangential.friction is not None else self.friction
+        local = self.local_friction
         return (friction if local is None else local) * self.normal.pressure
+
+    @property
+    def local_friction(self) -> Array | None:
+        """Coefficient of friction (nx, ny) with what temperature and slip make of it; None where it is the same everywhere."""
+        return self.friction if self.tangential.friction is None else self.tangential.friction
 
     @property
     def offset(self) -> Array | None:

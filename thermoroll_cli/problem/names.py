@@ -118,7 +118,7 @@ FIELDS = _fields(
     Field("state", "1", "0 out of contact, 1 stick, 2 slip"),
     Field("covered", "1", "share of the element inside the contact"),
     Field("stick_share", "1", "share of the element that sticks"),
-    Field("friction_coefficient", "1", "local coefficient of friction, at the temperature of the contact"),
+    Field("friction_coefficient", "1", "local coefficient of friction, at the temperature and slip of the contact"),
     Field("heat_flux", "W/m2", "frictional heat flux into both bodies"),
     Field("heat_flux_lower", "W/m2", "heat flux into the lower body, friction and conduction"),
     Field("temperature_rise_lower", "K", "surface temperature rise of the lower body", "temperature_rise"),
@@ -174,6 +174,8 @@ SCALARS = _scalars(
     Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
            brief="thermal displacement, both bodies"),
     Scalar("partition_mean", "share of the frictional heat that enters the lower body"),
+    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure"),
+    Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element"),
     Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch"),
 )  # fmt: skip
 """Scalars of a state, in the order they are reported."""
@@ -188,6 +190,9 @@ HERTZ_SCALARS = _scalars(
     Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
     Scalar("speed_solved_m_s", "rolling speed of the state"),
+    Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip"),
+    Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve"),
+    Scalar("creepage_falling_branch", "creepage of the same force beyond the maximum"),
 )
 """Scalars that belong to the inputs and not to a state."""
 

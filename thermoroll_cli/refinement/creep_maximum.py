@@ -76,7 +76,7 @@ def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> Creep
         scalars = result.coupled.scalars
         return x * scalars["force_x_N"] + y * scalars["force_y_N"]
 
-    creepages = [FIRST * _saturation(problem)]
+    creepages = [FIRST * DerivedQuantities(problem).saturation_creepage]
     forces = [force(creepages[0])]
     while len(forces) < 2 or forces[-1] > forces[-2] * (1.0 + ROUNDING):
         if len(forces) > MOST_STEPS:
@@ -99,18 +99,21 @@ def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> Creep
     return replace(found, falling=math.exp(falling))
 
 
-def _saturation(problem: Problem) -> float:
-    """Creepage of the order of that of full sliding: of the half-spaces, and of the layer between them."""
-    derived = DerivedQuantities(problem)
-    scales = derived.scales
-    layer = problem.layer * problem.friction * scales.peak_pressure / scales.semi_axis_x
-    return derived.saturation_creepage + layer
-
-
 def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Problem], Result]) -> Result:
     """The state at the maximum of the creep curve, marked as not converged, for a force that exceeds it."""
-    result = solve(under_creepage(problem, maximum.creepage))
+    result = with_maximum(solve(under_creepage(problem, maximum.creepage)), maximum)
     reason = (f"no steady state carries {problem.prescribed_force:.6g} N: friction falls with slip, and the creep force is "
               f"{maximum.force:.6g} N at most, at a creepage of {maximum.creepage:.3g}. The fields and scalars are those at "
               "this creepage; prescribe a smaller force, or a creepage")
     return replace(result, problem=problem, converged=False, reason=reason, error=dict.fromkeys(result.error, np.nan))
+
+
+def with_maximum(result: Result, maximum: CreepMaximum) -> Result:
+    """`result` with the maximum of its creep curve among its scalars, and a warning that names the other creepage."""
+    warnings = result.warnings
+    if not math.isnan(maximum.falling):
+        warnings = (*warnings, f"the same force is also carried at a creepage of {maximum.falling:.3g}, on the falling branch "
+                               "of the creep curve; the result is the state on the rising one")
+    return replace(result, warnings=warnings, hertz={
+        **result.hertz, "creep_force_max_N": maximum.force, "creepage_at_creep_force_max": maximum.creepage,
+        "creepage_falling_branch": maximum.falling})

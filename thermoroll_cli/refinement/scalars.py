@@ -16,6 +16,7 @@ from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.rolling.element_borders import stick_share
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
@@ -38,6 +39,7 @@ def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
         **_kalker(derived),
         # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
         "speed_solved_m_s": problem.motion.speed,
+        **dict.fromkeys(("creep_force_max_N", "creepage_at_creep_force_max", "creepage_falling_branch"), math.nan),
     }
 
 
@@ -160,9 +162,9 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         else normal.displacement - contact.shear_displacement,
         "gap": normal.gap,
     }
-    if contact.friction is not None:
-        fields["friction_coefficient"] = contact.friction * inside
-    scalars = scalars_of(discretisation, contact)
+    if contact.local_friction is not None:
+        fields["friction_coefficient"] = contact.local_friction * inside
+    scalars = scalars_of(discretisation, contact) | _friction_scalars(discretisation, contact)
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan
@@ -188,6 +190,22 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
     return State(fields, scalars, discretisation.grid.x, discretisation.grid.y)
+
+
+def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
+    """Mean coefficient of friction over slip, and the criterion of falling friction, p₀ |dμ/ds| V B₀ with the compliance B₀ of
+    an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only."""
+    derived, grid = discretisation.derived, discretisation.grid
+    problem, law = derived.problem, derived.problem.friction_law
+    slips = contact.normal.contact & ~contact.tangential.stick
+    pressure = contact.normal.pressure * slips
+    mean = criterion = math.nan
+    if contact.local_friction is not None and pressure.any():
+        mean = float((contact.local_friction * pressure).sum() / pressure.sum())
+    if law is not None:
+        own = RollingGradient((1, 1), grid.dx, grid.dy, derived.shear_compliance).self_gradient[0]
+        criterion = contact.normal.peak * problem.friction * law.steepest * problem.motion.speed * own
+    return {"friction_mean": mean, "falling_friction_criterion": criterion}
 
 
 def _hottest(rise: Array) -> float:

@@ -11,6 +11,7 @@ from typing import Any
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
+from thermoroll_cli.refinement.creep_maximum import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
@@ -90,8 +91,22 @@ class Solver:
             one = Solver(self.threads, options)
             return lambda problem: one._solve(problem, report)[0]
 
+        if has_maximum(problem) and search:
+            return self._on_falling_curve(problem, report)
         result, too_hot = self._solve(problem, report)
         return last_steady_state(problem, result, solver, self.options) if too_hot and search else result
+
+    def _on_falling_curve(self, problem: Problem, report: Report | None) -> Result:
+        """A prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
+        coarse = Solver(self.threads, self.options)
+        try:
+            maximum = creep_maximum(problem, lambda point: coarse.solve(point, search=False))
+        except ArithmeticError as cause:
+            result = self.solve(problem, report=report, search=False)
+            return replace(result, warnings=(*result.warnings, f"the maximum of the creep curve was not found: {cause}"))
+        if problem.prescribed_force > maximum.force:
+            return beyond_maximum(problem, maximum, lambda point: self.solve(point, report=report))
+        return with_maximum(self.solve(problem, report=report, search=False), maximum)
 
     def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
         """One attempt, and whether it failed for too much heat."""

@@ -92,10 +92,11 @@ class DerivedQuantities:
     @cached_property
     def saturation_creepage(self) -> float:
         """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
-        estimate, 3μW/(C G a b) with C ≈ 4): the scale of all creepages."""
+        estimate, 3μW/(C G a b) with C ≈ 4, and what a layer between the bodies adds): the scale of all creepages."""
         compliance = self.shear_compliance
         modulus = 2.0 / compliance.across  # G of two equal bodies
-        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2)
+        layer = self.problem.layer * self.problem.friction * self.scales.peak_pressure / self.scales.semi_axis_x
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + layer
 
     def peclet(self, body: Material) -> float:
         """V a0/κ of one body, nan without a diffusivity."""
