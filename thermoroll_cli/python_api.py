@@ -4,31 +4,25 @@ It stands above all rooms, so a `Result` can have the methods that write and dra
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
-import math
 import os
 import pathlib
-import tempfile
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import FIELDS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement import solve as refinement
-from thermoroll_cli.sweeps.axis import MOST_POINTS, Axis
-from thermoroll_cli.sweeps.points import make_points
-from thermoroll_cli.sweeps.sweep import Sweep, run_sweep
-from thermoroll_cli.sweeps.table import Row
+from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
+
+__all__ = ["Result", "Solver", "read_result", "solve", "sweep"]
 
 if TYPE_CHECKING:
     import xarray
 
-Number = int | float
 Report = Callable[[str, Mapping[str, Any]], None]
 COMMAND_LINE = "Python"
 """What files written from Python have in place of a command line."""
@@ -96,51 +90,3 @@ def solve(case: Case | Problem, *, threads: int = 1, report: Report | None = Non
         return Solver(threads).solve(case, report=report)
     result = Solver(threads).solve(case.problem, report=report)
     return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
-
-
-def sweep(
-    case: Case,
-    over: Mapping[str, Iterable[Number]],
-    folder: str | os.PathLike[str] | None = None,
-    *,
-    jobs: int = 1,
-    resume: bool = False,
-    report: Callable[[dict[str, Any]], None] | None = None,
-) -> list[dict[str, Any]]:
-    """Solve `case` for every combination of the values of some keys, for example `{"rolling.speed_m_s": [1, 2, 5]}`, as
-    `thermoroll sweep` does: neighbours start from each other, the last key varies fastest.
-
-    Returns a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as mappings, and
-    `file`, the path of its result. `folder` receives these files and sweep.csv, and `resume` leaves out points that it has
-    already; without a folder nothing is kept and `file` is None. `jobs` processes share the work (a script then needs
-    `if __name__ == "__main__":`). `report` is called with each row as soon as it is known.
-
-    Raises CaseError (all errors of all points), ValueError (no values, the same value or key twice), OSError.
-    """
-    axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in over.items())
-    for axis in axes:
-        if not axis.values or len(set(axis.values)) < len(axis.values):
-            raise ValueError(f"{axis.key} has no values, or the same value more than once")
-    count = math.prod(len(axis.values) for axis in axes)
-    if count > MOST_POINTS:
-        raise ValueError(f"{count} points are too many: at most {MOST_POINTS}")
-    try:
-        points = make_points(case.to_toml(), case.name, case.name, axes)
-    except CaseError as cause:
-        # Nobody has typed an option here.
-        asked = (dataclasses.replace(f, source=f.source.replace("--over ", "sweep over ", 1)) for f in cause.findings)
-        raise CaseError(list(asked)) from None
-
-    def row_of(row: Row) -> dict[str, Any]:
-        swept = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
-        return {**swept, **row.summary, "file": row.file if folder is not None else None}
-
-    def told(row: Row, solved: bool) -> None:
-        if report is not None:
-            report(row_of(row))
-
-    with contextlib.ExitStack() as stack:
-        place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
-        place.mkdir(parents=True, exist_ok=True)
-        wanted = Sweep(points, axes, place, COMMAND_LINE, jobs=jobs, resume=resume)
-        return [row_of(row) for row in run_sweep(wanted, report=told, note=lambda text: None)]

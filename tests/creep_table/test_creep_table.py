@@ -22,7 +22,7 @@ import xarray
 from tests.support.command_line import call
 from tests.support.scenes import CASES, reference
 from thermoroll_cli import CreepForceTable
-from thermoroll_cli.creep_table.build import build_table, journal_path
+from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.creep_table.creep_force_table import OutsideTable
 from thermoroll_cli.creep_table.interpolation import fill_holes
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
@@ -38,9 +38,9 @@ from thermoroll_cli.creep_table.scaling import (
     spin_coordinate,
 )
 from thermoroll_cli.creep_table.table_file import read_table, write_table
-from thermoroll_cli.creep_table.table_plan import TablePlan
 from thermoroll_cli.creep_table.values import Axes
 from thermoroll_cli.files.result.hdf5 import ResultFileError
+from thermoroll_cli.sweeps.runner import Workers
 
 ROOT = Path(__file__).parents[2]
 CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"
@@ -193,22 +193,21 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
     class Stop(Exception):
         pass
 
-    def stop(progress: object) -> None:
-        if progress.rows >= 175:  # type: ignore[attr-defined]
-            raise Stop
+    def stop(count: int, solved: bool) -> None:
+        raise Stop
 
     with pytest.raises(Stop):
-        build_table(plan, path, report=stop)
+        build_table(plan, path, workers=Workers(), report=stop)
     with open(journal_path(path), "ab") as stream:
-        stream.write(b"torn")
+        stream.write(b'{"key": "torn')
     notes: list[str] = []
-    built = build_table(plan, path, resume=True, note=notes.append, jobs=2)
+    built = build_table(plan, path, workers=Workers(jobs=2), resume=True, note=notes.append)
     assert notes == ["175 of 380 points are solved already"]
     stored = read_table(tiny)
     np.testing.assert_allclose(built.values, stored.values, atol=1e-6)
     assert built.quality.rms == pytest.approx(stored.quality.rms, rel=1e-5)
     with pytest.raises(ResultFileError, match="of another table"):
-        build_table(replace(plan, poisson_ratio=0.3), path, resume=True)
+        build_table(replace(plan, poisson_ratio=0.3), path, workers=Workers(), resume=True)
 
 
 def test_a_cluster_that_loses_its_worker_builds_the_same_table(tiny: Path, tmp_path: Path) -> None:

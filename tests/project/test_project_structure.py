@@ -97,7 +97,7 @@ def test_imports_point_in_one_direction(path: Path) -> None:
 
 
 INSIDE_FUNCTIONS = {"cli", "", "interruption"}
-OPTIONAL = {"xarray", "distributed", "pyfftw"}
+OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 
 @pytest.mark.parametrize("path", [p for p in modules() if room(p) not in INSIDE_FUNCTIONS], ids=name)

@@ -16,7 +16,7 @@ import thermoroll_cli
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
-from thermoroll_cli.sweeps.axis import MOST_POINTS
+from thermoroll_cli.sweeps.points import MOST_POINTS
 
 ROOT = Path(thermoroll_cli.__file__).parent.parent
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import shutil
 import signal
 import subprocess
 import threading
@@ -16,8 +17,9 @@ import numpy as np
 import pytest
 import xarray
 
-from tests.support.command_line import COMMAND, MECHANICAL, call, environment
-from thermoroll_cli.files.result.scalar_file import CHECKSUM, NUMBERS, ScalarFile, ScalarRow
+from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, environment
+from thermoroll_cli import Case, sweep
+from thermoroll_cli.sweeps.sweep import JOURNAL_NAME
 
 KEYS = ("creepage.longitudinal", "creepage.lateral")
 LATERAL, LONGITUDINAL = 8, 6
@@ -53,13 +55,23 @@ def datasets(folder: Path) -> dict[str, np.ndarray]:
     return found
 
 
+def solved(folder: Path) -> int:
+    """Points in the journal, whose first line is its head."""
+    path = folder / JOURNAL_NAME
+    return path.read_bytes().count(b"\n") - 1 if path.exists() else 0
+
+
+def copied(serial: Path, folder: Path) -> Path:
+    return Path(shutil.copy(serial / JOURNAL_NAME, folder))
+
+
 def assert_same(folder: Path, serial: Path) -> None:
     assert (folder / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
     mine, other = datasets(folder), datasets(serial)
     assert list(mine) == list(other)
     for name, values in other.items():
         np.testing.assert_array_equal(mine[name], values, err_msg=name)
-    assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5"]
+    assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5", "sweep.jsonl"]
 
 
 def test_rows_are_those_of_a_sweep_with_files(case: Path, serial: Path, tmp_path: Path) -> None:
@@ -96,7 +108,7 @@ def test_a_cluster_that_loses_its_worker_gives_the_same_file(case: Path, serial:
     ) as cluster:
 
         def kill_one() -> None:
-            while not (tmp_path / "sweep.h5").exists():
+            while solved(tmp_path) < 3:
                 time.sleep(0.01)
             os.kill(cluster.workers[0].process.pid, signal.SIGKILL)
 
@@ -109,7 +121,7 @@ def test_a_cluster_that_loses_its_worker_gives_the_same_file(case: Path, serial:
 
 
 def test_json_has_a_line_per_point_in_order(case: Path, serial: Path, tmp_path: Path) -> None:
-    (tmp_path / "sweep.h5").write_bytes((serial / "sweep.h5").read_bytes())
+    copied(serial, tmp_path)
     done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume", "--json")
     records = [json.loads(line) for line in done.stdout.splitlines()]
     assert [record["name"] for record in records] == [f"spheres_{n:04d}" for n in range(1, COUNT + 1)]
@@ -121,36 +133,31 @@ def test_json_has_a_line_per_point_in_order(case: Path, serial: Path, tmp_path: 
 
 def test_killed_and_resumed_gives_the_same_rows(case: Path, serial: Path, tmp_path: Path) -> None:
     words = [*COMMAND, "sweep", str(case), *SWEEP, "-o", str(tmp_path)]
-    file = tmp_path / "sweep.h5"
     with subprocess.Popen(words, env=environment({}), stderr=subprocess.DEVNULL, start_new_session=True) as process:
-        deadline = time.monotonic() + 60
-        while not file.exists() or not ScalarFile.open(file).finished().any():
-            assert process.poll() is None or file.exists()
-            assert time.monotonic() < deadline
+        deadline = time.monotonic() + PATIENCE
+        while solved(tmp_path) < 3:
+            assert process.poll() is None and time.monotonic() < deadline
             time.sleep(0.005)
         os.killpg(process.pid, signal.SIGKILL)
-    found = int(ScalarFile.open(file).finished().sum())
-    assert found > 0
-    data(tmp_path)  # readable in between, too
+    found = solved(tmp_path)
+    assert 0 < found < COUNT
     done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
     assert done.returncode == 0
     assert f"{found} of {COUNT} points are finished already" in done.stderr
     assert_same(tmp_path, serial)
 
 
-def test_a_torn_row_is_solved_again(case: Path, serial: Path, tmp_path: Path) -> None:
-    file = tmp_path / "sweep.h5"
-    file.write_bytes((serial / "sweep.h5").read_bytes())
-    with h5py.File(file, "r+") as stored:
-        stored["force_x_N"][2, 5] *= 1.5
-        stored["status"][4, 4] = b""
+def test_a_torn_line_is_solved_again(case: Path, serial: Path, tmp_path: Path) -> None:
+    journal = copied(serial, tmp_path)
+    lines = journal.read_bytes().splitlines(keepends=True)
+    journal.write_bytes(b"".join([*lines[:5], lines[5][:80] + b"\n", *lines[6:-1], lines[-1][:50]]))
     done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
     assert f"{COUNT - 2} of {COUNT} points are finished already" in done.stderr
     assert_same(tmp_path, serial)
 
 
 def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path) -> None:
-    (tmp_path / "sweep.h5").write_bytes((serial / "sweep.h5").read_bytes())
+    copied(serial, tmp_path)
     more = ("--over", f"{KEYS[1]}=0.0001,0.002,0.003", "--over", f"{KEYS[0]}=0.0005,0.006", *SWEEP[4:])
     done = call("sweep", case, *more, "-o", tmp_path, "--resume")
     assert "4 of 6 points are finished already" in done.stderr
@@ -160,19 +167,22 @@ def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path
 
 
 def test_what_cannot_be_resumed(case: Path, serial: Path, tmp_path: Path) -> None:
-    file = tmp_path / "sweep.h5"
-    whole = (serial / "sweep.h5").read_bytes()
-    file.write_bytes(whole)
-    done = call("sweep", case, *SWEEP, "--set", "load.normal_N=70", "-o", tmp_path, "--resume")
-    assert (done.returncode, "of another case" in done.stderr) == (5, True)
-    for content, message in ((whole[:-5000], "not a whole sweep file"), (b"nonsense", "not a whole sweep file")):
-        file.write_bytes(content)
-        done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
-        assert (done.returncode, message in done.stderr) == (5, True)
-        assert file.read_bytes() == content
-    file.write_bytes(whole)
-    done = call("plot", file)
+    journal = tmp_path / JOURNAL_NAME
+    journal.write_bytes(b"nonsense\n")
+    done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
+    assert (done.returncode, "of another sweep, or another version" in done.stderr) == (5, True)
+    assert journal.read_bytes() == b"nonsense\n"
+    done = call("plot", serial / "sweep.h5")
     assert (done.returncode, "of many points" in done.stderr) == (5, True)
+
+
+def test_another_case_in_the_same_folder_leaves_the_old_points(case: Path, serial: Path, tmp_path: Path) -> None:
+    copied(serial, tmp_path)
+    few = ("--over", f"{KEYS[0]}=0.0005,0.0016", *SWEEP[4:])
+    done = call("sweep", case, *few, "--set", "load.normal_N=70", "-o", tmp_path, "--resume")
+    assert done.returncode == 0 and "finished already" not in done.stderr
+    call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
+    assert (tmp_path / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
 
 
 def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_path: Path) -> None:
@@ -185,16 +195,18 @@ def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_p
     assert done.returncode == 3
 
 
-def test_rows_are_found_faster_than_they_are_written(tmp_path: Path) -> None:
-    """A hundred thousand of them in a second of CPU; here a tenth of that, against the time of writing them."""
-    coordinates = {"a": list(range(10)), "b": list(range(1000))}
-    file = ScalarFile.create(tmp_path / "sweep.h5", coordinates, "", texts={}, command_line="", title="")
-    numbers = tuple(float(i) for i in range(len(NUMBERS)))
-    began = time.process_time()
-    for first in range(0, 10_000, 250):
-        file.write([ScalarRow(first + i + 1, numbers, ("converged", "", "", "8x8")) for i in range(250)])
-    written = time.process_time() - began
-    began = time.process_time()
-    assert file.finished().all()
-    assert time.process_time() - began < written
-    assert all(block[CHECKSUM].all() for block in file.blocks())
+def test_a_data_frame_has_numbers_in_flat_columns() -> None:
+    case = Case.parse(MECHANICAL).with_values({"numerics.grid": 8})
+    rows = sweep(case, {"load.normal_N": [60.0, 65.0], "thermal.heat": [False]})
+    frame = rows.to_dataframe()
+    assert list(frame.columns[:3]) == ["load.normal_N", "thermal.heat", "converged"]
+    assert frame["force_x_N"].tolist() == [row["force_x_N"] for row in rows]
+    assert {kind.kind for kind in frame.dtypes} <= set("fib")
+    arrays = rows.to_xarray()
+    assert dict(arrays.sizes) == {"load.normal_N": 2, "thermal.heat": 1}
+    assert float(arrays["isothermal.force_x_N"].sel({"load.normal_N": 65.0})[0]) == rows[1]["isothermal"]["force_x_N"]
+    listed = sweep(case, [{"load.normal_N": 60.0, "rolling.speed_m_s": 1}, {"load.normal_N": 65.0, "rolling.speed_m_s": 2}])
+    assert dict(listed.to_xarray().sizes) == {"point": 2}
+    assert [row["force_x_N"] for row in listed] == [row["force_x_N"] for row in rows]
+    with pytest.raises(ValueError, match="same keys"):
+        sweep(case, [{"load.normal_N": 60.0}, {"rolling.speed_m_s": 2.0}])

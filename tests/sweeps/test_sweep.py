@@ -10,11 +10,10 @@ import signal
 import subprocess
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -22,7 +21,7 @@ import pytest
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.sweeps.cluster import answer_from
+from thermoroll_cli.sweeps.runner import Item, _Cluster
 from thermoroll_cli.sweeps.table import OVER_LIMIT
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\n'
@@ -87,7 +86,7 @@ def assert_same(folder: Path, serial: Swept) -> None:
 def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
     assert serial.done.returncode == 0
     names = [f"spheres_{number:04d}" for number in range(1, POINTS + 1)]
-    expected = [f"{name}.h5" for name in names] + ["sweep.csv", "sweep.png"]
+    expected = [f"{name}.h5" for name in names] + ["sweep.csv", "sweep.jsonl", "sweep.png"]
     assert sorted(path.name for path in serial.folder.iterdir()) == expected
     assert (serial.folder / "sweep.png").read_bytes().startswith(b"\x89PNG")
     assert [row["file"] for row in serial.rows] == [f"{name}.h5" for name in names]
@@ -103,7 +102,7 @@ def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
     scalars = [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT]
     assert list(serial.rows[0]) == [
-        KEY, "status", "reason", "unbounded", *scalars, *states, "work.grid", "work.applications", "file"]
+        KEY, "status", "reason", "unbounded", "warnings", *scalars, *states, "work.grid", "work.applications", "file"]
     for row in serial.rows:
         assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / 19.5
         assert row["speed_solved_m_s"] == "100.0"
@@ -163,7 +162,7 @@ def test_quiet_without_pictures_and_from_standard_input(tmp_path: Path) -> None:
     options = ("--over", "numerics.grid=8,16", "-o", tmp_path, "--no-plots", "-q")
     done = call("sweep", "-", *options, stdin=HOT)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["stdin_0001.h5", "stdin_0002.h5", "sweep.csv"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["stdin_0001.h5", "stdin_0002.h5", "sweep.csv", "sweep.jsonl"]
     assert [read_result(path).x.size for path in files(tmp_path)] == [8, 16]
     call("sweep", "-", *options[:4], stdin=HOT + "[output]\nplots = false\n")
     assert not (tmp_path / "sweep.png").exists()
@@ -209,7 +208,7 @@ def test_two_processes_give_the_serial_files_though_both_are_killed(case: Path, 
             os.kill(killed[-1], signal.SIGKILL)
         out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, err
-    assert err.count("a worker process died; its point is solved again") == 2
+    assert err.count("a worker process died; its points are solved again") == 2
     assert_same(tmp_path, serial)
     assert [json.loads(line)["name"] for line in out.splitlines()] == [path.stem for path in files(serial.folder)]
 
@@ -260,7 +259,7 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: P
 
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.sweeps.cluster.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("thermoroll_cli.sweeps.runner.CONNECT_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")
@@ -268,15 +267,16 @@ def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_what_a_cluster_answers_instead_of_a_result() -> None:
-    import distributed
-
+    cluster = object.__new__(_Cluster)
+    cluster._address = "tcp://x"
     for raised, told in (
-        (distributed.KilledWorker("task", SimpleNamespace(address="x"), 3), "workers of the cluster died .* --resume"),
         (ModuleNotFoundError("No module named 'pyfftw'"), "lack a package of thermoroll: No module named 'pyfftw'"),
         (CancelledError(), "scheduler at tcp://x went away; --resume"),
     ):
-        with pytest.raises(OSError, match=told), answer_from("tcp://x"):
-            raise raised
+        future: Future[list[Item]] = Future()
+        future.set_exception(raised)
+        with pytest.raises(OSError, match=told):
+            cluster.result(future)
 
 
 def test_dask_is_an_extra(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,14 +9,13 @@ import multiprocessing
 import os
 import resource
 import shutil
-import socket
 import subprocess
 import sys
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -24,13 +23,12 @@ import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
 from thermoroll_cli.files.atomic import WriteError
-from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweeps.axis import parse_axes
-from thermoroll_cli.sweeps.lock import LOCK_NAME, FolderInUse, sole_sweep
-from thermoroll_cli.sweeps.points import Stretch, make_points
-from thermoroll_cli.sweeps.processes import in_processes
-from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_into
+from thermoroll_cli.sweeps.journal import Journal
+from thermoroll_cli.sweeps.points import Points, parse_axes
+from thermoroll_cli.sweeps.runner import Workers, run
+from thermoroll_cli.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Pending, Stretch
 
 OVER = ("--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots")
 
@@ -115,45 +113,82 @@ def test_a_bad_start_is_no_reason_to_fail(case: Path, folder: Path, monkeypatch:
     assert sorted(calls.values()) == [1, 2, 2]
 
 
-class Deadly:
-    """A problem that kills the process that looks at it."""
+@dataclass(frozen=True)
+class DeadlyTask:
+    """Items of which one kills the process that works at it."""
 
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):  # pickle looks for its own
-            raise AttributeError(name)
-        os._exit(9)
+    keys: tuple[str, ...]
+    folder: str
+
+    @property
+    def key(self) -> str:
+        return self.keys[0]
+
+    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
+        for key in self.keys:
+            if key == "deadly":
+                with open(os.path.join(self.folder, "deaths"), "a") as stream:
+                    stream.write("x")
+                os._exit(9)
+            yield {"key": key, "reason": ""}, b""
+
+    def without(self, done: Callable[[str], bool]) -> DeadlyTask | None:
+        left = tuple(key for key in self.keys if not done(key))
+        return replace(self, keys=left) if left else None
+
+    def parts(self) -> list[DeadlyTask]:
+        return [replace(self, keys=(key,)) for key in self.keys]
+
+    def given_up(self, reason: str) -> dict[str, Any]:
+        return {"key": self.keys[0], "reason": reason}
 
 
-def test_a_point_that_kills_its_processes_is_given_up(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.sweeps.processes.DEATHS_PER_POINT", 2)
-    axes = parse_axes(["creepage.longitudinal=0.001:0.003:3"])
-    points = list(make_points(MECHANICAL, "case.toml", "case", axes))
-    points[1] = replace(points[1], problem=Deadly())  # type: ignore[arg-type]
+def test_an_item_that_kills_its_processes_is_given_up(folder: Path) -> None:
+    tasks = [DeadlyTask(("a", "deadly", "b"), str(folder)), *(DeadlyTask((f"c{n}", f"d{n}"), str(folder)) for n in range(3))]
     notes: list[str] = []
-    outcomes = list(in_processes([Stretch(tuple(points))], Target(folder, "thermoroll sweep"), 2, notes.append))
-    by_number = sorted(outcomes, key=lambda outcome: outcome.number)
-    assert [outcome.number for outcome in by_number] == [1, 2, 3]
-    assert [bool(outcome.reason) for outcome in by_number] == [False, True, False]
-    assert "died 2 times" in by_number[1].reason
-    assert sorted(path.name for path in folder.iterdir()) == ["case_0001.h5", "case_0003.h5"]
-    assert len(notes) == 2
+    with Journal(folder / "j.jsonl", {"kind": "test"}, resume=False) as journal:
+        found = list(run(tasks, journal, Workers(jobs=2), notes.append))
+        assert sorted(found) == sorted(["a", "deadly", "b", *(f"{letter}{n}" for n in range(3) for letter in "cd")])
+        assert [key for key in journal if journal[key]["reason"]] == ["deadly"]
+        assert "died 3 times" in journal["deadly"]["reason"]
+    # Once beside others; then alone, where it counts.
+    assert 3 <= len((folder / "deaths").read_text()) <= 5
+    assert notes and set(notes) == {"a worker process died; its points are solved again"}
 
 
-def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from thermoroll_cli.sweeps import processes
+def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path) -> None:
+    tasks = (DeadlyTask((name,), str(folder)) for name in "ab")
+    with Journal(folder / "j.jsonl", {"kind": "test"}, resume=False) as journal:
+        found = run((task for task in tasks), journal, Workers(jobs=2), lambda text: None)
+        first = next(found)
+        for worker in multiprocessing.active_children():
+            worker.kill()
+        while any("ExecutorManager" in type(thread).__name__ for thread in threading.enumerate()):
+            time.sleep(0.005)  # until its end has been noticed
+        assert sorted([first, *found]) == ["a", "b"]
 
-    monkeypatch.setattr(processes, "_mark", lambda path: ())  # files tell nothing before the stretch is done
-    axes = parse_axes(["creepage.longitudinal=0.001,0.002"])
-    stretches = [Stretch((point,)) for point in make_points(MECHANICAL, "case.toml", "case", axes)]
-    outcomes = in_processes(stretches, Target(folder, "thermoroll sweep"), 1, pytest.fail)
-    numbers = [next(outcomes).number]
-    (worker,) = multiprocessing.active_children()
-    worker.kill()
-    while any("ExecutorManager" in type(thread).__name__ for thread in threading.enumerate()):
-        time.sleep(0.005)  # until its end has been noticed
-    numbers += [outcome.number for outcome in outcomes]
-    assert numbers == [1, 2]
-    assert sorted(path.name for path in folder.iterdir()) == ["case_0001.h5", "case_0002.h5"]
+
+# --- the journal ---------------------------------------------------------------------------------------------------
+
+
+def test_a_torn_line_of_the_journal_is_dropped_and_the_latest_record_counts(folder: Path) -> None:
+    path = folder / "j.jsonl"
+    with Journal(path, {"kind": "test"}, resume=False) as journal:
+        for value in (1, 2):
+            journal.keep({"key": "a", "value": value})
+        journal.keep({"key": "b", "value": 3})
+    with open(path, "ab") as stream:
+        stream.write(b'{"key": "c", "value": 4')
+    with Journal(path, {"kind": "test"}, resume=True) as journal:
+        assert {key: journal[key]["value"] for key in journal} == {"a": 2, "b": 3}
+        journal.keep({"key": "c", "value": 5})
+        assert journal.update() == ["c"] and journal["c"]["value"] == 5
+        with pytest.raises(ResultFileError, match="in use"):
+            Journal(path, {"kind": "test"}, resume=True)
+    with pytest.raises(ResultFileError, match="of another table"):
+        Journal(path, {"kind": "table"}, resume=True)
+    with Journal(path, {"kind": "table"}, resume=False) as journal:
+        assert len(journal) == 0
 
 
 # --- files found on resuming ---------------------------------------------------------------------------------------
@@ -173,16 +208,9 @@ def replace_by_text(path: Path) -> None:
     path.write_text("not HDF5\n")
 
 
-def damage_a_field(path: Path) -> None:
-    content = bytearray(path.read_bytes())
-    pressure = read_result(path).coupled.fields["pressure"].tobytes()
-    content[content.index(pressure) + len(pressure) // 2] ^= 0x55
-    path.write_bytes(content)
-
-
 @pytest.mark.parametrize(
     ("damage", "told"),
-    [(truncate, "truncated"), (replace_by_text, "not an HDF5 file"), (damage_a_field, "damaged"), (Path.unlink, "")],
+    [(truncate, "truncated"), (replace_by_text, "not an HDF5 file"), (Path.unlink, "no such file")],
 )
 def test_damaged_files_are_told_and_solved_again(damage: Any, told: str, case: Path, finished: Path) -> None:
     table = (finished / "sweep.csv").read_bytes()
@@ -197,17 +225,12 @@ def test_damaged_files_are_told_and_solved_again(damage: Any, told: str, case: P
     assert (read_result(finished / "spheres_0002.h5").coupled.fields["pressure"] == before).all()
 
 
-def test_points_are_recognised_by_their_case_not_their_name(case: Path, finished: Path) -> None:
-    (finished / "spheres_0002.h5").rename(finished / "mine.h5")
-    done = call("sweep", case, *OVER, "-o", finished, "--resume")
-    assert "3 of 3 points are finished already" in done.stderr
-    assert [row["file"] for row in rows(finished)] == ["spheres_0001.h5", "mine.h5", "spheres_0003.h5"]
-    # More points in between: those that are there stay where they are, and no other takes their place.
+def test_more_points_in_between_keep_the_files_that_are_there(case: Path, finished: Path) -> None:
     over = ("--over", "creepage.longitudinal=0.001:0.002:5", "--no-plots")
     done = call("sweep", case, *over, "-o", finished, "--resume")
     assert "3 of 5 points are finished already" in done.stderr
     names = [row["file"] for row in rows(finished)]
-    assert names == ["spheres_0001.h5", "spheres_0002.h5", "mine.h5", "spheres_0004.h5", "spheres_0003.h5"]
+    assert names == ["spheres_0001.h5", "spheres_0006.h5", "spheres_0002.h5", "spheres_0004.h5", "spheres_0003.h5"]
     for row in rows(finished):
         content = json.loads(read_result(finished / row["file"]).case_json)
         assert content["creepage"]["longitudinal"] == float(row["creepage.longitudinal"])
@@ -223,53 +246,19 @@ def test_an_edited_case_is_another_case(case: Path, finished: Path) -> None:
     case.write_text(MECHANICAL.replace("normal_N = 65.0", "normal_N = 70.0"))
     done = call("sweep", case, *OVER, "-o", finished, "--resume")
     assert "finished already" not in done.stderr
-    assert done.stderr.count("of another case; replaced") == 3
     assert {read_result(finished / row["file"]).problem.normal_force for row in rows(finished)} == {70.0}
 
 
 # --- folders -------------------------------------------------------------------------------------------------------
 
 
-def test_two_sweeps_in_one_folder(case: Path, folder: Path) -> None:
-    with sole_sweep(folder):
-        done = call("sweep", case, *OVER, "-o", folder)
+def test_two_sweeps_in_one_folder(case: Path, finished: Path) -> None:
+    before = {path.name: path.read_bytes() for path in finished.iterdir()}
+    with Journal(finished / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=True):
+        done = call("sweep", case, *OVER, "-o", finished)
         assert (done.returncode, done.stdout) == (5, "")
-        assert "another sweep works in" in done.stderr
-        assert f"process {os.getpid()} on {socket.gethostname()}" in done.stderr
-    assert list(folder.iterdir()) == []
-
-
-def test_the_lock_of_a_dead_process_is_taken_over(case: Path, folder: Path) -> None:
-    gone = subprocess.Popen(["true"])
-    gone.wait()
-    (folder / LOCK_NAME).write_text(json.dumps({"pid": gone.pid, "host": socket.gethostname(), "started": "1"}))
-    assert call("sweep", case, *OVER, "-o", folder, "-q").returncode == 0
-    assert not list(folder.glob(".*"))
-
-
-@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs /proc")
-def test_a_number_that_now_belongs_to_another_process_holds_nothing(folder: Path) -> None:
-    (folder / LOCK_NAME).write_text(json.dumps({"pid": os.getpid(), "host": socket.gethostname(), "started": "1"}))
-    with sole_sweep(folder):
-        pass
-
-
-@pytest.mark.parametrize("text", ['{"pid": 1, "host": "elsewhere"}', "", "[]", "{"])
-def test_a_lock_that_cannot_be_judged_is_respected(text: str, folder: Path) -> None:
-    (folder / LOCK_NAME).write_text(text)
-    with pytest.raises(FolderInUse, match="remove"), sole_sweep(folder):
-        pass
-    assert (folder / LOCK_NAME).read_text() == text
-
-
-def test_locks_without_hard_links(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_links(*_: object) -> None:
-        raise OSError(errno.EPERM, "Operation not permitted")
-
-    monkeypatch.setattr(os, "link", no_links)
-    with sole_sweep(folder), pytest.raises(FolderInUse), sole_sweep(folder):
-        pass
-    assert list(folder.iterdir()) == []
+        assert "another process works in" in done.stderr and "use another folder" in done.stderr
+    assert {path.name: path.read_bytes() for path in finished.iterdir()} == before
 
 
 @pytest.mark.parametrize("place", ["file", "file/below"])
@@ -281,20 +270,20 @@ def test_folders_that_cannot_be(place: str, case: Path, tmp_path: Path) -> None:
 
 
 def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    import thermoroll_cli.sweeps.stretch as stretch
+    from thermoroll_cli.sweeps import journal
 
-    good = stretch.write_result
+    good = journal.write_bytes
 
-    def full(path: Path, *arguments: Any, **options: Any) -> None:
+    def full(path: Path, content: bytes) -> None:
         if path.stem == "spheres_0003":
             raise WriteError(path, OSError(errno.ENOSPC, ""))
-        good(path, *arguments, **options)
+        good(path, content)
 
-    monkeypatch.setattr(stretch, "write_result", full)
+    monkeypatch.setattr(journal, "write_bytes", full)
     done = call("sweep", case, *OVER, "-o", folder)
     assert (done.returncode, done.stdout) == (5, "")
     assert "spheres_0003.h5: no space left on the device" in done.stderr
-    assert sorted(path.name for path in folder.iterdir()) == ["spheres_0001.h5", "spheres_0002.h5", "sweep.csv"]
+    assert sorted(path.name for path in folder.iterdir()) == ["spheres_0001.h5", "spheres_0002.h5", "sweep.csv", "sweep.jsonl"]
     assert len(rows(folder)) == 2
 
 
@@ -323,22 +312,28 @@ def test_a_reader_that_goes_away_ends_the_sweep(case: Path, folder: Path) -> Non
 
 
 def test_a_bar_with_the_time_left_on_terminals(case: Path, tmp_path: Path) -> None:
-    shown = on_terminal(["sweep", case.name, *OVER], tmp_path)
-    assert "] 0/3 points" in shown
-    assert "] 1/3 points, " in shown
-    assert " s left" in shown
-    assert "\r\x1b[K" in shown
+    many = ("--over", "load.normal_N=1:100:60", "--set", "numerics.grid=8", "--no-plots")
+    shown = on_terminal(["sweep", case.name, *many], tmp_path, COLUMNS="100")
+    assert "0/60 points" in shown and "\x1b[2K" in shown
+    assert "60/60 points" in shown and "\u2501" in shown
     shutil.rmtree(tmp_path / "results")
     assert on_terminal(["sweep", case.name, *OVER, "-q"], tmp_path) == ""
 
 
-def test_a_stretch_is_solved_from_its_start_but_only_pending_points_are_written(folder: Path) -> None:
-    axes = parse_axes(["creepage.longitudinal=0.001:0.002:4"])
-    points = make_points(MECHANICAL, "case.toml", "case", axes)
-    stretch = Stretch(points, finished=frozenset({1, 4}), given_up=frozenset({2}))
-    outcomes: Iterator[Outcome] = solve_into(stretch, Target(folder, "thermoroll sweep"))
-    assert [outcome.number for outcome in outcomes] == [3]
-    assert [path.name for path in folder.iterdir()] == ["case_0003.h5"]
+def test_narrow_terminals_keep_the_words(case: Path, tmp_path: Path) -> None:
+    shown = on_terminal(["sweep", case.name, *OVER], tmp_path, COLUMNS="20")
+    assert "0/3 points" in shown and "\u2501" not in shown
+
+
+def test_a_stretch_is_solved_from_its_start_but_only_pending_points_are_kept() -> None:
+    points = Points(MECHANICAL, "case.toml", "case", parse_axes(["creepage.longitudinal=0.001:0.002:4"]))
+    whole = Stretch(points, range(1, 5), tuple(Pending(n, str(n), f"{n}.h5") for n in range(1, 5)), "thermoroll sweep")
+    part = whole.without(lambda key: key in ("1", "2", "4"))
+    assert part is not None
+    ((record, content),) = part.items()
+    assert (record["key"], record["file"], content[:4]) == ("3", "3.h5", b"\x89HDF")
+    assert record["summary"]["Q_F_W"] == list(whole.items())[2][0]["summary"]["Q_F_W"]
+    assert whole.without(lambda key: True) is None
 
 
 def test_leftovers_of_dead_processes_are_removed_and_those_of_living_ones_are_not(tmp_path: Path) -> None:

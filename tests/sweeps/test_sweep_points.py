@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import itertools
 from pathlib import Path
 
@@ -11,8 +12,7 @@ from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import CaseError
-from thermoroll_cli.sweeps.axis import Axis, parse_axes
-from thermoroll_cli.sweeps.points import LONGEST_STRETCH, identity, make_points, stretches
+from thermoroll_cli.sweeps.points import LONGEST_STRETCH, Axis, Point, Points, parse_axes, read_points
 
 
 @pytest.fixture
@@ -20,6 +20,10 @@ def case(tmp_path: Path) -> Path:
     path = tmp_path / "spheres.toml"
     path.write_text(MECHANICAL)
     return path
+
+
+def points_of(text: str, axes: tuple[Axis, ...]) -> list[Point]:
+    return list(Points(text, "case.toml", "case", axes).checked())
 
 
 @pytest.mark.parametrize(
@@ -33,6 +37,9 @@ def case(tmp_path: Path) -> Path:
         ("k.x = 32, 64,128", (32, 64, 128)),
         ("k.x=5e-3", (5e-3,)),
         ("k.x=.5,inf", (0.5, float("inf"))),
+        ("k.x=rolling,sliding", ("rolling", "sliding")),
+        ("k.x=0.5,matched", (0.5, "matched")),
+        ("k.x=true,false", (True, False)),
     ],
 )
 def test_values(text: str, values: tuple[float, ...]) -> None:
@@ -62,8 +69,8 @@ def test_ranges_begin_and_end_as_written_and_have_even_steps(start: float, stop:
 
 @pytest.mark.parametrize(
     "text",
-    ["k", "k=", "=1", "k=1:2", "k=1:2:3:4", "k=1:2:3:lin", "k=a,b", "k=1,,2", "k=1:2:1", "k=1:2:2.5", "k=1:2:-3", "k=nan",
-     "k=1:1:3", "k=1,2,1", "k=0:1:3:log", "k=-1:1:3:log", "k=1:inf:3", "k=1:2:1000000000", "k=true"],
+    ["k", "k=", "=1", "k=1:2", "k=1:2:3:4", "k=1:2:3:lin", "k=a b,c", "k=1,,2", "k=1:2:1", "k=1:2:2.5", "k=1:2:-3", "k=nan",
+     "k=1:1:3", "k=1,2,1", "k=0:1:3:log", "k=-1:1:3:log", "k=1:inf:3", "k=1:2:1000000000", "k=a,b,a"],
 )  # fmt: skip
 def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
     with pytest.raises(ValueError, match=r"of the form|k"):
@@ -82,6 +89,7 @@ def test_what_is_no_axis(text: str, case: Path, tmp_path: Path) -> None:
         (["--over", "a=1:2:1000", "--over", "b=1:2:1000"], "1000000 points are too many"),
         (["--over", "load.normal_N=1,2", "--set", "load.normal_N=3"], "load.normal_N is swept with --over"),
         (["--over", "load.normal_N=1,2", "--jobs", "0"], "--jobs"),
+        (["--over", "load.normal_N=1,2", "--points", "p.csv"], "either --over KEY=VALUES or --points"),
         (["--over", "load.normal_N=1,2", "--jobs", "2", "--threads", "2"], "one thread each"),
         (["--over", "load.normal_N=1,2", "--jobs", "2", "--dask", "tcp://127.0.0.1:1"], "the cluster decides"),
     ],
@@ -99,6 +107,7 @@ def test_usage_errors(options: list[str], message: str, case: Path, tmp_path: Pa
         ("creepage.longtudinal=1,2", ["--over creepage.longtudinal=1", "unknown key", 'did you mean "longitudinal"?']),
         ("load.normal_N=-1,5,-2", ["load.normal_N = -1", "load.normal_N = -2", "must be greater than 0"]),
         ("thermal.heat=0,1", ["must be true or false"]),
+        ("thermal.peclet=rolling,slow", ["--over thermal.peclet=slow"]),
         ("load=1,2", ["must be a table"]),
         ("numerics.grid=16.5", ["whole number"]),
         ("force.longitudinal_N=5,50", ["--over force.longitudinal_N=50", "exceeds what friction can carry"]),
@@ -123,44 +132,86 @@ def test_unreadable_cases(tmp_path: Path) -> None:
 
 def test_the_last_axis_varies_fastest_and_names_follow_the_numbers() -> None:
     axes = parse_axes(["load.normal_N=10,20", "rolling.speed_m_s=1:3:3"])
-    points = make_points(THERMAL, "case.toml", "case", axes)
+    points = points_of(THERMAL, axes)
     assert [point.values for point in points] == [(10, 1), (10, 2), (10, 3), (20, 1), (20, 2), (20, 3)]
     assert [point.name for point in points] == [f"case_{number:04d}" for number in range(1, 7)]
     assert [(p.problem.normal_force, p.problem.motion.speed) for p in points] == [p.values for p in points]
-    assert len({point.identity for point in points}) == len(points)
+    assert len({point.key for point in points}) == len(points)
 
 
 def test_a_key_may_be_missing_in_the_case_and_a_force_replaces_its_creepage() -> None:
     text = MECHANICAL.replace("speed_m_s = 1.0\n", "")
     with pytest.raises(CaseError):
-        make_points(text, "case.toml", "case", parse_axes(["load.normal_N=1,2"]))
-    points = make_points(text, "case.toml", "case", parse_axes(["rolling.speed_m_s=2,3"]))
+        points_of(text, parse_axes(["load.normal_N=1,2"]))
+    points = points_of(text, parse_axes(["rolling.speed_m_s=2,3"]))
     assert [point.problem.motion.speed for point in points] == [2.0, 3.0]
-    (point,) = make_points(MECHANICAL, "case.toml", "case", parse_axes(["force.longitudinal_N=5"]))
+    (point,) = points_of(MECHANICAL, parse_axes(["force.longitudinal_N=5"]))
     assert (point.problem.motion.creepage_x, point.problem.motion.force_x) == (None, 5.0)
 
 
 def test_pictures_do_not_make_another_case() -> None:
     axes = parse_axes(["load.normal_N=1"])
     first, second, third = (
-        make_points(text, "case.toml", "case", axes)[0].identity
+        points_of(text, axes)[0].key
         for text in (MECHANICAL, MECHANICAL + "[output]\nplots = false\n", MECHANICAL.replace("0.28", "0.29"))
     )
     assert first == second != third
-    with pytest.raises(ValueError, match="not a resolved case"):
-        identity("[1, 2]")
 
 
 @pytest.mark.parametrize("lengths", [(1,), (5,), (6,), (20,), (3, 7), (7, 1), (2, 3, 11)])
 def test_stretches_are_short_neighbouring_and_never_cross_a_row(lengths: tuple[int, ...]) -> None:
     names = ("load.normal_N", "rolling.speed_m_s", "creepage.spin_rad_mm")
     axes = parse_axes([f"{name}={','.join(str(v + 1) for v in range(n))}" for name, n in zip(names, lengths, strict=False)])
-    points = make_points(MECHANICAL, "case.toml", "case", axes)
-    parts = stretches(points, axes)
-    assert [point for part in parts for point in part.points] == list(points)
-    sizes = [len(part.points) for part in parts]
-    assert max(sizes) <= LONGEST_STRETCH
+    points = Points(MECHANICAL, "case.toml", "case", axes)
+    parts = list(points.stretches())
+    assert [number for part in parts for number in part] == list(range(1, points.count + 1))
+    assert max(map(len, parts)) <= LONGEST_STRETCH
     row = next((n for n in reversed(lengths) if n > 1), 1)
-    assert len(parts) == len(points) // row * -(-row // LONGEST_STRETCH)
+    assert len(parts) == points.count // row * -(-row // LONGEST_STRETCH)
     for part in parts:
-        assert len({(point.number - 1) // row for point in part.points}) == 1
+        assert len({(number - 1) // row for number in part}) == 1
+
+
+def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
+    listed = tmp_path / "points.csv"
+    text = "\ufeffload.normal_N; thermal.heat ;rolling.speed_m_s\n60;false;1\n\n65; false;2.5\n60;false;2\n"
+    listed.write_text(text, encoding="utf-8")
+    axes = read_points(listed)
+    assert [axis.key for axis in axes] == ["load.normal_N", "thermal.heat", "rolling.speed_m_s"]
+    assert [axis.values for axis in axes] == [(60, 65, 60), (False, False, False), (1, 2.5, 2)]
+    done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    assert [(row["load.normal_N"], row["rolling.speed_m_s"], row["friction_limit_N"]) for row in rows] == [
+        ("60", "1", "18.0"), ("65", "2.5", "19.5"), ("60", "2", "18.0")]
+    assert (tmp_path / "out" / "sweep.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "needs a header line"),
+        ("load.normal_N\n", "needs a header line"),
+        ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
+        ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 keys"),
+        ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
+        ("load.normal_N\n1\n?\n", "neither a number nor a word"),
+    ],
+)
+def test_lists_that_are_refused(text: str, message: str, case: Path, tmp_path: Path) -> None:
+    (tmp_path / "points.csv").write_text(text)
+    done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path / "out")
+    assert (done.returncode, message in done.stderr) == (2, True), done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_words_are_swept_and_a_point_of_a_list_is_named(case: Path, tmp_path: Path) -> None:
+    case.write_text(THERMAL)
+    done = call("sweep", case, "--over", "thermal.peclet=rolling,stationary", "-o", tmp_path, "--set", "numerics.grid=8")
+    assert done.returncode == 0, done.stderr
+    rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
+    assert [row["thermal.peclet"] for row in rows] == ["rolling", "stationary"]
+    assert "no picture: no key with numbers varies" in done.stdout
+    (tmp_path / "points.csv").write_text("load.normal_N\n-5\n")
+    done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path)
+    assert (done.returncode, "--points load.normal_N=-5" in done.stderr) == (3, True)

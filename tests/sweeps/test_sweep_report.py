@@ -104,7 +104,7 @@ def test_files_of_another_sweep_are_told_and_left(case: Path, tmp_path: Path) ->
     first = call("sweep", case, *over, "-o", "out", cwd=tmp_path)
     assert "another sweep" not in first.stderr and "earlier run" not in first.stderr
     done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", cwd=tmp_path)
-    assert "out has 2 files of another sweep, spheres_0002.h5 … spheres_0003.h5: left alone, and not in" in done.stderr
+    assert "out has 2 files of another sweep, spheres_0002.h5 … spheres_0003.h5: not touched, and not in" in done.stderr
     assert "of an earlier run, and left as it was: out/sweep.png" in done.stderr
     assert len(list((tmp_path / "out").glob("*.h5"))) == 3
     quiet = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "-q", cwd=tmp_path)

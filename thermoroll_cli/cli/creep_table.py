@@ -14,13 +14,12 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
-from thermoroll_cli.files.environment import rare_collections
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from thermoroll_cli.creep_table.table_plan import TablePlan
+    from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.values import TableValues
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
@@ -85,9 +84,10 @@ def table(
 
 def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
-    from thermoroll_cli.cli.scalar_sweep import TallyProgress
+    from thermoroll_cli.cli.progress import PointsProgress
     from thermoroll_cli.creep_table.build import build_table, finish, journal_path
     from thermoroll_cli.creep_table.table_file import read_table, write_table
+    from thermoroll_cli.sweeps.runner import Workers
 
     options.check_writable(path.resolve().parent)
     if resume and path.exists() and not journal_path(path).exists():
@@ -95,10 +95,10 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
         if (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
             streams.note(f"thermoroll: {path} is built already")
             return there
-    rare_collections()
-    progress = TallyProgress(quiet=quiet)
+    progress = PointsProgress(plan.points, quiet=quiet, lines=False)
     try:
-        built = build_table(plan, path, jobs=jobs, dask=dask, resume=resume, report=progress, note=progress.note)
+        built = build_table(plan, path, workers=Workers(jobs, dask), resume=resume, note=progress.note,
+                            report=lambda count, solved: progress.step("", count, solved=solved))
     finally:
         progress.close()
     write_table(path, built, command_line=shlex.join(["thermoroll", *sys.argv[1:]]))
@@ -108,7 +108,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
 
 def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
     """What to build. Ends the program (usage) where that makes no sense."""
-    from thermoroll_cli.creep_table.table_plan import TablePlan
+    from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.values import DEFAULT_ASPECTS, Axes
 
     try:
@@ -117,7 +117,7 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
             raise ValueError
     except ValueError:
         raise typer.BadParameter(f'"{nodes}" is not three whole numbers T,A,B', param_hint="--nodes") from None
-    ratios = tuple(float(v) for v in _values(aspect, "--aspect")) if aspect else DEFAULT_ASPECTS
+    ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
     try:
         axes = Axes(ratios, *counts)
     except ValueError as cause:
@@ -130,11 +130,14 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
     return TablePlan(axes, poisson, accuracy, checks)
 
 
-def _values(text: str, hint: str) -> tuple[int | float, ...]:
-    from thermoroll_cli.sweeps.axis import Axis
+def _values(text: str, hint: str) -> tuple[float, ...]:
+    from thermoroll_cli.sweeps.points import Axis
 
     try:
-        return Axis.parse(f"{hint.lstrip('-')}={text}").values
+        axis = Axis.parse(f"{hint.lstrip('-')}={text}")
+        if not axis.numeric:
+            raise ValueError(f'"{text}" is not a number')
+        return tuple(float(value) for value in axis.values)
     except ValueError as cause:
         raise typer.BadParameter(str(cause), param_hint=hint) from None
 

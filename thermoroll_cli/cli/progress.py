@@ -1,101 +1,135 @@
-"""What the solver is doing: a line that redraws itself on a terminal, plain lines elsewhere."""
+"""What the program is doing: a bar that redraws itself on a terminal, the same words as plain lines elsewhere."""
 
 from __future__ import annotations
 
+import contextlib
+import math
 import sys
-import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.cli.time_left import Step, TimeLeft
 
-_REDRAW_SECONDS = 0.1
-_COUNT_SECONDS = 1.0
-_WORTH_TELLING_SECONDS = 2.0
+SECONDS_BETWEEN_LINES = 10.0
+MOST_LINES = 200
+"""Points that get a line each where there is no terminal; of more there is a line every few seconds."""
+WORTH_SHOWING_SECONDS = 2.0
+NARROW = 80
+"""A terminal with fewer columns shows words without a bar."""
+OVERHEAD = 3e5
+"""Work of an iteration that does not grow with the grid, in operations: as much as the transforms of 64 × 64 elements."""
+
+Step = tuple[str, tuple[int, int]]
+"""A stage on a grid, as `Plan.steps` lists them."""
+
+
+class Bar:
+    """A line on a terminal with words, a bar and the time left, drawn by rich. It is gone when closed."""
+
+    def __init__(self, words: str, total: float, before_time: str = "") -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+        from rich.table import Column
+        from rich.text import Text
+
+        class TimeLeft(ProgressColumn):
+            def render(self, task: Task) -> Text:
+                seconds = task.time_remaining
+                known = seconds is not None and seconds >= WORTH_SHOWING_SECONDS and task.completed > 0
+                return Text(f"{before_time}{duration(seconds)} left" if known and seconds is not None else "")
+
+        console = Console(file=sys.stderr, highlight=False)
+        words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=False, overflow="fold"))
+        bar = (BarColumn(bar_width=24),) if console.width >= NARROW else ()
+        self._progress = Progress(words_column, *bar, TimeLeft(), console=console, transient=True, speed_estimate_period=600.0)
+        self._task = self._progress.add_task(words, total=total)
+        self._progress.start()
+
+    def show(self, words: str, done: float, total: float) -> None:
+        with contextlib.suppress(OSError):
+            self._progress.update(self._task, description=words, completed=done, total=total)
+
+    def close(self) -> None:
+        with contextlib.suppress(OSError):
+            self._progress.stop()
 
 
 class Progress:
     """Shows the reports of one solve on standard error. Use as `solve(..., report=progress)`, then `close` it.
 
-    On a terminal one line shows the latest report and, once a run takes seconds, how long it will go on, counted down while
-    nothing is reported; `steps` tells what is to be reported (asked for only there), `at_most` that it may be less. Elsewhere
-    there is a line whenever stage or grid change, and with `verbose` one for every report. `quiet` shows nothing.
+    On a terminal one line shows the latest report and the time left; `steps` are the reports to be expected (asked for only
+    there), `at_most` says that there may be fewer. Elsewhere there is a line whenever stage or grid change, and with `verbose`
+    one for every report. `quiet` shows nothing.
     """
 
-    def __init__(
-        self,
-        title: str,
-        *,
-        quiet: bool = False,
-        verbose: bool = False,
-        steps: Callable[[], Sequence[Step]] = tuple,
-        at_most: bool = False,
-    ) -> None:
-        self._title = title
-        self._quiet = quiet
-        self._verbose = verbose
-        self._live = streams.is_terminal(sys.stderr) and not verbose and not quiet
-        self._last_drawn = 0.0
-        self._last_step: tuple[str, str] | None = None
-        self._at_most = "at most " if at_most else ""
-        self._shown = ""
-        self._drawing = threading.Lock()
-        self._closed = threading.Event()
-        if self._live:
-            start = time.monotonic()
-            self._time_left = TimeLeft(steps(), start)
-            threading.Thread(target=self._count_down, daemon=True).start()
+    def __init__(self, title: str, *, quiet: bool = False, verbose: bool = False, steps: Callable[[], Sequence[Step]] = tuple,
+                 at_most: bool = False) -> None:  # fmt: skip
+        self._title, self._quiet, self._verbose = title, quiet, verbose
+        self._last: tuple[Any, ...] = ()
+        self._bar = None
+        if streams.is_terminal(sys.stderr) and not verbose and not quiet:
+            self._expected = {(stage, tuple(grid)): work(grid) for stage, grid in steps()}
+            self._total, self._done = sum(self._expected.values()), 0.0
+            self._bar = Bar(title, self._total, f"{'at most ' if at_most else ''}about ")
 
     def __call__(self, stage: str, info: Mapping[str, Any]) -> None:
-        if self._quiet:
-            return
-        if self._live:
-            self._shown = describe(self._title, stage, info)
-            now = time.monotonic()
-            nx, ny = info.get("grid", (0, 0))
-            if nx and ny:
-                self._time_left.done(stage, (nx, ny), now)
-            if now - self._last_drawn >= _REDRAW_SECONDS:
-                self._redraw(now)
-            return
-        step = (stage, str(info.get("grid")))
-        if self._verbose or step != self._last_step:
-            self._last_step = step
+        step = stage, tuple(info.get("grid", ()))
+        if self._bar is not None:
+            self._done += self._expected.pop(step, 0.0)
+            self._bar.show(describe(self._title, stage, info), self._done, self._total)
+        elif not self._quiet and (self._verbose or step != self._last):
+            self._last = step
             streams.note(describe(self._title, stage, info))
 
     def close(self) -> None:
         """Clear the line."""
-        self._closed.set()
-        with self._drawing:
-            if self._live and self._last_drawn:
-                self._draw("")
+        if self._bar is not None:
+            self._bar.close()
 
-    def _count_down(self) -> None:
-        while not self._closed.wait(_COUNT_SECONDS):
-            if self._shown:
-                self._redraw(time.monotonic())
 
-    def _redraw(self, now: float) -> None:
-        left = self._time_left.seconds(now)
-        told = f", {self._at_most}about {duration(left)} left" if left >= _WORTH_TELLING_SECONDS else ""
-        with self._drawing:
-            if not self._closed.is_set():
-                self._last_drawn = now
-                self._draw(self._shown, told)
+class PointsProgress:
+    """Shows on standard error how many of `total` points are done: a bar on a terminal; elsewhere a line per point, or every
+    few seconds where there are many. `quiet` shows nothing, `verbose` lines on a terminal, too."""
 
-    @staticmethod
-    def _draw(text: str, end: str = "") -> None:
-        """Replace the line on the terminal; where it is too narrow, `text` is cut and `end` stays."""
-        import shutil
+    def __init__(self, total: int, *, quiet: bool, verbose: bool = False, lines: bool = True) -> None:
+        self._total, self._done, self._found = total, 0, 0
+        self._quiet = quiet
+        self._every_point = lines and total <= MOST_LINES
+        self._start = self._last = time.monotonic()
+        live = streams.is_terminal(sys.stderr) and not verbose and not quiet
+        self._bar = Bar(f"0/{total} points", total) if live else None
 
-        room = shutil.get_terminal_size().columns - 1 - len(end)
-        try:
-            sys.stderr.write("\r\x1b[K" + text[: max(room, 0)] + end)
-            sys.stderr.flush()
-        except OSError:
-            pass
+    def step(self, words: str, count: int = 1, *, solved: bool = True) -> None:
+        """`count` more points are done, `solved` now or found finished; `words` describe one of them."""
+        self._done += count
+        self._found += 0 if solved else count
+        counted = f"{self._done}/{self._total}"
+        if self._bar is not None:
+            self._bar.show(f"{counted} points", self._done - self._found, self._total - self._found)
+        elif self._quiet or not solved:
+            return
+        elif self._every_point:
+            streams.note(f"{counted} {words}{self._left('; ')}")
+        elif time.monotonic() - self._last >= SECONDS_BETWEEN_LINES:
+            self._last = time.monotonic()
+            streams.note(f"{counted} points{self._left(', ')}")
+
+    def note(self, text: str) -> None:
+        """Show a remark beside the bar."""
+        if not self._quiet:
+            streams.note(f"thermoroll: {text}")
+
+    def close(self) -> None:
+        """Clear the bar."""
+        if self._bar is not None:
+            self._bar.close()
+
+    def _left(self, before: str) -> str:
+        solved = self._done - self._found
+        if solved == 0 or self._done == self._total:
+            return ""
+        return f"{before}{duration((time.monotonic() - self._start) / solved * (self._total - self._done))} left"
 
 
 def duration(seconds: float) -> str:
@@ -106,6 +140,12 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def work(grid: Sequence[int]) -> float:
+    """What an iteration on `grid` takes, in operations of its transforms."""
+    padded = 4 * grid[0] * grid[1]
+    return OVERHEAD + padded * math.log2(padded)
 
 
 def describe(title: str, stage: str, info: Mapping[str, Any]) -> str:

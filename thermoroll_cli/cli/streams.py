@@ -6,7 +6,7 @@ import json
 import math
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, TextIO
 
 from thermoroll_cli.cli.exits import ClosedOutput
@@ -32,6 +32,12 @@ def write(text: str) -> None:
     except BrokenPipeError:
         raise ClosedOutput from None
     flush()
+
+
+def write_lines(lines: Iterable[str]) -> None:
+    """Write each of `lines` as `write` does."""
+    for line in lines:
+        write(line)
 
 
 def flush() -> None:

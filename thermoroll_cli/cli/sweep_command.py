@@ -1,10 +1,11 @@
-"""`thermoroll sweep`: solve a case for every combination of values of some of its keys."""
+"""`thermoroll sweep`: solve a case for many values of some of its keys."""
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,33 +13,33 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
-from thermoroll_cli.cli.sweep_progress import SweepProgress
-from thermoroll_cli.files.environment import rare_collections
-from thermoroll_cli.interruption import import_in_steps
+from thermoroll_cli.cli.progress import PointsProgress
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Override
-    from thermoroll_cli.sweeps.axis import Axis
-    from thermoroll_cli.sweeps.points import Point
-    from thermoroll_cli.sweeps.scalars_only import ScalarSweep
+    from thermoroll_cli.sweeps.points import Axis, Value
     from thermoroll_cli.sweeps.sweep import Sweep
-    from thermoroll_cli.sweeps.table import Row
+    from thermoroll_cli.sweeps.table import Row, Rows
 
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
+_NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 
 def sweep(
     case: options.OneCase,
     over: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             "--over",
             metavar="KEY=VALUES",
-            help="A numeric key of the case and its values: KEY=START:STOP:COUNT, the same with :log, or KEY=v1,v2,… "
-            "Repeatable: every combination is a point, the last key varies fastest.",
+            help="A key of the case and its values: KEY=START:STOP:COUNT, the same with :log, or KEY=v1,v2,… with numbers or "
+            "words. Repeatable: every combination is a point, the last key varies fastest.",
         ),
-    ],
+    ] = None,
+    listed: Annotated[
+        Path | None, typer.Option("--points", metavar="FILE.csv", help="A header line of keys, and a line for each point.")
+    ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
     jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
     dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
@@ -60,97 +61,66 @@ def sweep(
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
-    axes, overrides = _asked(over, settings, jobs=jobs, dask=dask, threads=threads, scalars_only=scalars_only)
-    if scalars_only:
-        from thermoroll_cli.cli.scalar_sweep import solve_scalars_only
-
-        picture_path = None if no_plots else output / f"sweep.{image_format.value}"
-        rows_only = _scalar_sweep(case, axes, overrides, output, jobs=jobs, dask=dask, resume=resume, threads=threads)
-        raise typer.Exit(solve_scalars_only(rows_only, as_json=as_json, picture=picture_path, quiet=quiet))
-    points = _points(case, axes, overrides)
-    options.check_writable(output)
-    import_in_steps("numpy", "h5py")
-    from thermoroll_cli.sweeps.sweep import Sweep
-
-    command_line = shlex.join(["thermoroll", *sys.argv[1:]])
-    wanted = Sweep(points, axes, output, command_line, jobs=jobs, dask=dask, resume=resume, threads=threads)
-    rows = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
-    picture = None
-    if not no_plots and _plots_wanted(points[0]):
-        picture = _draw(rows, axes, output / f"sweep.{image_format.value}")
-    if not quiet:
-        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), [picture] if picture else [])
-    if not (as_json or quiet):
-        for line in _report(rows, axes, output, picture):
-            streams.write(line)
-    raise typer.Exit(_tell_failures(rows))
-
-
-def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> list[Row]:
-    """The rows of all points, reported as they are solved."""
-    from thermoroll_cli.sweeps.sweep import run_sweep
-
-    rare_collections()
-    progress = SweepProgress(len(sweep.points), quiet=quiet, verbose=verbose)
-    printer = _JsonPrinter(sweep.axes) if as_json else None
-
-    def report(row: Row, solved: bool) -> None:
-        outcome = "converged" if row.converged else f"NOT CONVERGED: {row.reason}"
-        progress.step(row.point.name, _values(row, sweep.axes), outcome, solved=solved)
-        if printer is not None:
-            printer.add(row)
-
-    try:
-        return run_sweep(sweep, report=report, note=progress.note)
-    finally:
-        progress.close()
-
-
-def _asked(
-    over: Sequence[str], settings: Sequence[str] | None, *, jobs: int, dask: str, threads: int, scalars_only: bool = False
-) -> tuple[tuple[Axis, ...], list[Override]]:
-    """What the options ask for. Ends the program (usage) where they make no sense."""
-    from thermoroll_cli.sweeps.axis import MOST_POINTS, MOST_ROWS, parse_axes
+    from thermoroll_cli.sweeps.runner import Workers
+    from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 
     overrides = options.parse_overrides(settings)
-    try:
-        axes = parse_axes(over, MOST_ROWS if scalars_only else MOST_POINTS)
-    except ValueError as cause:
-        raise typer.BadParameter(str(cause), param_hint="--over") from None
-    both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
-    if both is not None:
-        raise typer.BadParameter(f"{both} is swept with --over", param_hint="--set")
+    axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    return axes, overrides
+    wanted = Sweep(_points(case, axes, overrides, listed=listed is not None), output, shlex.join(["thermoroll", *sys.argv[1:]]),
+                   Workers(jobs, dask), resume, scalars_only, threads)  # fmt: skip
+    _check(wanted, quiet=quiet)
+    options.check_writable(output)
+    rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
+    picture, why_not = _draw(rows, output / f"sweep.{image_format.value}") if wanted.plots and not no_plots else (None, "")
+    if not quiet:
+        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), [picture] if picture else [])
+    if not (as_json or quiet):
+        written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
+        _report(rows, [*written, *([picture] if picture else [])], why_not)
+    if failures > SHOWN_FAILURES:
+        streams.note(f"thermoroll: and {failures - SHOWN_FAILURES} more, see the column reason of {output / TABLE_NAME}")
+    raise typer.Exit(ExitCode.NOT_CONVERGED if failures else ExitCode.FINE)
 
 
-def _scalar_sweep(path: Path, axes: Sequence[Axis], overrides: Sequence[Override], folder: Path, **wishes: Any) -> ScalarSweep:
-    """The sweep without files for points. Ends the program (invalid case) if the case cannot be read."""
+def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
+    """What is swept. Ends the program (usage) where that makes no sense."""
+    from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, parse_axes, read_points
+
+    if bool(over) == (listed is not None):
+        raise typer.BadParameter("give either --over KEY=VALUES or --points FILE.csv", param_hint="--over")
+    hint = "--points" if listed else "--over"
+    try:
+        axes = read_points(listed) if listed else parse_axes(over, MOST_ROWS if scalars_only else MOST_POINTS)
+    except ValueError as cause:
+        raise typer.BadParameter(str(cause), param_hint=hint) from None
+    both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
+    if both is not None:
+        raise typer.BadParameter(f"{both} is swept with {hint}", param_hint="--set")
+    return axes
+
+
+def _points(path: Path, axes: tuple[Axis, ...], overrides: Sequence[Override], *, listed: bool) -> Any:
+    """The points. Ends the program (invalid case) if the case cannot be read."""
     from thermoroll_cli.files.case import CaseError, case_name
     from thermoroll_cli.files.case_source import read_source
-    from thermoroll_cli.sweeps.points import PointMaker
-    from thermoroll_cli.sweeps.scalars_only import ScalarSweep
+    from thermoroll_cli.sweeps.points import Points
 
     try:
         source = read_source(path)
     except CaseError as cause:
         raise typer.Exit(options.tell_invalid([cause], "; nothing was computed")) from None
-    options.check_writable(folder)
-    maker = PointMaker(source.text, source.name, case_name(path), tuple(axes), tuple(overrides))
-    return ScalarSweep(maker, folder, shlex.join(["thermoroll", *sys.argv[1:]]), **wishes)
+    return Points(source.text, source.name, case_name(path), axes, tuple(overrides), listed, "--points" if listed else "--over")
 
 
-def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> tuple[Point, ...]:
-    """All points. Ends the program (invalid case) if any of them is none that can be solved."""
-    from thermoroll_cli.files.case import CaseError, case_name
-    from thermoroll_cli.files.case_source import read_source
-    from thermoroll_cli.sweeps.points import make_points
+def _check(sweep: Sweep, *, quiet: bool) -> None:
+    """Check all points. Ends the program (invalid case) if any of them cannot be solved."""
+    from thermoroll_cli.files.case import CaseError
 
     try:
-        source = read_source(path)
-        return make_points(source.text, source.name, case_name(path), axes, overrides)
+        sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
     except CaseError as cause:
         more = len(cause.findings) - SHOWN_ERRORS
         closing = f" of {len(cause.findings)}" if more > 0 else ""
@@ -158,58 +128,79 @@ def _points(path: Path, axes: Sequence[Axis], overrides: Sequence[Override]) -> 
         raise typer.Exit(options.tell_invalid([shown], f"{closing}; nothing was computed")) from None
 
 
-def _plots_wanted(point: Point) -> bool:
-    import json
+def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
+    """The rows of all points, reported as they are solved, and how many did not converge."""
+    progress = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose)
+    printer = _JsonPrinter(sweep.points.point(1).problem.title) if as_json else None
+    failures = 0
 
-    return bool(json.loads(point.case_json).get("output", {}).get("plots", True))
+    def report(row: Row, solved: bool) -> None:
+        nonlocal failures
+        where = ", ".join(f"{key} = {_written(value)}" for key, value in row.over.items())
+        progress.step(f"{row.name}: {where}: {'converged' if row.converged else 'NOT CONVERGED'}", solved=solved)
+        if not row.converged:
+            failures += 1
+            if failures <= SHOWN_FAILURES:
+                streams.note(f"thermoroll: {row.name} did not converge: {row.reason}")
+        if printer is not None:
+            printer.add(row)
+
+    try:
+        return sweep.run(report=report, note=progress.note), failures
+    finally:
+        progress.close()
 
 
-def _draw(rows: Sequence[Row], axes: Sequence[Axis], path: Path) -> Path | None:
+def _written(value: Value) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _draw(rows: Rows, path: Path) -> tuple[Path | None, str]:
+    """The picture, or why there is none."""
     from thermoroll_cli.sweeps.table import draw
 
-    return path if draw(rows, axes, path, rows[0].point.problem.title) else None
+    why_not = draw(rows, path, rows.points.point(1).problem.title)
+    return (None, why_not) if why_not else (path, "")
 
 
 class _JsonPrinter:
     """Prints rows as JSON in the order of the points, each as soon as all before it are known."""
 
-    def __init__(self, axes: Sequence[Axis]) -> None:
-        self._axes = axes
+    def __init__(self, title: str) -> None:
+        self._title = title
         self._waiting: dict[int, Row] = {}
         self._next = 1
 
     def add(self, row: Row) -> None:
-        self._waiting[row.point.number] = row
+        self._waiting[row.number] = row
         while self._next in self._waiting:
-            streams.write_json(_record(self._waiting.pop(self._next), self._axes))
+            row = self._waiting.pop(self._next)
+            head = {"name": row.name, "title": self._title, "over": row.over}
+            streams.write_json({**head, **row.summary, "files": [row.file] if row.file else []})
             self._next += 1
 
 
-def _record(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
-    head = {"name": row.point.name, "title": row.point.problem.title, "over": _values(row, axes)}
-    return {**head, **row.summary, "files": [row.file] if row.file else []}
+def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
+    from thermoroll_cli.cli.result_table import folded
+    from thermoroll_cli.cli.sweep_table import SHOWN_ROWS, table_lines
 
-
-def _values(row: Row, axes: Sequence[Axis]) -> dict[str, int | float]:
-    return {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
-
-
-def _report(rows: Sequence[Row], axes: Sequence[Axis], folder: Path, picture: Path | None) -> Iterator[str]:
-    from thermoroll_cli.cli.sweep_table import table_lines
-    from thermoroll_cli.sweeps.sweep import TABLE_NAME
-
-    yield from table_lines(rows, axes, streams.width())
-    converged = sum(row.converged for row in rows)
-    yield f"{converged} of {len(rows)} points converged"
-    files = sum(row.file is not None for row in rows)
-    also = f", {picture}" if picture else ""
-    yield f"  wrote {folder / TABLE_NAME}{also} and {files} result file{'s' if files != 1 else ''}"
-
-
-def _tell_failures(rows: Sequence[Row]) -> int:
-    failed = [row for row in rows if not row.converged]
-    for row in failed[:SHOWN_FAILURES]:
-        streams.note(f"thermoroll: {row.point.name} did not converge: {row.reason}")
-    if len(failed) > SHOWN_FAILURES:
-        streams.note(f"thermoroll: and {len(failed) - SHOWN_FAILURES} more, see the column reason of the table")
-    return ExitCode.NOT_CONVERGED if failed else ExitCode.FINE
+    converged = files = 0
+    kinds: dict[str, tuple[str, int]] = {}
+    for row in rows:
+        converged += row.converged
+        files += row.file is not None
+        # Warnings that differ in their numbers alone are of one kind.
+        for kind, warning in {_NUMBER.sub("#", warning): warning for warning in row.summary["warnings"]}.items():
+            first, count = kinds.get(kind, (warning, 0))
+            kinds[kind] = first, count + 1
+    width = streams.width()
+    if len(rows) <= SHOWN_ROWS:
+        streams.write_lines(table_lines(list(rows), rows.points, width))
+    for warning, count in kinds.values():
+        where = f" (one of {count} points)" if count > 1 else ""
+        streams.write_lines(folded(f"warning: {warning}{where}", width))
+    streams.write(f"{converged} of {len(rows)} points converged")
+    also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
+    streams.write(f"  wrote {', '.join(map(str, written))}{also}")
+    if why_not:
+        streams.write(f"  no picture: {why_not}")

@@ -1,65 +1,140 @@
-"""Building a table: its points in tasks of some seconds, then as many at random to see how good it is."""
+"""Building a table: its points in tasks of some seconds, then as many at random to measure how good it is."""
 
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache
+from typing import Any, Self
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
-from thermoroll_cli.creep_table.journal import Journal
-from thermoroll_cli.creep_table.point_solver import FORCES, QUANTITIES
-from thermoroll_cli.creep_table.table_plan import CheckTask, TablePlan, Task
-from thermoroll_cli.creep_table.values import Quality, TableValues
-from thermoroll_cli.creep_table.workers import solved_tasks
+from thermoroll_cli.creep_table.point_solver import BATCH, FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
+from thermoroll_cli.creep_table.scaling import LAW
+from thermoroll_cli.creep_table.values import DEFAULT_POISSON, Axes, Quality, TableValues
+from thermoroll_cli.sweeps.journal import Journal, Record
+from thermoroll_cli.sweeps.runner import Item, Workers, run
+
+TASK_POINTS = 4 * BATCH
+CHECK_POINTS = 25
+"""Random points of one random ellipse; those of a table of one ellipse are all its own."""
+CHECK_FINER = 2.25
+"""Random points are solved so much more accurately (48 elements a side for 32), so that their difference from the table has the
+errors of both its solver and its interpolation in it."""
+SEED = 20
+DECIMALS = 9
+"""Of forces over μW in the journal."""
 
 
-@dataclass
-class BuildProgress:
-    """How many of the `total` points have `rows`, how many of these were `found`, and how many have no solution: `holes`."""
+@dataclass(frozen=True)
+class TablePlan:
+    """What is to be built, and at how many random points (`checks`) it is compared with the solver."""
 
-    total: int
-    rows: int = 0
-    found: int = 0
-    holes: int = 0
+    axes: Axes = field(default_factory=Axes)
+    poisson_ratio: float = DEFAULT_POISSON
+    accuracy: float = STANDARD_ACCURACY
+    checks: int = 1000
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        return {"kind": "table", **asdict(self), "law": LAW}
+
+    @property
+    def points(self) -> int:
+        return len(self.axes.aspect_ratios) * self.axes.points + self.checks
+
+    def grid_tasks(self) -> Iterator[TableTask]:
+        """The points of the table, ellipse by ellipse."""
+        count = self.axes.points
+        for ratio in self.axes.aspect_ratios:
+            for first in range(0, count, TASK_POINTS):
+                scaled = self.axes.scaled(first, min(first + TASK_POINTS, count))
+                yield TableTask(f"a/b {ratio!r}, from {first}", ratio, self.poisson_ratio, self.accuracy, scaled)
+
+    def check_tasks(self) -> Iterator[TableTask]:
+        """Random creepages, uniform in m/(1 + m) and over the directions, of random ellipses between the first and the last:
+        the same ones for the same plan."""
+        ratios = self.axes.aspect_ratios
+        each = CHECK_POINTS if len(ratios) > 1 else TASK_POINTS
+        ellipses = np.random.default_rng(SEED)
+        for first in range(0, self.checks, each):
+            ratio = float(np.exp(ellipses.uniform(np.log(ratios[0]), np.log(ratios[-1])))) if len(ratios) > 1 else ratios[0]
+            random = np.random.default_rng((SEED, first))
+            t, alpha, height = random.uniform(0.0, 1.0, (3, min(each, self.checks - first)))
+            alpha, height, m = 0.5 * np.pi * alpha, 2.0 * height - 1.0, t / (1.0 - t)
+            flat = m * np.sqrt(1.0 - height**2)
+            scaled = np.stack([flat * np.cos(alpha), flat * np.sin(alpha), m * height])
+            yield TableTask(f"check from {first}", ratio, self.poisson_ratio, self.accuracy / CHECK_FINER, scaled)
+
+
+@dataclass(frozen=True)
+class TableTask:
+    """Points of one ellipse, (X, Y, Z) of each in `scaled` (3, n). They have one record: values and errors (5, n)."""
+
+    key: str
+    ratio: float
+    poisson_ratio: float
+    accuracy: float
+    scaled: Array
+
+    @property
+    def count(self) -> int:
+        return self.scaled.shape[1]
+
+    def items(self) -> Iterator[Item]:
+        solver = _solver(self.ratio, self.poisson_ratio, self.accuracy)
+        solved = solver.solve(self.scaled / np.array(solver.scales)[:, None])
+        yield self._record(np.concatenate([solved.values, solved.errors[None]])), b""
+
+    def _record(self, values: Array, *, solved: bool = True) -> Record:
+        return {"key": self.key, "solved": solved, "values": np.round(values, DECIMALS).tolist()}
+
+    def without(self, done: Callable[[str], bool]) -> Self | None:
+        return None if done(self.key) else self
+
+    def parts(self) -> list[Self]:
+        return [self]
+
+    def given_up(self, reason: str) -> Record:
+        return self._record(np.full((len(QUANTITIES) + 1, self.count), np.nan), solved=False)
+
+
+@lru_cache(maxsize=1)
+def _solver(ratio: float, poisson_ratio: float, accuracy: float) -> EllipseSolver:
+    return EllipseSolver(ratio, poisson_ratio, accuracy)
 
 
 def build_table(
-    plan: TablePlan, path: pathlib.Path, *, jobs: int = 1, dask: str = "", resume: bool = False,
-    report: Callable[[BuildProgress], None] = lambda progress: None,
+    plan: TablePlan, path: pathlib.Path, *, workers: Workers, resume: bool = False,
+    report: Callable[[int, bool], None] = lambda count, solved: None,
     note: Callable[[str], None] = lambda text: None,
 ) -> TableValues:
-    """Solve all points of `plan` and measure what interpolation between them is worth.
+    """Solve all points of `plan` and measure the error of interpolation between them.
 
-    What is solved is kept in a journal beside `path` until `finish` is called, so that `resume` goes on where a killed program
-    stopped. `report` is called with the progress, `note` with remarks. Raises OSError (journal, cluster).
+    Solved points are kept in a journal beside `path` until `finish` is called, so that `resume` goes on where a killed program
+    stopped. `report` is called with numbers of points as they are done, and whether they were solved now rather than found;
+    `note` with remarks. Raises OSError (journal, cluster).
     """
-    grid, checks = plan.grid_tasks(), plan.check_tasks()
-    tasks: list[Task] = [*grid, *checks]
-    journal = Journal(journal_path(path), plan.identity, resume=resume)
-    progress = BuildProgress(len(plan.axes.aspect_ratios) * plan.axes.points + plan.checks)
-    for values in journal.found.values():
-        progress.rows += values.shape[1]
-        progress.holes += int(np.isnan(values[0]).sum())
-    progress.found = progress.rows
-    if progress.found:
-        note(f"{progress.found} of {progress.total} points are solved already")
-    report(progress)
-    pending = {number: task for number, task in enumerate(tasks) if number not in journal.found}
-    for number, values in solved_tasks(plan, pending, jobs, dask, note):
-        journal.add(number, values)
-        progress.rows += values.shape[1]
-        progress.holes += int(np.isnan(values[0]).sum())
-        report(progress)
-    table = _assembled(plan, [journal.found[number] for number in range(len(grid))])
-    return replace(table, quality=_quality(table, checks, [journal.found[len(grid) + i] for i in range(len(checks))]))
+    grid, checks = list(plan.grid_tasks()), list(plan.check_tasks())
+    counts = {task.key: task.count for task in (*grid, *checks)}
+    with Journal(journal_path(path), plan.identity, resume=resume) as journal:
+        pending = [task for task in (*grid, *checks) if task.key not in journal or not journal[task.key]["solved"]]
+        found = plan.points - sum(task.count for task in pending)
+        if found:
+            note(f"{found} of {plan.points} points are solved already")
+            report(found, False)
+        for key in run(pending, journal, workers, note):
+            report(counts[key], True)
+        table = _assembled(plan, [np.array(journal[task.key]["values"]) for task in grid])
+        direct = [np.array(journal[task.key]["values"]) for task in checks]
+    return replace(table, quality=_quality(table, checks, direct))
 
 
 def journal_path(path: pathlib.Path) -> pathlib.Path:
-    return path.with_name(path.name + ".building")
+    return path.with_name(path.name + ".jsonl")
 
 
 def finish(path: pathlib.Path) -> None:
@@ -67,7 +142,7 @@ def finish(path: pathlib.Path) -> None:
     journal_path(path).unlink(missing_ok=True)
 
 
-def _assembled(plan: TablePlan, parts: Sequence[Array]) -> TableValues:
+def _assembled(plan: TablePlan, parts: list[Array]) -> TableValues:
     axes = plan.axes
     count = len(axes.aspect_ratios)
     flat = np.concatenate(parts, axis=1).reshape(5, count, axes.magnitudes - 1, axes.directions, axes.spins)
@@ -79,17 +154,17 @@ def _assembled(plan: TablePlan, parts: Sequence[Array]) -> TableValues:
     return TableValues(axes, plan.poisson_ratio, plan.accuracy, values, errors)
 
 
-def _quality(table: TableValues, tasks: Sequence[CheckTask], parts: Sequence[Array]) -> Quality:
+def _quality(table: TableValues, checks: list[TableTask], direct: list[Array]) -> Quality:
     """Errors of the solver over the whole table, and of the table against the solver at the random points."""
     errors = table.errors[:, 1:][~np.isnan(table.errors[:, 1:])]
     quality = Quality(float(np.sqrt(np.mean(errors**2))), float(errors.max()))
-    if not tasks:
+    if not checks:
         return quality
     interpolant = Interpolant(table)
     misses = []
-    for task, direct in zip(tasks, parts, strict=True):
-        found = interpolant(np.array([task.ratio]), task.scaled(table.axes))
-        misses.append(np.hypot(*(found - direct[:4])[FORCES][:2]))
+    for task, values in zip(checks, direct, strict=True):
+        found = interpolant(np.array([task.ratio]), task.scaled)
+        misses.append(np.hypot(*(found - values[:4])[FORCES][:2]))
     missed = np.concatenate(misses)
     missed = missed[~np.isnan(missed)]
     return replace(quality, points=len(missed), rms=float(np.sqrt(np.mean(missed**2))), largest=float(missed.max()))

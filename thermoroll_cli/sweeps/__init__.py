@@ -1,6 +1,6 @@
-"""Parameter sweeps: one case solved for every combination of values of some of its keys.
+"""Parameter sweeps: one case solved for many values of some of its keys.
 
-Points are divided into short stretches of neighbours. A stretch is what one worker solves, each point starting from the
-one before it, and the division depends on nothing but the swept values: the same sweep gives the same results in one
-process, in many, and on a cluster.
+`points` says what is swept and makes checked points; `sweep` solves them in stretches of neighbours and reads rows back;
+`table` writes the rows as CSV, HDF5, picture and data frame. Below stand two tools that tables of creep forces use as well:
+`runner` has tasks worked off here, in processes or by a Dask cluster, and `journal` keeps each finished point on the disk.
 """

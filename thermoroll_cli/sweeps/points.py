@@ -1,12 +1,20 @@
-"""The points of a sweep, each a checked problem, and the stretches in which they are solved."""
+"""What is swept, and the points of a sweep: each a checked problem.
+
+`KEY=START:STOP:COUNT[:log]` or `KEY=v1,v2,…` make an axis, and all combinations of the axes are points; or a CSV file lists
+the points one by one.
+"""
 
 from __future__ import annotations
 
-import dataclasses
+import csv
+import hashlib
+import io
 import itertools
 import json
 import math
-from collections.abc import Iterable, Iterator, Sequence
+import pathlib
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -14,114 +22,252 @@ from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, parse_source
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.sweeps.axis import Axis, Number
+
+Value = bool | int | float | str
 
 LONGEST_STRETCH = 5
-"""Points that start from each other. More save nothing that can be measured; fewer leave work for more processes, and
-less to solve again where a sweep is resumed."""
+"""Points that are solved one after the other, each from the one before it. More of them save nothing that can be measured yet;
+fewer leave work for more processes, and less to solve again where a sweep is resumed."""
+
+MOST_POINTS = 100_000
+"""A COUNT with too many zeros should not fill the memory or the folder first."""
+MOST_ROWS = 2_000_000
+"""The same where points get no files of their own."""
+
+FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
+
+_DIGITS = 12
+"""Significant digits of computed values: 0.3, not 0.30000000000000004."""
+_WORD = re.compile(r"[A-Za-z][\w.-]*")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A dotted key of the case and the values it takes, in their order."""
+
+    key: str
+    values: tuple[Value, ...]
+
+    @classmethod
+    def parse(cls, text: str) -> Axis:
+        """The axis that `text` describes. Raises ValueError with what is wrong."""
+        key, equals, written = (part.strip() for part in text.partition("="))
+        if not (key and equals and written):
+            raise ValueError(f'"{text}" is not of the form {FORMS}')
+        values = _range(text, written.split(":")) if ":" in written else tuple(_value(text, v) for v in written.split(","))
+        if len(set(values)) < len(values):
+            raise ValueError(f'"{text}" has the same value more than once')
+        return cls(key, values)
+
+    @property
+    def path(self) -> tuple[str, ...]:
+        return tuple(part.strip() for part in self.key.split("."))
+
+    @property
+    def numeric(self) -> bool:
+        return not any(isinstance(value, bool | str) for value in self.values)
+
+
+def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...]:
+    """The axes of a sweep. Raises ValueError: wrong form, the same key twice, more than `most` points."""
+    axes = tuple(Axis.parse(text) for text in texts)
+    _check_keys([axis.key for axis in axes])
+    count = math.prod(len(axis.values) for axis in axes)
+    if count > most:
+        hint = f", or {MOST_ROWS} with --scalars-only" if most < MOST_ROWS else ""
+        raise ValueError(f"{count} points are too many: at most {most}{hint}")
+    return axes
+
+
+def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
+    """The columns of the CSV file at `path`: a header of keys, then a line per point; comma or semicolon.
+
+    Raises ValueError (not such a file, the same key or the same point twice), OSError.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: not UTF-8 text") from None
+    delimiter = ";" if ";" in text.partition("\n")[0] else ","
+    reader = csv.reader(io.StringIO(text), delimiter=delimiter)
+    lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if any(cell.strip() for cell in line)]
+    if len(lines) < 2:
+        raise ValueError(f"{path}: needs a header line with keys, for example load.normal_N, and a line for each point")
+    (_, keys), *rows = lines
+    _check_keys(keys)
+    seen: dict[tuple[Value, ...], int] = {}
+    for number, cells in rows:
+        place = f"{path}, line {number}"
+        if len(cells) != len(keys):
+            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys")
+        values = tuple(_value(place, cell) for cell in cells)
+        if values in seen:
+            raise ValueError(f"{place}: the same point as in line {seen[values]}")
+        seen[values] = number
+    return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+
+
+def _check_keys(keys: Sequence[str]) -> None:
+    twice = next((key for key in keys if keys.count(key) > 1), None)
+    if twice is not None:
+        raise ValueError(f"{twice} is swept twice")
+
+
+def _range(text: str, parts: list[str]) -> tuple[Value, ...]:
+    logarithmic = len(parts) == 4 and parts[3].strip() == "log"
+    if len(parts) != 3 and not logarithmic:
+        raise ValueError(f'"{text}" is not of the form {FORMS}')
+    start, stop = _number(text, parts[0]), _number(text, parts[1])
+    try:
+        count = int(parts[2])
+    except ValueError:
+        count = 0
+    if not 2 <= count <= MOST_POINTS:
+        raise ValueError(f'"{text}": COUNT must be a whole number from 2 to {MOST_POINTS}, not {parts[2].strip() or "nothing"}')
+    if not (math.isfinite(start) and math.isfinite(stop)):
+        raise ValueError(f'"{text}": START and STOP must be finite')
+    if logarithmic and start * stop <= 0:
+        raise ValueError(f'"{text}": START and STOP of a logarithmic range must have the same sign and not be zero')
+    inner = (_between(start, stop, step / (count - 1), logarithmic) for step in range(1, count - 1))
+    whole = isinstance(start, int) and isinstance(stop, int)
+    # A whole-number key such as numerics.grid does not accept 64.0.
+    return (start, *(int(value) if whole and value.is_integer() else value for value in inner), stop)
+
+
+def _between(start: float, stop: float, share: float, logarithmic: bool) -> float:
+    if logarithmic:
+        ends = math.log(abs(start)), math.log(abs(stop))
+        value = math.copysign(math.exp(ends[0] + share * (ends[1] - ends[0])), start)
+    else:
+        value = start + share * (stop - start)
+    return float(f"{value:.{_DIGITS}g}")
+
+
+def _value(text: str, written: str) -> Value:
+    """A number, true, false or a word."""
+    written = written.strip()
+    try:
+        return _number(text, written)
+    except ValueError:
+        if not _WORD.fullmatch(written) or written.lower() == "nan":
+            raise ValueError(f'"{text}": "{written}" is neither a number nor a word') from None
+    return written == "true" if written in ("true", "false") else written
+
+
+def _number(text: str, written: str) -> int | float:
+    written = written.strip()
+    try:
+        return int(written)
+    except ValueError:
+        pass
+    try:
+        value = float(written)
+    except ValueError:
+        value = math.nan
+    if math.isnan(value):
+        raise ValueError(f'"{text}": "{written}" is not a number')
+    return value
 
 
 @dataclass(frozen=True)
 class Point:
-    """One combination: its `number` (from 1) in the sweep, the `name` of its result file without .h5, the swept
-    `values`, and the case. Plain enough to be sent to a process that has read no case file."""
+    """One point: its `number` (from 1) in the sweep, its `name`, the swept `values`, and the case."""
 
     number: int
     name: str
-    values: tuple[Number, ...]
+    values: tuple[Value, ...]
     problem: Problem
     case_text: str
     case_json: str
+    plots: bool
 
     @property
-    def identity(self) -> str:
-        return identity(self.case_json)
+    def key(self) -> str:
+        """Identifies the resolved case: everything that enters the result, in whatever order it is written."""
+        content = json.loads(self.case_json)
+        content.pop("output", None)
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
-class Stretch:
-    """Neighbouring points, solved one after the other by one worker.
+class Points:
+    """The points of a sweep, made one by one, so that a hundred thousand of them need not be held at once.
 
-    `finished` points have their files already; they are solved again, and not written, only to start the next point from
-    them, so that its result is the same as if nothing had been interrupted. `given_up` points are left out: they kill
-    the process that solves them.
-    """
-
-    points: tuple[Point, ...]
-    finished: frozenset[int] = frozenset()
-    given_up: frozenset[int] = frozenset()
-
-    @property
-    def pending(self) -> tuple[Point, ...]:
-        return tuple(p for p in self.points if p.number not in self.finished | self.given_up)
-
-
-def identity(case_json: str) -> str:
-    """What tells whether two resolved cases are the same: all that enters the result, whatever order it is written in.
-
-    Raises ValueError for text that is no JSON object."""
-    content = json.loads(case_json)
-    if not isinstance(content, dict):
-        raise ValueError("not a resolved case")
-    content.pop("output", None)
-    return json.dumps(content, sort_keys=True)
-
-
-@dataclass(frozen=True)
-class PointMaker:
-    """Makes the points of a sweep one by one, so that a hundred thousand of them need not be held at once.
-
-    The values of `axes` are put into the case `text` (read from `source`) after `settings`; the last axis varies fastest.
-    Points are called `stem` and their number. Plain enough to be sent to another process."""
+    The values of `axes` are put into the case `text` (read from `source`) after `settings`. The last axis varies fastest;
+    with `listed` the axes are the columns of a list of points instead. Points are called `stem` and their number. Plain
+    enough to be sent to another process."""
 
     text: str
     source: str
     stem: str
     axes: tuple[Axis, ...]
     settings: tuple[Override, ...] = ()
+    listed: bool = False
+    origin: str = "--over"
+    """Where the values were given, for messages."""
 
     @property
     def shape(self) -> tuple[int, ...]:
-        return tuple(len(axis.values) for axis in self.axes)
+        lengths = tuple(len(axis.values) for axis in self.axes)
+        return lengths[:1] if self.listed else lengths
 
     @property
     def count(self) -> int:
         return math.prod(self.shape)
 
-    def values(self, number: int) -> tuple[Number, ...]:
+    @property
+    def varying(self) -> list[Axis]:
+        """The axes with more than one value, the one that varies fastest first."""
+        return [axis for axis in reversed(self.axes) if len(set(axis.values)) > 1]
+
+    def values(self, number: int) -> tuple[Value, ...]:
         """The swept values of the point `number` (from 1)."""
+        if self.listed:
+            return tuple(axis.values[number - 1] for axis in self.axes)
         rest, values = number - 1, []
         for axis in reversed(self.axes):
             rest, index = divmod(rest, len(axis.values))
             values.append(axis.values[index])
         return tuple(reversed(values))
 
+    def over(self, number: int) -> dict[str, Value]:
+        """The swept values of the point `number` by key."""
+        return {axis.key: value for axis, value in zip(self.axes, self.values(number), strict=True)}
+
     def name(self, number: int) -> str:
         return f"{self.stem}_{number:0{max(4, len(str(self.count)))}d}"
 
     def point(self, number: int) -> Point:
-        """The checked point `number`. Raises CaseError, which names --over where a swept value is to blame."""
+        """The checked point `number`. Raises CaseError, which names `origin` where a swept value is wrong."""
         values = self.values(number)
-        swept = [Override(a.path, v, f"{a.key}={v!r}") for a, v in zip(self.axes, values, strict=True)]
-        try:
-            case = Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
-        except CaseError as cause:
-            raise CaseError([_blame(finding, swept) for finding in cause.findings]) from None
-        return Point(number, self.name(number), values, case.problem, case.text, case.to_json())
+        swept = [Override(a.path, v, f"{a.key}={_written(v)}", self.origin) for a, v in zip(self.axes, values, strict=True)]
+        case = Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
+        return Point(number, self.name(number), values, case.problem, case.text, case.to_json(), case.plots)
 
-    def points(self) -> Iterator[Point]:
-        """All points. Raises CaseError at the end, with the errors of all of them, each told once."""
+    def checked(self) -> Iterator[Point]:
+        """All points. Raises CaseError at the end, with the errors of all of them, each once."""
         findings: dict[tuple[str, str, str], Finding] = {}
         for number in range(1, self.count + 1):
             safe_point()
             try:
                 yield self.point(number)
             except CaseError as cause:
-                # What is wrong with a key rather than its value is wrong at every point.
+                # A wrong key is wrong at every point.
                 new = ((f.key, f.message, f.value) for f in cause.findings)
                 findings |= {key: f for key, f in zip(new, cause.findings, strict=True) if key not in findings}
         if findings:
             raise CaseError(list(findings.values()))
+
+    def stretches(self) -> Iterator[range]:
+        """The numbers of the points of each stretch: neighbours along the axis that varies fastest, at most
+        `LONGEST_STRETCH`. They depend on the swept values alone, so the results do not depend on who computes them."""
+        # Axes of one value do not vary.
+        row = next((length for length in reversed(self.shape) if length > 1), 1)
+        parts = -(-row // LONGEST_STRETCH)
+        ends = [row * part // parts for part in range(parts + 1)]
+        for first in range(1, self.count + 1, row):
+            for start, end in itertools.pairwise(ends):
+                yield range(first + start, first + end)
 
 
 @lru_cache(maxsize=1)
@@ -129,31 +275,5 @@ def _parsed(text: str, source: str) -> CaseSource:
     return parse_source(text, source)
 
 
-def make_points(
-    text: str, source: str, stem: str, axes: Sequence[Axis], settings: Sequence[Override] = ()
-) -> tuple[Point, ...]:
-    """All points of a sweep (see `PointMaker`). Raises CaseError with the errors of all points, each told once."""
-    return tuple(PointMaker(text, source, stem, tuple(axes), tuple(settings)).points())
-
-
-def _blame(finding: Finding, swept: Iterable[Override]) -> Finding:
-    for override in swept:
-        if finding.source == f"--set {override.text}":
-            return dataclasses.replace(finding, source=f"--over {override.text}")
-    return finding
-
-
-def stretches(points: Sequence[Point], axes: Sequence[Axis]) -> list[Stretch]:
-    """Divide `points` into stretches (see `stretch_numbers`)."""
-    return [Stretch(tuple(points[number - 1] for number in numbers)) for numbers in stretch_numbers(axes)]
-
-
-def stretch_numbers(axes: Sequence[Axis]) -> Iterator[range]:
-    """The numbers of the points of each stretch: along the axis that varies fastest, none longer than `LONGEST_STRETCH`."""
-    # Axes of one value do not vary.
-    row = next((len(axis.values) for axis in reversed(axes) if len(axis.values) > 1), 1)
-    parts = -(-row // LONGEST_STRETCH)
-    ends = [row * part // parts for part in range(parts + 1)]
-    for first in range(1, math.prod(len(axis.values) for axis in axes) + 1, row):
-        for start, end in itertools.pairwise(ends):
-            yield range(first + start, first + end)
+def _written(value: Value) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value)

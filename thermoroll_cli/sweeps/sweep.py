@@ -1,123 +1,283 @@
-"""A whole sweep: what is finished is found, the rest is solved, and every point becomes a row."""
+"""A whole sweep: finished points are found in the journal, the others are solved, and every point becomes a row."""
 
 from __future__ import annotations
 
 import contextlib
+import os
 import pathlib
+import re
+import tempfile
 import time
-from collections.abc import Callable, Generator, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
-from thermoroll_cli.files.atomic import remove_leftovers, write_bytes
+from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
 from thermoroll_cli.interruption import safe_point
-from thermoroll_cli.sweeps.axis import Axis
-from thermoroll_cli.sweeps.cluster import on_cluster
-from thermoroll_cli.sweeps.lock import sole_sweep
-from thermoroll_cli.sweeps.points import Point, Stretch, stretches
-from thermoroll_cli.sweeps.processes import in_processes
-from thermoroll_cli.sweeps.resume import finished_points, named, unlisted_files
-from thermoroll_cli.sweeps.stretch import Outcome, Target, solve_into
-from thermoroll_cli.sweeps.table import Row, TableFile, failed_row, row_of
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.sweeps.journal import Journal, Record
+from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
+from thermoroll_cli.sweeps.runner import Item, Workers, run
+from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, failed_summary, summary_of, write_csv, write_hdf5
 
-TABLE_NAME = "sweep.csv"
+TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
+JOURNAL_FORMAT = 1
 
 SECONDS_BETWEEN_TABLES = 2.0
-"""A table of thousands of points takes longer to write than some points to solve."""
+SHARE_OF_TABLES = 0.05
+"""The table is written again while the sweep runs, for at most this share of the time."""
+MANY = 2000
+"""Points whose checking takes long enough to be mentioned, and whose table is not written on an interruption."""
 
 
 @dataclass(frozen=True)
-class Sweep:
-    """`points` (all of them checked) along `axes`, to be solved into `folder`.
+class Pending:
+    """A point that is to be solved: its number, the key of its record, and the name of its file (empty: none)."""
 
-    In `jobs` processes of this machine, or by the Dask cluster whose scheduler is at `dask`. `resume` leaves out what
-    has been solved already. `threads` are those of the transforms in the only process.
+    number: int
+    key: str
+    file: str
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Neighbouring points, solved one after the other by one worker, each from the one before it.
+
+    Points that are not among `pending` are finished, or given up; they are solved again only where a pending one follows, so
+    that its result is the same as if nothing had been interrupted.
     """
 
-    points: tuple[Point, ...]
-    axes: tuple[Axis, ...]
-    folder: pathlib.Path
+    points: Points
+    numbers: range
+    pending: tuple[Pending, ...]
     command_line: str
-    jobs: int = 1
-    dask: str = ""
-    resume: bool = False
     threads: int = 1
 
+    @property
+    def key(self) -> str:
+        return self.pending[0].key
 
-def run_sweep(sweep: Sweep, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> list[Row]:
-    """Solve `sweep`, write a result file per point and the table, and return the rows in the order of the points.
+    def items(self) -> Iterator[Item]:
+        """Solve the pending points: a record, and the content of the result file, for each."""
+        pending = {one.number: one for one in self.pending}
+        solver = Solver(self.threads)
+        cold = True
+        for number in range(self.numbers.start, self.pending[-1].number + 1):
+            point = self.points.point(number)
+            result, reason = _attempt(solver, point.problem, search=cold)
+            if not cold and (result is None or not result.converged):
+                # The neighbour may have been a bad start: no point does worse than a run of its own.
+                solver = Solver(self.threads)
+                result, reason = _attempt(solver, point.problem, search=True)
+            cold = result is None
+            if result is None:
+                # The state left by an exception is no start for the next point.
+                solver = Solver(self.threads)
+            if number not in pending:
+                continue
+            one = pending[number]
+            if result is None:
+                yield self._record(one, failed_summary(reason), solved=False), b""
+                continue
+            image = b"" if not one.file else file_image(
+                result, case_text=point.case_text, case_json=point.case_json, command_line=self.command_line)
+            yield self._record(one, summary_of(result)), image
 
-    `report` is called with each row when it is known, and whether it was solved now rather than found finished; `note`
-    with remarks. Whatever ends the sweep early, finished points keep their files and rows. Raises OSError: a file cannot
-    be written, another sweep works in the folder, no cluster.
+    def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
+        # The key stands first, for whoever looks for it.
+        return {"key": one.key, "name": self.points.name(one.number), "over": self.points.over(one.number),
+                "file": one.file if solved else "", "solved": solved, "summary": summary}
+
+    def without(self, done: Callable[[str], bool]) -> Self | None:
+        left = tuple(one for one in self.pending if not done(one.key))
+        return replace(self, pending=left) if left else None
+
+    def parts(self) -> list[Self]:
+        return [replace(self, numbers=range(p.number, p.number + 1), pending=(p,)) for p in self.pending]
+
+    def given_up(self, reason: str) -> Record:
+        return self._record(self.pending[0], failed_summary(reason), solved=False)
+
+
+def _attempt(solver: Solver, problem: Problem, *, search: bool) -> tuple[Result | None, str]:
+    try:
+        return solver.solve(problem, search=search), ""
+    except MemoryError:
+        return None, "not enough memory"
+    except Exception as cause:
+        return None, " ".join(f"{type(cause).__name__}: {cause}".split())
+
+
+@dataclass
+class Sweep:
+    """`points` to be solved into `folder` by `workers`, with a result file for each, or with `scalars_only` none.
+
+    `resume` leaves out the points that the folder has already. `threads` are those of the transforms in the only process.
     """
-    with sole_sweep(sweep.folder):
-        finished = finished_points(sweep.folder, sweep.points, note) if sweep.resume else {}
-        points = named(sweep.points, finished)
-        if unlisted := unlisted_files(sweep.folder, points):
-            which = unlisted[0].name + (f" … {unlisted[-1].name}" if len(unlisted) > 1 else "")
+
+    points: Points
+    folder: pathlib.Path
+    command_line: str
+    workers: Workers = field(default_factory=Workers)
+    resume: bool = False
+    scalars_only: bool = False
+    threads: int = 1
+    plots: bool = True
+    """Whether the case asks for a picture; known once the points are checked."""
+    _keys: list[str] = field(default_factory=list)
+
+    def check(self, note: Callable[[str], None] = lambda text: None) -> None:
+        """Check all points. Raises CaseError with the errors of all of them, each once."""
+        if self.points.count > MANY:
+            note(f"checking {self.points.count} points")
+        self._keys = []
+        for point in self.points.checked():
+            self._keys.append(point.key)
+            self.plots = point.plots
+
+    def run(self, *, report: Callable[[Row, bool], None], note: Callable[[str], None]) -> Rows:
+        """Solve the points, write a result file for each unless `scalars_only`, and the tables, and return the rows.
+
+        `report` is called with each row when it is known, and whether it was solved now rather than found finished; `note`
+        with remarks. Whatever ends the sweep early, finished points keep their records and files.
+
+        Raises CaseError before anything is solved; OSError: a file cannot be written, another sweep works in the folder, no
+        cluster.
+        """
+        if not self._keys:
+            self.check(note)
+        numbers = {key: number for number, key in enumerate(self._keys, 1)}
+        with Journal(self.folder / JOURNAL_NAME, {"kind": "sweep", "format": JOURNAL_FORMAT}, resume=self.resume) as journal:
+            finished = self._finished(journal, note)
+            if finished:
+                note(f"{len(finished)} of {self.points.count} points are finished already")
+            rows = Rows(self.points, self._keys, journal, self.folder)
+            self._tell_unlisted(finished, note)
+            for key in finished:
+                report(rows.row(numbers[key]), False)
+            written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
+            try:
+                with contextlib.closing(run(self._stretches(finished), journal, self.workers, note)) as keys:
+                    for key in keys:
+                        safe_point()
+                        report(rows.row(numbers[key]), True)
+                        if (now := time.monotonic()) - written > wait:
+                            write_csv(self.folder / TABLE_NAME, self.points.axes, rows)
+                            written = time.monotonic()
+                            wait = max(SECONDS_BETWEEN_TABLES, (written - now) / SHARE_OF_TABLES)
+            except BaseException:
+                if self.points.count <= MANY:
+                    journal.update()
+                    with contextlib.suppress(OSError):
+                        self._write(rows)
+                raise
+            self._write(rows)
+            return rows
+
+    def _write(self, rows: Rows) -> None:
+        write_csv(self.folder / TABLE_NAME, self.points.axes, rows)
+        if self.scalars_only:
+            write_hdf5(self.folder / ARRAYS_NAME, self.points, rows, self.command_line)
+
+    def _finished(self, journal: Journal, note: Callable[[str], None]) -> dict[str, str]:
+        """The keys of points that have a result, with the names of their files."""
+        found = {}
+        for key in self._keys:
+            if key not in journal or not (record := journal[key])["solved"]:
+                continue
+            safe_point()
+            if not self.scalars_only:
+                if not record["file"]:  # of a sweep with --scalars-only
+                    continue
+                try:
+                    read_result(self.folder / record["file"], with_fields=False)
+                except ResultFileError as cause:
+                    note(f"{cause}; solved again")
+                    continue
+            found[key] = record["file"]
+        return found
+
+    def _stretches(self, finished: dict[str, str]) -> Iterator[Stretch]:
+        """Stretches with points that are still to be solved. A name that a finished point has is not given again."""
+        taken, free = set(finished.values()), self.points.count
+        stem, _, digits = self.points.name(1).rpartition("_")
+        for numbers in self.points.stretches():
+            pending = []
+            for number in numbers:
+                key = self._keys[number - 1]
+                if key in finished:
+                    continue
+                file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
+                while file and file in taken:
+                    free += 1
+                    file = f"{stem}_{free:0{len(digits)}d}.h5"
+                taken.add(file)
+                pending.append(Pending(number, key, file))
+            if pending:
+                yield Stretch(self.points, numbers, tuple(pending), self.command_line, self.threads)
+
+    def _tell_unlisted(self, finished: dict[str, str], note: Callable[[str], None]) -> None:
+        """Files called like points of this sweep that none of its points will have: left by an earlier, larger sweep."""
+        if self.scalars_only:
+            return
+        names = {f"{self.points.name(number)}.h5" for number in range(1, self.points.count + 1)} | set(finished.values())
+        numbered = re.compile(re.escape(self.points.stem) + r"_\d{4,}\.h5")
+        unlisted = sorted(path.name for path in self.folder.glob("*.h5")
+                          if numbered.fullmatch(path.name) and path.name not in names)
+        if unlisted:
+            which = unlisted[0] + (f" … {unlisted[-1]}" if len(unlisted) > 1 else "")
             count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"
-            note(f"{sweep.folder} has {count} of another sweep, {which}: left alone, and not in {TABLE_NAME}")
-        table = TableFile(sweep.folder / TABLE_NAME, sweep.axes)
-        target = Target(sweep.folder, sweep.command_line, sweep.threads)
-        for point in points:
-            if point.number in finished:
-                table.rows[point.number] = row_of(point, target.path(point))
-                report(table.rows[point.number], False)
-        if finished:
-            note(f"{len(finished)} of {len(points)} points are finished already")
-        pending = [
-            replace(stretch, finished=frozenset(p.number for p in stretch.points if p.number in finished))
-            for stretch in stretches(points, sweep.axes)
-        ]
-        pending = [stretch for stretch in pending if stretch.pending]
-        written, began = time.monotonic(), time.time()
-        try:
-            with contextlib.closing(_outcomes(sweep, pending, target, note)) as outcomes:
-                for row in _rows(outcomes, points, target):
-                    safe_point()
-                    table.rows[row.point.number] = row
-                    report(row, True)
-                    if time.monotonic() - written > SECONDS_BETWEEN_TABLES:
-                        table.write()
-                        written = time.monotonic()
-        except BaseException:
-            with contextlib.suppress(OSError):
-                # Points that other processes finished and that were not yet heard of.
-                for point in points:
-                    path = target.path(point)
-                    if point.number not in table.rows and path.exists() and path.stat().st_mtime >= began:
-                        table.rows[point.number] = row_of(point, path)
-                table.write()
-            raise
-        table.write()
-        remove_leftovers(sweep.folder)
-        return table.in_order()
+            note(f"{self.folder} has {count} of another sweep, {which}: not touched, and not in {TABLE_NAME}")
 
 
-def _outcomes(sweep: Sweep, pending: Sequence[Stretch], target: Target, note: Callable[[str], None]) -> Generator[Outcome]:
-    """The seam between a sweep and whoever does the work."""
-    if not pending:
-        return
-    if sweep.dask:
+def solve_sweep(
+    case: Case,
+    over: Mapping[str, Iterable[Value]] | Sequence[Mapping[str, Value]],
+    folder: str | os.PathLike[str] | None = None,
+    *,
+    jobs: int = 1,
+    resume: bool = False,
+    report: Callable[[dict[str, Any]], None] | None = None,
+) -> SweepTable:
+    """Solve `case` for every combination of the values of some keys, for example `{"rolling.speed_m_s": [1, 2, 5]}`, or for a
+    list of points, mappings from the same keys to values, as `thermoroll sweep` does: neighbours start from each other, the
+    last key varies fastest.
 
-        yield from on_cluster(pending, sweep.dask, sweep.command_line)
-    elif sweep.jobs > 1:
+    Returns a list with a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as
+    mappings, and `file`, the path of its result; `to_dataframe` and `to_xarray` have the numbers in flat columns. `folder`
+    receives these files and sweep.csv, and `resume` leaves out points that it has already; without a folder nothing is kept and
+    `file` is None. `jobs` processes share the work (a script then needs `if __name__ == "__main__":`). `report` is called with
+    each row as soon as it is known.
 
-        yield from in_processes(pending, target, sweep.jobs, note)
-    else:
-        for stretch in pending:
-            yield from solve_into(stretch, target)
+    Raises CaseError (all errors of all points), ValueError (no values, the same value or point twice), OSError.
+    """
+    listed = not isinstance(over, Mapping)
+    columns = _columns_of(over) if not isinstance(over, Mapping) else over
+    axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in columns.items())
+    for axis in axes:
+        if not axis.values or (not listed and len(set(axis.values)) < len(axis.values)):
+            raise ValueError(f"{axis.key} has no values, or the same value more than once")
+    points = Points(case.to_toml(), case.name, case.name, axes, listed=listed, origin="sweep over")
+    if points.count > MOST_POINTS:
+        raise ValueError(f"{points.count} points are too many: at most {MOST_POINTS}")
+    with contextlib.ExitStack() as stack:
+        place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
+        place.mkdir(parents=True, exist_ok=True)
+        wanted = Sweep(points, place, "Python", Workers(jobs), resume, scalars_only=folder is None)
+
+        def reported(row: Row, solved: bool) -> None:
+            if report is not None:
+                report(row.flat())
+
+        return SweepTable(wanted.run(report=reported, note=lambda text: None), points)
 
 
-def _rows(outcomes: Iterator[Outcome], points: Sequence[Point], target: Target) -> Iterator[Row]:
-    """The row of every outcome, read back from its file."""
-    by_number = {point.number: point for point in points}
-    for outcome in outcomes:
-        point = by_number[outcome.number]
-        if outcome.reason:
-            yield failed_row(point, outcome.reason)
-            continue
-        path = target.path(point)
-        if outcome.content:
-            write_bytes(path, outcome.content)
-        yield row_of(point, path)
+def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, list[Value]]:
+    if not points or any(set(point) != set(points[0]) for point in points):
+        raise ValueError("a list of points needs at least one, and the same keys in each of them")
+    if len({tuple(point.items()) for point in points}) < len(points):
+        raise ValueError("the same point occurs more than once")
+    return {key: [point[key] for point in points] for key in points[0]}

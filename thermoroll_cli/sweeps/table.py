@@ -1,39 +1,49 @@
-"""The rows of a sweep: one per point, as a table in a CSV file and as curves in a picture."""
+"""The rows of a sweep: one per point, as CSV, as HDF5 arrays, as curves in a picture, as a data frame."""
 
 from __future__ import annotations
 
 import csv
-import io
+import json
 import math
 import pathlib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.result.hdf5 import read_result
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.files.atomic import replacing
+from thermoroll_cli.files.result.sweep_file import write_sweep_file
 from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
-from thermoroll_cli.sweeps.axis import Axis
-from thermoroll_cli.sweeps.points import Point
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.sweeps.journal import Journal
+from thermoroll_cli.sweeps.points import Axis, Points, Value
 
-CONVERGED, NOT_CONVERGED = "converged", "not_converged"
-STATUS = ("status", "reason")
+if TYPE_CHECKING:
+    import pandas
+    import xarray
+
+CONVERGED = "converged"
 STATES = {"isothermal": SCALARS, "error": SCALARS}
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column → scalar in N."""
-UNBOUNDED = "unbounded"
-"""Column with the names of the scalars that have no limit at this point (the contact reaches the end of a profile)."""
-WORK = ("grid", "applications")
-"""What of the work enters the table. Not the seconds: the tables of equal sweeps are equal."""
+TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
+"""Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
+profile."""
+MOST_DRAWN = 1000
+"""Points of which a picture still shows something."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, its numbers are
-    nan for a point that has no `file`."""
+    """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, with nan for
+    numbers that were not computed; `file` is the result file, if there is one."""
 
-    point: Point
+    number: int
+    name: str
+    over: Mapping[str, Value]
     summary: Mapping[str, Any]
     file: pathlib.Path | None
 
@@ -45,110 +55,178 @@ class Row:
     def reason(self) -> str:
         return str(self.summary["reason"])
 
+    def flat(self) -> dict[str, Any]:
+        """The swept values and the summary side by side, with `file`."""
+        return {**self.over, **self.summary, "file": self.file}
 
-def row_of(point: Point, path: pathlib.Path) -> Row:
-    """The row of a point from its result file. Raises OSError."""
-    stored = read_result(path, with_fields=False).summary()
-    scalars = {name: stored.get(name, math.nan) for name in (*STATUS, *SCALARS, *HERTZ_SCALARS)}
-    states = {state: {name: stored[state].get(name, math.nan) for name in names} for state, names in STATES.items()}
-    scalars |= over_limit(scalars)
-    below = [name for name in SUBSURFACE_SCALARS if name in stored]
-    scalars |= {name: stored[name] for name in below}
-    states["error"] |= {name: stored["error"].get(name, math.nan) for name in below}
-    scalars |= {UNBOUNDED: stored[UNBOUNDED]} if UNBOUNDED in stored else {}
-    return Row(point, scalars | states | {name: stored.get(name) for name in ("work", "warnings")}, path)
+    def cells(self) -> dict[str, Any]:
+        """The values by column, numbers and texts."""
+        summary = self.summary
+        numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
+        numbers |= {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
+        grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
+        texts = {"status": summary["status"], "reason": summary["reason"], "unbounded": " ".join(summary["unbounded"]),
+                 "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else ""}
+        applications = summary["work"].get("applications", math.nan)
+        return {**self.over, **numbers, **texts, "work.applications": applications}
 
 
-def failed_row(point: Point, reason: str) -> Row:
-    """The row of a point that has no result."""
+def summary_of(result: Result) -> dict[str, Any]:
+    """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
+    summary = result.summary()
+    limit = summary.get("friction_limit_N", math.nan)
+    summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
+    summary.pop("patches", None)
+    found: dict[str, Any] = json.loads(json.dumps(_known(summary), default=lambda value: value.tolist()))
+    return found
+
+
+def _known(values: Mapping[str, Any]) -> dict[str, Any]:
+    known = {name: _known(value) if isinstance(value, Mapping) else value for name, value in values.items()}
+    return {name: value for name, value in known.items() if not (isinstance(value, float) and math.isnan(value))}
+
+
+def failed_summary(reason: str) -> dict[str, Any]:
+    """The record of a point that has no result."""
+    return {"status": "not_converged", "reason": reason}
+
+
+def _whole(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """A record's summary with nan for everything that it lacks."""
     scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT), math.nan)
-    states = {state: dict.fromkeys(names, math.nan) for state, names in STATES.items()}
-    outcome = {"status": NOT_CONVERGED, "reason": reason}
-    return Row(point, outcome | scalars | states | {"work": {}, "warnings": []}, None)
+    states = {state: dict.fromkeys(names, math.nan) | summary.get(state, {}) for state, names in STATES.items()}
+    return {**scalars, "work": {}, "warnings": [], "unbounded": [], **summary, **states}
 
 
-def over_limit(scalars: Mapping[str, Any]) -> dict[str, float]:
-    """Columns of `OVER_LIMIT` from the scalars of a row; nan without friction."""
-    limit = scalars["friction_limit_N"]
-    return {name: scalars[force] / limit if limit > 0.0 else math.nan for name, force in OVER_LIMIT.items()}
+@dataclass(frozen=True)
+class Rows:
+    """The rows known so far, read from the journal one by one, in the order of the points."""
+
+    points: Points
+    keys: Sequence[str]
+    journal: Journal
+    folder: pathlib.Path
+
+    def row(self, number: int) -> Row:
+        record = self.journal[self.keys[number - 1]]
+        file = self.folder / record["file"] if record["file"] else None
+        name = self.points.name(number) if file is None else file.stem
+        return Row(number, name, self.points.over(number), _whole(record["summary"]), file)
+
+    def __iter__(self) -> Iterator[Row]:
+        return (self.row(number) for number, key in enumerate(self.keys, 1) if key in self.journal)
+
+    def __len__(self) -> int:
+        return sum(key in self.journal for key in self.keys)
 
 
-def columns(axes: Sequence[Axis], below: Sequence[str] = ()) -> list[str]:
-    """Names of the columns: swept keys, status and reason, what has no limit, scalars, forces over μW, scalars `below` the
-    surface, `isothermal.` and `error.` scalars, work, file."""
+def number_columns(below: Sequence[str] = ()) -> list[str]:
+    """Columns of numbers: scalars, forces over μW, scalars `below` the surface, `isothermal.` and `error.` scalars, work."""
     prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names] + [f"error.{name}" for name in below]
-    swept = [axis.key for axis in axes]
-    return [*swept, *STATUS, UNBOUNDED, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed,
-            *(f"work.{name}" for name in WORK), "file"]
+    return [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, "work.applications"]
 
 
 def names_below(rows: Iterable[Row]) -> list[str]:
     """The scalars below the surface that any of the rows has."""
-    found = {name for row in rows for name in row.summary}
+    found: set[str] = set()
+    for row in rows:
+        found |= row.summary.keys() & SUBSURFACE_SCALARS.keys()
     return [name for name in SUBSURFACE_SCALARS if name in found]
 
 
-def cells(row: Row, axes: Sequence[Axis]) -> dict[str, Any]:
-    """The values of a row by column."""
-    summary = row.summary
-    found: dict[str, Any] = {axis.key: value for axis, value in zip(axes, row.point.values, strict=True)}
-    found |= {name: summary[name] for name in (*STATUS, *SCALARS, *HERTZ_SCALARS, *OVER_LIMIT)}
-    found[UNBOUNDED] = " ".join(summary.get(UNBOUNDED, ()))
-    found |= {name: summary[name] for name in SUBSURFACE_SCALARS if name in summary}
-    found |= {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
-    work = summary["work"] or {}
-    found["work.grid"] = "x".join(str(side) for side in work.get("grid", ()))
-    found["work.applications"] = work.get("applications", "")
-    return found | {"file": row.file.name if row.file else ""}
-
-
-@dataclass
-class TableFile:
-    """The rows known so far, and the CSV file they are written to, in the order of the points."""
-
-    path: pathlib.Path
-    axes: Sequence[Axis]
-    rows: dict[int, Row] = field(default_factory=dict)
-
-    def write(self) -> None:
-        """Replace the file by one with all rows known now. Raises OSError."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        names = columns(self.axes, names_below(self.rows.values()))
+def write_csv(path: pathlib.Path, axes: Sequence[Axis], rows: Iterable[Row]) -> None:
+    """Replace the table at `path` by one with all rows known now. Raises WriteError."""
+    *numbers, applications = number_columns(names_below(rows))
+    names = [*(axis.key for axis in axes), *TEXTS[:-1], *numbers, TEXTS[-1], applications, "file"]
+    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(names)
-        for row in self.in_order():
-            found = cells(row, self.axes)
-            # A point without a result has nothing below the surface either.
-            writer.writerow([cell(found.get(name, math.nan)) for name in names])
-        write_bytes(self.path, text.getvalue().encode("utf-8", "backslashreplace"))
-
-    def in_order(self) -> list[Row]:
-        return [self.rows[number] for number in sorted(self.rows)]
+        for row in rows:
+            cells = row.cells()
+            writer.writerow([_cell(cells.get(name, math.nan)) for name in names])
 
 
-def draw(rows: Iterable[Row], axes: Sequence[Axis], path: pathlib.Path, title: str) -> bool:
-    """Draw the scalars over the axis that varies fastest, a curve for each combination of the others. False, and no
-    picture, where nothing converged or nothing varies. Raises OSError."""
-    rows = list(rows)
-    return draw_cells([cells(row, axes) for row in rows], axes, path, title, names_below(rows))
-
-
-def draw_cells(
-    rows: Sequence[Mapping[str, Any]], axes: Sequence[Axis], path: pathlib.Path, title: str, below: Sequence[str] = ()
-) -> bool:
-    """As `draw`, from the values of the rows by column."""
-
-    varying = [axis.key for axis in reversed(axes) if len(axis.values) > 1]
-    table = {name: [row.get(name, math.nan) for row in rows] for name in columns(axes, below)}
-    if not varying or not any(
-            status == CONVERGED and math.isfinite(x) for status, x in zip(table["status"], table[varying[0]], strict=True)):
-        return False
-    write_sweep_figure(table, varying, path, title=title)
-    return True
-
-
-def cell(value: Any) -> str:
+def _cell(value: Any) -> str:
     """A number with all its digits, nothing for one that was not computed."""
     if isinstance(value, float):
         return "" if math.isnan(value) else repr(value)
-    return str(value)
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_line: str) -> None:
+    """Every column as an array over the swept keys, nan and empty where a point is not solved. Raises WriteError."""
+    names = number_columns(names_below(rows))
+    numbers = np.full((len(names), points.count), math.nan)
+    texts: dict[str, list[str]] = {name: [""] * points.count for name in TEXTS}
+    for row in rows:
+        cells = row.cells()
+        numbers[:, row.number - 1] = [cells.get(name, math.nan) for name in names]
+        for name, column in texts.items():
+            column[row.number - 1] = cells[name]
+    columns: dict[str, NDArray[Any]] = dict(zip(names, numbers, strict=True))
+    columns |= {name: np.array([text.encode("utf-8", "backslashreplace") for text in column])
+                for name, column in texts.items()}
+    write_sweep_file(path, {axis.key: axis.values for axis in points.axes}, columns, listed=points.listed,
+                     case_text=points.text, settings=[override.text for override in points.settings],
+                     command_line=command_line, title=points.point(1).problem.title)
+
+
+def draw(rows: Rows, path: pathlib.Path, title: str) -> str:
+    """Draw the scalars over the axis that varies fastest, a curve for each combination of the others; those of a list over
+    the number of the point where several keys vary. Returns why there is no picture, or nothing. Raises OSError."""
+    varying = [axis for axis in rows.points.varying]
+    numeric = [axis for axis in varying if axis.numeric]
+    if not varying:
+        return "a sweep of one point has no curve"
+    if len(rows) > MOST_DRAWN:
+        return f"more than {MOST_DRAWN} points"
+    by_number = rows.points.listed and len(varying) > 1
+    if not (numeric or by_number):
+        return "no key with numbers varies"
+    over = ["point"] if by_number else [axis.key for axis in (numeric[0], *(a for a in varying if a is not numeric[0]))]
+    cells = [row.cells() | {"point": row.number} for row in rows]
+    if not any(cell["status"] == CONVERGED and math.isfinite(cell[over[0]]) for cell in cells):
+        return "no point converged"
+    names = dict.fromkeys(name for cell in cells for name in cell)
+    write_sweep_figure({name: [cell.get(name, math.nan) for cell in cells] for name in names}, over, path, title=title)
+    return ""
+
+
+class SweepTable(list[dict[str, Any]]):
+    """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `error` as mappings, and `file`."""
+
+    def __init__(self, rows: Iterable[Row], points: Points) -> None:
+        rows = list(rows)
+        super().__init__(row.flat() for row in rows)
+        self.points = points
+        self._numbers = number_columns(names_below(rows))
+        self._cells = [row.cells() for row in rows]
+
+    def _columns(self) -> dict[str, list[Any]]:
+        columns = {"converged": [cells["status"] == CONVERGED for cells in self._cells]}
+        return columns | {name: [cells.get(name, math.nan) for cells in self._cells] for name in self._numbers}
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """A `pandas.DataFrame` with a row per point: the swept keys, `converged`, and a column for each number.
+
+        Raises ImportError, which says what to install, where pandas is missing."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("to_dataframe needs the package pandas, which is not installed: pip install pandas") from None
+        swept = {axis.key: [cells[axis.key] for cells in self._cells] for axis in self.points.axes}
+        return pandas.DataFrame({**swept, **self._columns()})
+
+    def to_xarray(self) -> xarray.Dataset:
+        """An `xarray.Dataset` with `converged` and each number over the swept keys; over `point` for a list of points.
+
+        Raises ImportError, which says what to install, where xarray is missing."""
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+        axes, listed = self.points.axes, self.points.listed
+        dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
+        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values)) for axis in axes}
+        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._columns().items()}
+        return xarray.Dataset(columns, coordinates)

@@ -88,6 +88,11 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
 
     Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
     """
+    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line))
+
+
+def file_image(result: Result, *, case_text: str, case_json: str, command_line: str) -> bytes:
+    """The content of the file that `write_result` writes."""
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
         file.attrs["format_version"] = FORMAT_VERSION
         file.attrs["converged"] = bool(result.converged)
@@ -116,8 +121,8 @@ def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str
             iterations = _scale(histories, name + ITERATION, np.arange(residuals.size), "1", "iteration")
             _create(histories, name, residuals, [iterations])
         file.flush()
-        image = file.id.get_file_image()
-    write_bytes(path, image)
+        image: bytes = file.id.get_file_image()
+    return image
 
 
 def _write_state(group: h5py.Group, state: State) -> None:

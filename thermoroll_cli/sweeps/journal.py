@@ -1,0 +1,127 @@
+"""What is finished already: a file of JSON lines that only grows, from which tables are written and work is resumed."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import pathlib
+from collections.abc import Iterator, Mapping
+from types import TracebackType
+from typing import Any, Self
+
+from thermoroll_cli.files.atomic import WriteError, write_bytes
+from thermoroll_cli.files.result.hdf5 import ResultFileError
+
+Record = Mapping[str, Any]
+"""What is known about one finished item: its `key`, and whatever the task writes. One with `"solved": false` is tried again
+when work is resumed."""
+
+
+class Journal(Mapping[str, dict[str, Any]]):
+    """The records of finished items by their keys, read from the file when asked for.
+
+    The first line holds `identity`, what is being computed. Every further line is one record, written in a single call after
+    the file that it belongs to; the latest record of a key counts. A killed program leaves at most a torn last line, which
+    is dropped. While a journal is open, no other process can open it.
+
+    Raises ResultFileError (in use, or of something else where it is to be resumed), WriteError.
+    """
+
+    def __init__(self, path: pathlib.Path, identity: Mapping[str, Any], *, resume: bool) -> None:
+        self.path = path
+        self._places: dict[str, tuple[int, int]] = {}
+        first = json.dumps({"program": "thermoroll", **identity}, sort_keys=True).encode() + b"\n"
+        try:
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        except OSError as cause:
+            raise WriteError(path, cause) from cause
+        try:
+            self._lock()
+            if resume and os.fstat(self._file).st_size:
+                if os.pread(self._file, len(first), 0) != first:
+                    raise ResultFileError(f"{path}: of another {identity['kind']}, or another version; use another place, or "
+                                          "leave --resume out")
+            else:
+                os.ftruncate(self._file, 0)
+                append_line(path, first)
+            self._end = len(first)
+            self.update()
+            os.ftruncate(self._file, self._end)
+        except BaseException:
+            os.close(self._file)
+            raise
+
+    def _lock(self) -> None:
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise ResultFileError(f"another process works in {self.path.parent} ({self.path.name} is in use); use another "
+                                  "folder") from None
+        except OSError:  # a file system without locks
+            pass
+
+    def update(self) -> list[str]:
+        """The keys of the records that have come since the last call, in their order."""
+        found = []
+        for place, line in self._lines():
+            # A line that a full disk has cut in two counts as none.
+            with contextlib.suppress(ValueError, KeyError, TypeError):
+                key = str(json.loads(line)["key"])
+                self._places[key] = place, len(line)
+                found.append(key)
+        return found
+
+    def _lines(self) -> Iterator[tuple[int, bytes]]:
+        """Whole lines behind those that are known, with their places."""
+        with open(os.dup(self._file), "rb") as stream:
+            stream.seek(self._end)
+            for line in stream:
+                if not line.endswith(b"\n"):
+                    return
+                yield self._end, line
+                self._end += len(line)
+
+    def keep(self, record: Record, content: bytes = b"") -> None:
+        """Write `content` to the file that the record names, if there is any, then the record. Raises WriteError."""
+        keep(self.path, record, content)
+
+    def __getitem__(self, key: str) -> dict[str, Any]:
+        """The record of `key`; also after the journal is closed."""
+        place, length = self._places[key]
+        with open(self.path, "rb", buffering=0) as stream:
+            record: dict[str, Any] = json.loads(os.pread(stream.fileno(), length, place))
+        return record
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._places
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._places)
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        os.close(self._file)
+
+
+def keep(path: pathlib.Path, record: Record, content: bytes) -> None:
+    """As `Journal.keep` for the journal at `path`, from any process. Raises WriteError."""
+    if content:
+        write_bytes(path.parent / record["file"], content)
+    append_line(path, json.dumps(record).encode() + b"\n")
+
+
+def append_line(path: pathlib.Path, line: bytes) -> None:
+    try:
+        # One call, so that lines of several processes do not mix.
+        with open(path, "ab", buffering=0) as stream:
+            while line:
+                line = line[stream.write(line) :]
+    except OSError as cause:
+        raise WriteError(path, cause) from cause

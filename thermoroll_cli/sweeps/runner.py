@@ -1,0 +1,278 @@
+"""Tasks worked off in this process, in several of this machine, or by a Dask cluster."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.util
+import multiprocessing
+import os
+import pathlib
+import signal
+import threading
+from collections import Counter, deque
+from collections.abc import Callable, Generator, Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from typing import Protocol, Self
+
+from thermoroll_cli.files.atomic import remove_leftovers
+from thermoroll_cli.files.environment import one_thread
+from thermoroll_cli.interruption import safe_point
+from thermoroll_cli.sweeps.journal import Journal, Record, keep
+
+DEATHS = 3
+"""A point that so many processes died of is given up; a process that was killed from outside costs nothing."""
+DIED = f"the process that solved it died {DEATHS} times (killed, or out of memory)"
+POLL_SECONDS = 0.1
+CONNECT_SECONDS = 10
+AHEAD = 2
+"""Tasks that wait at a cluster for each of its workers, so that none of them waits for us."""
+
+Item = tuple[Record, bytes]
+"""A record for the journal, and the content of the file that it names."""
+
+
+class Task(Protocol):
+    """Work for one process: items that have no record yet. Plain enough to be sent there."""
+
+    @property
+    def key(self) -> str:
+        """Of the first item."""
+
+    def items(self) -> Iterator[Item]:
+        """Do the work, item by item. What raises an OSError ends everything."""
+
+    def without(self, done: Callable[[str], bool]) -> Self | None:
+        """The task without the items whose keys are `done`; None if nothing is left."""
+
+    def parts(self) -> list[Self]:
+        """A task for each item."""
+
+    def given_up(self, reason: str) -> Record:
+        """The record of an item that kills the process that works at it."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """Who works: `jobs` processes of this machine, or the Dask cluster whose scheduler is at `dask`."""
+
+    jobs: int = 1
+    dask: str = ""
+
+
+class NoDask(Exception):
+    """The package `distributed` is not installed."""
+
+    def __init__(self) -> None:
+        super().__init__("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
+
+
+def check_dask() -> None:
+    """Raises NoDask if clusters cannot be used."""
+    if importlib.util.find_spec("distributed") is None:
+        raise NoDask
+
+
+def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
+    """Work off `tasks`, keep every item in `journal` as soon as it is done, and yield its key.
+
+    Processes write into the journal themselves, so what they have finished is kept whatever happens to this one. Close the
+    iterator to stop: the processes end at once; they also end when this process dies. When a process dies, the tasks in
+    flight are tried again, one alone at a time. One that `DEATHS` processes died of is taken apart, and a single item given up
+    after as many. `note` is called with remarks.
+
+    Raises OSError: a file cannot be written; no cluster, or it went away. NoDask.
+    """
+    try:
+        if workers.dask:
+            with _Cluster(workers.dask) as cluster:
+                yield from _run_elsewhere(iter(tasks), journal, cluster, note)
+        elif workers.jobs > 1:
+            with _Processes(workers.jobs, journal.path) as processes:
+                yield from _run_elsewhere(iter(tasks), journal, processes, note)
+        else:
+            for task in tasks:
+                for item in task.items():
+                    journal.keep(*item)
+                    yield from journal.update()
+                    safe_point()
+    finally:
+        remove_leftovers(journal.path.parent)
+
+
+def _run_elsewhere(
+    tasks: Iterator[Task], journal: Journal, workers: _Processes | _Cluster, note: Callable[[str], None]
+) -> Iterator[str]:
+    suspects: deque[Task] = deque()
+    deaths: Counter[str] = Counter()
+    running: dict[Future[list[Item]], Task] = {}
+    alone = False
+    while True:
+        if not running:
+            alone = bool(suspects)
+        while len(running) < (1 if alone else workers.places):
+            task = (suspects.popleft() if suspects else None) if alone else next(tasks, None)
+            if task is None:
+                break
+            running[workers.submit(task)] = task
+        if not running:
+            return
+        done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
+        safe_point()
+        died = []
+        for future in done:
+            task = running.pop(future)
+            try:
+                for item in workers.result(future):
+                    journal.keep(*item)
+            except workers.died:
+                died.append(task)
+        if died:
+            died += workers.renewed(running)
+            note("a worker process died; its points are solved again")
+        yield from journal.update()
+        for task in died:
+            left = task.without(journal.__contains__)
+            if left is None:
+                continue
+            deaths[left.key] += alone
+            if deaths[left.key] < DEATHS:
+                suspects.append(left)
+            elif len(parts := left.parts()) > 1:
+                suspects.extend(parts)
+            else:
+                journal.keep(left.given_up(DIED))
+        yield from journal.update()
+
+
+class _Processes:
+    """Processes of this machine, which write into the journal at `path` themselves."""
+
+    died = BrokenProcessPool
+
+    def __init__(self, jobs: int, path: pathlib.Path) -> None:
+        self.places = jobs
+        self._path = path
+        # The processes wait for the end of this connection, which the kernel makes known whatever happens to this one.
+        self._leash, self._hold = multiprocessing.get_context("spawn").Pipe(duplex=False)
+        self._pool = self._new_pool()
+
+    def _new_pool(self) -> ProcessPoolExecutor:
+        # spawn: a forked process hangs after a transform that used threads.
+        context = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self.places, context, initializer=_end_with_parent, initargs=(self._leash,))
+
+    def submit(self, task: Task) -> Future[list[Item]]:
+        one_thread()
+        try:
+            with _deaf_children():
+                resource_tracker.ensure_running()
+                return self._pool.submit(_work_off, task, self._path)
+        except BrokenProcessPool as cause:  # a process died while it had nothing to do
+            failed: Future[list[Item]] = Future()
+            failed.set_exception(cause)
+            return failed
+
+    @staticmethod
+    def result(future: Future[list[Item]]) -> list[Item]:
+        return future.result()
+
+    def renewed(self, running: dict[Future[list[Item]], Task]) -> list[Task]:
+        """Make a new pool; the tasks that broke with the old one."""
+        broken = list(running.values())
+        running.clear()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._pool = self._new_pool()
+        return broken
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._hold.close()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+        self._leash.close()
+
+
+@contextlib.contextmanager
+def _deaf_children() -> Iterator[None]:
+    """Processes started inside do not hear Ctrl-C and hanging up, which a terminal sends to all: this process decides what they
+    mean, and the others follow its end."""
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _end_with_parent(leash: Connection) -> None:
+    def wait_for_the_end() -> None:
+        with contextlib.suppress(EOFError, OSError):
+            leash.recv_bytes()
+        os._exit(1)
+
+    threading.Thread(target=wait_for_the_end, daemon=True).start()
+
+
+def _work_off(task: Task, path: pathlib.Path) -> list[Item]:
+    """Runs in a process of this machine. Nothing is returned: everything is in the journal."""
+    try:
+        for record, content in task.items():
+            keep(path, record, content)
+    except OSError as cause:
+        # Not every OSError survives the way between processes.
+        raise OSError(str(cause)) from None
+    return []
+
+
+class _Cluster:
+    """A Dask cluster, whose workers need not see our folder: items come back. Dask itself repeats what a dead worker was at,
+    and gives a task up that several workers died of."""
+
+    def __init__(self, address: str) -> None:
+        check_dask()
+        import distributed
+
+        self.died = distributed.KilledWorker
+        self._address = address
+        try:
+            self._client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
+        except (OSError, ValueError, TypeError) as cause:
+            raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
+        # Not pure: a task is not taken for one of an earlier sweep that Dask still remembers.
+        self._executor = self._client.get_executor(pure=False)
+
+    @property
+    def places(self) -> int:
+        return AHEAD * max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+
+    def submit(self, task: Task) -> Future[list[Item]]:
+        future: Future[list[Item]] = self._executor.submit(_collect, task)
+        return future
+
+    def result(self, future: Future[list[Item]]) -> list[Item]:
+        try:
+            return future.result()
+        except ImportError as cause:
+            raise OSError(f"the workers of the cluster lack a package of thermoroll: {cause}") from None
+        except CancelledError:
+            raise OSError(f"the Dask scheduler at {self._address} went away; --resume continues") from None
+
+    @staticmethod
+    def renewed(running: dict[Future[list[Item]], Task]) -> list[Task]:
+        return []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._executor.shutdown(wait=False)
+        self._client.close()
+
+
+def _collect(task: Task) -> list[Item]:
+    """Runs on a cluster."""
+    return list(task.items())
