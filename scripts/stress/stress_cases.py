@@ -110,8 +110,8 @@ def _heated(rng: np.random.Generator, content: dict[str, Any], bodies: Any) -> t
     # Where a force is prescribed, friction that falls might no longer carry it.
     if rng.random() < 0.1 and problem.prescribed_force == 0.0:
         hottest = wanted / max(body["expansion_um_mK"] * 1e-6 for body in bodies) * _log(rng, -4, -1)
-        content["load"]["friction_temperature_slope_1_K"] = min(10.0, 1.0 / hottest) if hottest > 0.0 else 1e-3
-        content["load"]["friction_minimum_factor"] = float(rng.uniform(0.05, 0.9))
+        content.setdefault("friction", {})["temperature_slope_1_K"] = min(10.0, 1.0 / hottest) if hottest > 0.0 else 1e-3
+        content["friction"]["temperature_minimum_factor"] = float(rng.uniform(0.05, 0.9))
     # By dice of its own: other cases stay what they were.
     _recirculation(rng.spawn(1)[0], content, derived)
     case = _parse(content)

@@ -85,7 +85,7 @@ def test_init_writes_a_valid_case(template: str, tmp_path: Path) -> None:
 def test_everything_a_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
-    for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "friction_temperature_slope_1_K", '"matched"',
+    for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "temperature_slope_1_K", '"matched"',
                    "[subsurface]", *(["[thermal.upper]"] if 'peclet = "rolling"' in text and "twin" not in template else [])):
         assert re.search(rf"^# .*{re.escape(wanted)}", text, re.MULTILINE), wanted
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", text, flags=re.MULTILINE)
@@ -204,14 +204,14 @@ def test_the_time_of_pictures_is_part_of_the_estimate(case: Path) -> None:
         (["material.conductivity_W_mK=50e3", "material.diffusivity_mm2_s=10"], "thermal conductivity of both bodies"),
         (["material.diffusivity_mm2_s=0.05"], "the heat capacity of solids"),
         (["material.youngs_modulus_GPa=0.01", "load.normal_N=1e4"], "half-space"),
-        (["load.friction_temperature_slope_1_K=1e-3", "thermal.heat=false"], "no effect: heat is off"),
+        (["friction.temperature_slope_1_K=1e-3", "thermal.heat=false"], "no effect: heat is off"),
         (["thermal.bulk_temperature_lower_K=9", "thermal.bulk_temperature_upper_K=9", "thermal.heat=false"],
          "bulk temperatures have no effect"),
         (["thermal.upper.recirculate=true", "thermal.upper.convection_W_m2K=9", "thermal.heat=false"],
          "bodies that bring heat back have no effect"),
-        (["load.friction_temperature_start_K=9"], "friction_temperature_slope_1_K is 0"),
-        (["load.friction_minimum_factor=0.5", "load.friction_temperature_slope_1_K=-1e-3"], "friction does not fall"),
-        (["load.friction_maximum_factor=3", "load.friction_temperature_slope_1_K=1e-3"], "friction does not rise"),
+        (["friction.temperature_start_K=9"], "temperature_slope_1_K is 0"),
+        (["friction.temperature_minimum_factor=0.5", "friction.temperature_slope_1_K=-1e-3"], "friction does not fall"),
+        (["friction.temperature_maximum_factor=3", "friction.temperature_slope_1_K=1e-3"], "friction does not rise"),
     ],
 )
 def test_what_is_allowed_and_doubtful_is_told_everywhere(settings: list[str], words: str, case: Path, tmp_path: Path) -> None:

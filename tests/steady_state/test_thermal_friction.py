@@ -11,6 +11,8 @@ import pytest
 from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
 from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, saturation, solved
+from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case_model import MOVED
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
@@ -280,22 +282,32 @@ def test_the_plan_says_so():
 
 
 def test_keys_of_the_case_file():
-    case = parse(THERMAL, "load.friction_temperature_slope_1_K=2e-3", "load.friction_minimum_factor=0.3")
+    case = parse(THERMAL, "friction.temperature_slope_1_K=2e-3", "friction.temperature_minimum_factor=0.3")
     assert (case.problem.friction_slope, case.problem.friction_minimum) == (2e-3, 0.3)
     default = parse(THERMAL).problem
     assert (default.friction_slope, default.friction_minimum) == (0.0, 0.1)
     assert type(case)(case.name, case.to_toml(), case.settings).problem == case.problem
-    for wrong in ("friction_temperature_slope_1_K=-11", "friction_maximum_factor=0.5",
-                  "friction_minimum_factor=1.5", "friction_temperature_slope_1_K=nan"):
-        (finding,) = findings(MECHANICAL, f"load.{wrong}")
-        assert finding.key == "load." + wrong.split("=")[0]
-    (finding,) = findings(MECHANICAL, "load.friction_temperature_slope=1e-3")
-    assert "friction_temperature_slope_1_K" in finding.hint
+    for wrong in ("temperature_slope_1_K=-11", "temperature_maximum_factor=0.5",
+                  "temperature_minimum_factor=1.5", "temperature_slope_1_K=nan"):
+        (finding,) = findings(MECHANICAL, f"friction.{wrong}")
+        assert finding.key == "friction." + wrong.split("=")[0]
+    (finding,) = findings(MECHANICAL, "friction.temperature_slope=1e-3")
+    assert "temperature_slope_1_K" in finding.hint
+
+
+def test_keys_of_earlier_versions_name_their_present_place():
+    for old, new in MOVED.items():
+        (finding,) = findings(MECHANICAL, f"{'.'.join(old)}=0.1")
+        assert finding.message == "unknown key" and finding.hint == f"it is now {new[-1]} in [friction]"
+    # A result file of an earlier version is solved again as it was.
+    resolved = json.loads(parse(THERMAL, "friction.temperature_slope_1_K=2e-3").to_json())
+    resolved["load"]["friction_temperature_slope_1_K"] = resolved.pop("friction")["temperature_slope_1_K"]
+    assert Case.from_json(json.dumps(resolved)).problem.friction_slope == 2e-3
 
 
 def test_run_from_the_command_line(tmp_path):
     """All of it together, through the case file and back out of the result file."""
-    text = THERMAL.replace("friction_coefficient = 0.3", "friction_coefficient = 0.3\nfriction_temperature_slope_1_K = 5e-3")
+    text = THERMAL.replace("friction_coefficient = 0.3", "friction_coefficient = 0.3\n[friction]\ntemperature_slope_1_K = 5e-3")
     (tmp_path / "warm.toml").write_text(text)
     sets = ("rolling.speed_m_s=50", "numerics.grid=16", "thermal.peclet=sliding", "thermal.partition=matched")
     options = [word for item in sets for word in ("--set", item)]

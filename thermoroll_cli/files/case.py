@@ -14,7 +14,16 @@ import tomli_w
 
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
-from thermoroll_cli.files.case_model import Input, MaterialTable, ProfileTable, RecirculationTable, Settings, Table, inputs
+from thermoroll_cli.files.case_model import (
+    MOVED,
+    Input,
+    MaterialTable,
+    ProfileTable,
+    RecirculationTable,
+    Settings,
+    Table,
+    inputs,
+)
 from thermoroll_cli.files.case_source import (
     STANDARD_INPUT,
     CaseSource,
@@ -60,11 +69,14 @@ class Case:
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
-        """The case that `to_json` wrote. Raises CaseError."""
+        """The case that `to_json` wrote, of this version or an earlier one. Raises CaseError."""
         try:
             content = json.loads(text)
             geometry = content["geometry"]
             content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
+            for (table, key), (new_table, new_key) in MOVED.items():
+                if key in content[table]:
+                    content.setdefault(new_table, {})[new_key] = content[table].pop(key)
         except (ValueError, KeyError, TypeError, AttributeError):
             raise CaseError([Finding("no resolved case in it", source=name)]) from None
         return cls.parse(tomli_w.dumps(content), name=name, overrides=overrides)
@@ -168,9 +180,8 @@ def _plain(value: Any) -> Any:
 def problem_of(settings: Settings) -> si.Problem:
     """The problem in SI units that a case describes: units are converted here (`Table.si`) and nowhere else."""
     lower, upper = (_material(material) for material in settings.materials.values())
-    geometry, load, rolling, creepage, force = (
-        settings.geometry, settings.load, settings.rolling, settings.creepage, settings.force)  # fmt: skip
-    thermal, numerics = settings.thermal, settings.numerics
+    geometry, load, rolling, friction = settings.geometry, settings.load, settings.rolling, settings.friction
+    creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
     grid = (numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid
     return si.Problem(
         lower=lower,
@@ -206,10 +217,10 @@ def problem_of(settings: Settings) -> si.Problem:
         ),
         numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
         title=settings.title,
-        friction_slope=load.friction_temperature_slope_1_K,
-        friction_minimum=load.friction_minimum_factor,
-        friction_maximum=load.friction_maximum_factor,
-        friction_start=load.friction_temperature_start_K,
+        friction_slope=friction.temperature_slope_1_K,
+        friction_minimum=friction.temperature_minimum_factor,
+        friction_maximum=friction.temperature_maximum_factor,
+        friction_start=friction.temperature_start_K,
         subsurface=_subsurface(settings),
     )
 

@@ -17,6 +17,7 @@ from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_model import (
     BODIES,
     EXCLUSIVE,
+    MOVED,
     GeometryTable,
     Head,
     MaterialTable,
@@ -259,6 +260,9 @@ def _value_hint(value: Any, field: FieldInfo) -> str:
 
 def _unknown_key(table: KeyPath, key: str) -> str:
     """Help for `key`, which `table` does not have."""
+    moved = next((new for old, new in MOVED.items() if old[:-1] == table and _quantity(old[-1]) == _quantity(key)), None)
+    if moved is not None:
+        return f"it is now {moved[-1]} in [{'.'.join(moved[:-1])}]"
     known = known_keys(table)
     unit = _UNIT.search(key)
     same = _same_quantity(key, known)

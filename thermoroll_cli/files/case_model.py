@@ -158,21 +158,26 @@ class GeometryTable(Table):
 
 
 class LoadTable(Table):
-    """Normal load and friction."""
+    """Normal load, and the coefficient of friction."""
 
     normal_N: float = quantity("N", "Normal load", ge=1e-15, le=1e15)
     friction_coefficient: float = quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
-    friction_temperature_slope_1_K: float = quantity(
+
+
+class FrictionTable(Table):
+    """Dependence of the coefficient of friction on the temperature of the contact."""
+
+    temperature_slope_1_K: float = quantity(
         "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
         ge=-10, le=10
-    )
-    friction_temperature_start_K: float = quantity(
+    )  # fmt: skip
+    temperature_start_K: float = quantity(
         "K", "Contact temperature from which the coefficient of friction changes", 0.0, ge=-1e4, le=1e4
     )
-    friction_minimum_factor: float = quantity(
+    temperature_minimum_factor: float = quantity(
         "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
     )
-    friction_maximum_factor: float = quantity(
+    temperature_maximum_factor: float = quantity(
         "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
     )
 
@@ -287,6 +292,7 @@ class Settings(Head):
     geometry: GeometryTable
     load: LoadTable
     rolling: RollingTable
+    friction: FrictionTable = FrictionTable.model_construct()
     creepage: CreepageTable = CreepageTable.model_construct()
     force: ForceTable = ForceTable.model_construct()
     thermal: ThermalTable = ThermalTable.model_construct()
@@ -327,6 +333,15 @@ EXCLUSIVE = (
                  "convection, or a thermal resistance, of each body") for body in BODIES),
 )  # fmt: skip
 """Keys that exclude each other. With --set the one that is set replaces the other."""
+
+
+MOVED = {
+    ("load", "friction_temperature_slope_1_K"): ("friction", "temperature_slope_1_K"),
+    ("load", "friction_temperature_start_K"): ("friction", "temperature_start_K"),
+    ("load", "friction_minimum_factor"): ("friction", "temperature_minimum_factor"),
+    ("load", "friction_maximum_factor"): ("friction", "temperature_maximum_factor"),
+}
+"""Keys of earlier versions → their present places."""
 
 
 def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:

@@ -183,11 +183,11 @@ def _without_effect(problem: Problem) -> Iterator[str]:
             yield "bodies that bring heat back have no effect: heat is off"
     # Defaults of the dataclass: what differs from them was meant to matter.
     if problem.friction_start != Problem.friction_start and not slope:
-        yield "the temperature from which friction changes has no effect: friction_temperature_slope_1_K is 0"
+        yield "the temperature from which friction changes has no effect: friction.temperature_slope_1_K is 0"
     if problem.friction_minimum != Problem.friction_minimum and not slope > 0.0:
-        yield "friction_minimum_factor has no effect: friction does not fall with temperature"
+        yield "friction.temperature_minimum_factor has no effect: friction does not fall with temperature"
     if problem.friction_maximum != Problem.friction_maximum and not slope < 0.0:
-        yield "friction_maximum_factor has no effect: friction does not rise with temperature"
+        yield "friction.temperature_maximum_factor has no effect: friction does not rise with temperature"
 
 
 def _no_solid() -> str:
