@@ -5,6 +5,7 @@ It stands above all rooms, so a `Result` can have the methods that write and dra
 from __future__ import annotations
 
 import dataclasses
+import html
 import os
 import pathlib
 from collections.abc import Callable, Mapping
@@ -13,7 +14,8 @@ from typing import TYPE_CHECKING, Any, Self
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.problem import result as results
-from thermoroll_cli.problem.names import FIELDS
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
+from thermoroll_cli.problem.number_text import listed_scalars, number, scalar_text
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
@@ -60,6 +62,18 @@ class Result(results.Result):
             variables[name] = (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
         return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
+
+
+    def _repr_html_(self) -> str:
+        """A table of the scalars that `thermoroll run` prints, for notebooks."""
+        summary, both, profiles = self.summary(), self.isothermal is not self.coupled, self.problem.geometry.has_profile
+        rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
+        for name in listed_scalars(self):
+            beside = [number(summary["isothermal"].get(name))] if both else []
+            meaning = ALL_SCALARS[name].meaning_of(profiles=profiles)
+            rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
+        lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
+        return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"
 
 
 class Solver(refinement.Solver):

@@ -36,17 +36,11 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     room = width - max(map(len, align(rows)), default=0) - 2
     meanings = [""] if both else []
     for name in shown:
-        fitting = (text for text in _meanings(name, profiles="patches" in summary) if len(text) <= room)
+        meaning = ALL_SCALARS[name].meaning_of(profiles="patches" in summary)
+        brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
+        fitting = (text for text in (meaning, brief) if len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
     return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
-
-
-def _meanings(name: str, *, profiles: bool) -> tuple[str, ...]:
-    """The meaning of a scalar, and a brief one."""
-    if name not in ALL_SCALARS:
-        return ()
-    scalar = ALL_SCALARS[name]
-    return (scalar.without_hertz,) if profiles and scalar.without_hertz else (scalar.meaning, scalar.brief)
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:

@@ -179,9 +179,9 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     from thermoroll_cli.cli.result_table import folded, scalar_table
     from thermoroll_cli.problem.names import ALL_SCALARS
+    from thermoroll_cli.problem.number_text import listed_scalars
 
-    width, also = streams.width(), set(_also_worth_showing(result))
-    names = [name for name, scalar in ALL_SCALARS.items() if verbose or scalar.listed or name in also]
+    width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
@@ -194,18 +194,3 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
         *scalar_table(result.summary(), names, both=both, width=width),
         *(line for text in notes for line in folded(text, width)),
     ]
-
-
-def _also_worth_showing(result: Result) -> Iterator[str]:
-    """Scalars of interest in this case and in few others."""
-    problem, motion = result.problem, result.problem.motion
-    if motion.creepage_x is None:
-        yield "creepage_longitudinal"
-    if motion.creepage_y is None:
-        yield "creepage_lateral"
-    if problem.heating.partition == "matched":
-        yield "partition_mean"
-    if problem.heating.bulk_lower or problem.heating.bulk_upper:
-        yield from ("surface_temperature_max_lower_K", "surface_temperature_max_upper_K")
-    if result.hertz["speed_solved_m_s"] != motion.speed:
-        yield "speed_solved_m_s"

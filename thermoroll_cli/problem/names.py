@@ -29,6 +29,10 @@ class Scalar:
     brief: str = ""
     without_hertz: str = ""
 
+    def meaning_of(self, *, profiles: bool) -> str:
+        """The meaning, where bodies have `profiles` or not."""
+        return self.without_hertz if profiles and self.without_hertz else self.meaning
+
     @property
     def unit(self) -> str:
         """As people write it, "" for a pure number."""

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from thermoroll_cli.problem.error_scale import absolute_error, mean_semi_axis
+from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.result import Result
 
 SIGNIFICANT_DIGITS = 5
 """Of a value without an error."""
@@ -14,6 +16,25 @@ NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
 NOISE = 1e-6
 """Forces and moments below this share of the creep force are zero by symmetry but for rounding."""
+
+
+def listed_scalars(result: Result) -> list[str]:
+    """Names of the computed scalars that a short table shows: those of interest in most cases (`Scalar.listed`) or in this
+    one."""
+    problem, motion = result.problem, result.problem.motion
+    warm = problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
+    in_this_case = {
+        "creepage_longitudinal": motion.creepage_x is None,
+        "creepage_lateral": motion.creepage_y is None,
+        "partition_mean": problem.heating.partition == "matched",
+        "heat_conducted_W": problem.heating.conducts,
+        "surface_temperature_max_lower_K": warm,
+        "surface_temperature_max_upper_K": warm,
+        "speed_solved_m_s": result.hertz.get("speed_solved_m_s", motion.speed) != motion.speed,
+    }
+    summary = result.summary()
+    return [name for name, scalar in ALL_SCALARS.items()
+            if (scalar.listed or in_this_case.get(name, False)) and computed(summary.get(name))]
 
 
 def scalar_text(name: str, summary: Mapping[str, Any]) -> str:

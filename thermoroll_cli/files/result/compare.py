@@ -1,9 +1,9 @@
-"""What differs between two results: every scalar and every field, as relative differences on sensible scales."""
+"""Differences between two results: every scalar and every field, relative to sensible scales."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,16 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.problem.error_scale import error_scale, mean_semi_axis, temperature_difference
-from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_FIELDS
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-
-_NOT_PHYSICAL = ("status", "reason", "isothermal", "error", "work", "warnings", "patches", "unbounded")
 
 
 @dataclass(frozen=True)
 class Pair:
-    """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` tells the place), for the
+    """One compared quantity. For a field `a` and `b` are its values where they differ most (`note` has the place), for the
     state the numbers of contact elements; None means it is missing there.
 
     `difference` is relative, inf where a field exists on one side only or a scalar was computed on one side only, and nan where
@@ -73,14 +71,14 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     (shear and slip: of the vector; temperatures: of both bodies); `state`: the share of contact elements whose state
     differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
-    one, other = a.summary(), b.summary()
-    rows = [_text_row("status", one, other)]
-    arm = max(_arm(one), _arm(other))
-    rows += _scalar_rows("", one, other, (*SCALARS, *HERTZ_SCALARS), arm)
+    rows = [Pair("status", "text", a.status, b.status, 0.0 if a.status == b.status else math.inf)]
+    one, other = _numbers(a), _numbers(b)
+    arm = max(_finite(mean_semi_axis(one)), _finite(mean_semi_axis(other)))
+    rows += _scalar_rows("", one, other, arm)
     both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
     if both:
-        rows += _scalar_rows("isothermal.", one["isothermal"], other["isothermal"], tuple(SCALARS), arm)
-    notes = list(_told_apart(rows))
+        rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, arm)
+    notes = list(_on_one_side(rows))
     for prefix, here, there in (("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)):
         if prefix and not both:
             continue
@@ -92,34 +90,30 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
             notes.append(note)
         rows += [
             Pair(prefix + name, "field", _magnitude(here.fields.get(name)), _magnitude(there.fields.get(name)), math.nan, note)
-            for name in _union(here.fields, there.fields, tuple(FIELDS))
+            for name in _union(here.fields, there.fields, FIELDS)
         ]
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
-def _told_apart(rows: list[Pair]) -> Iterator[str]:
-    """What is not compared because only one file has it, in words."""
+def _on_one_side(rows: list[Pair]) -> Iterator[str]:
+    """The scalars that only one file has, in words."""
     for missing in (_missing(True), _missing(False)):
         names = [row.name for row in rows if row.note == missing]
         if names:
             yield f"not compared, {missing}: {', '.join(names)}"
 
 
-def _text_row(name: str, a: Mapping[str, Any], b: Mapping[str, Any]) -> Pair:
-    left, right = a.get(name), b.get(name)
-    return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
+def _numbers(result: Result) -> dict[str, float]:
+    """The scalars of the coupled state, of the inputs and of the stresses below the surface."""
+    return {**result.coupled.scalars, **result.hertz, **({} if result.subsurface is None else result.subsurface.scalars)}
 
 
-def _scalar_rows(prefix: str, a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...], arm: float) -> Iterator[Pair]:
-    for name in _union(a, b, order):
-        if name in _NOT_PHYSICAL:
-            continue
+def _scalar_rows(prefix: str, a: Mapping[str, float], b: Mapping[str, float], arm: float) -> Iterator[Pair]:
+    for name in _union(a, b, ALL_SCALARS):
         if name not in a or name not in b:
             # Another version of this program, or a case that asks for more: nothing here to compare it with.
             yield Pair(prefix + name, "scalar", a.get(name), b.get(name), math.nan, _missing(name in a))
-        elif isinstance(a[name], str) or isinstance(b[name], str):
-            yield _text_row(prefix + name, {prefix + name: a[name]}, {prefix + name: b[name]})
         else:
             scale = max(_scale(name, a, arm), _scale(name, b, arm))
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
@@ -141,7 +135,7 @@ def _grid_words(state: State) -> str:
 
 def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
     a = on.fields
-    for name in _union(a, b, tuple(FIELDS)):
+    for name in _union(a, b, FIELDS):
         if name not in a or name not in b:
             yield Pair(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
         elif name == "state":
@@ -157,14 +151,14 @@ def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterat
 
 
 def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
-    """What is kept of the stresses inside the bodies, each stress measured by the largest von Mises stress of its body."""
+    """The stored stresses inside the bodies, each relative to the largest von Mises stress of its body."""
     for body in _union(a.bodies, b.bodies, BODIES):
         if body not in a.bodies or body not in b.bodies:
             yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.bodies))
             continue
         left, right = a.bodies[body], b.bodies[body]
         for part, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
-            for name in _union(fields, others, tuple(SUBSURFACE_FIELDS)):
+            for name in _union(fields, others, SUBSURFACE_FIELDS):
                 full_name, here, there = f"subsurface.{body}.{part}{name}", fields.get(name), others.get(name)
                 if here is None or there is None or here.shape != there.shape:
                     note = _missing(name in fields) if (here is None) != (there is None) else "of another shape"
@@ -190,12 +184,7 @@ def _field_row(name: str, on: State, a: NDArray[Any], b: NDArray[Any], scale: fl
     return Pair(name, "field", float(a[i, j]), float(b[i, j]), relative, place)
 
 
-def _arm(summary: Mapping[str, Any]) -> float:
-    """sqrt(a0 b0) in mm: the lever of forces in the spin moment and of spin in the slip."""
-    return _finite(mean_semi_axis(summary))
-
-
-def _scale(name: str, scalars: Mapping[str, Any], arm: float) -> float:
+def _scale(name: str, scalars: Mapping[str, float], arm: float) -> float:
     """The magnitude that a difference in `name` is measured by."""
 
     def size(*names: str) -> float:
@@ -245,7 +234,7 @@ def _missing(in_a: bool) -> str:
     return "missing in the second file" if in_a else "missing in the first file"
 
 
-def _union(a: Mapping[str, Any], b: Mapping[str, Any], order: tuple[str, ...]) -> list[str]:
+def _union(a: Mapping[str, Any], b: Mapping[str, Any], order: Iterable[str]) -> list[str]:
     """Names of either side: the known ones in their order, then the others by alphabet."""
     names = {*a, *b}
     known = [name for name in order if name in names]

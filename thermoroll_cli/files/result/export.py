@@ -205,7 +205,7 @@ def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
         cells = [scalar_text(name, summary)]
         if both:
             cells.append(number(isothermal[name]) if name in summary["isothermal"] else "")
-        meaning = (result.patches and scalar.without_hertz) or scalar.meaning
+        meaning = scalar.meaning_of(profiles=result.problem.geometry.has_profile)
         lines.append(" & ".join([_latex(meaning), *(_latex_number(cell) for cell in cells), _latex(scalar.unit)]) + r" \\")
     lines += [r"\bottomrule", r"\end{tabular}"]
     title = f"% {result.problem.title}\n" if result.problem.title else ""
