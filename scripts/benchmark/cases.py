@@ -91,19 +91,25 @@ class Process:
     output: str
 
 
+LAUNCHER = """import resource, subprocess, sys
+code = subprocess.call(sys.argv[2:])
+used = resource.getrusage(resource.RUSAGE_CHILDREN)
+with open(sys.argv[1], "w") as file:
+    file.write(f"{used.ru_utime + used.ru_stime} {used.ru_maxrss}")
+sys.exit(code)"""
+"""A small process between: on Linux the peak memory of a process counts that of the process which started it."""
+
+
 def process(command: Sequence[str], folder: pathlib.Path | None = None) -> Process:
     """Run `command` in `folder` on one thread; raises RuntimeError with its standard error where it fails."""
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
-    with tempfile.TemporaryFile("w+") as output, tempfile.TemporaryFile("w+") as messages:
-        child = subprocess.Popen(command, stdout=output, stderr=messages, env=environment, cwd=folder or ROOT)
-        _, status, usage = os.wait4(child.pid, 0)
-        child.returncode = os.waitstatus_to_exitcode(status)
-        output.seek(0)
-        messages.seek(0)
-        if child.returncode != 0:
-            raise RuntimeError(f"{' '.join(command)}: exit code {child.returncode}: {messages.read().strip()[-500:]}")
-        unit = 1 if sys.platform == "darwin" else 1024
-        return Process(usage.ru_utime + usage.ru_stime, usage.ru_maxrss * unit, output.read())
+    with tempfile.NamedTemporaryFile("r") as usage:
+        done = subprocess.run([sys.executable, "-S", "-c", LAUNCHER, usage.name, *command], capture_output=True, text=True,
+                              env=environment, cwd=folder or ROOT, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(f"{' '.join(command)}: exit code {done.returncode}: {done.stderr.strip()[-500:]}")
+        taken, peak = usage.read().split()
+    return Process(float(taken), int(peak) * (1 if sys.platform == "darwin" else 1024), done.stdout)
 
 
 def machine() -> dict[str, Any]:
