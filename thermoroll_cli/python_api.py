@@ -93,14 +93,19 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
     return Result.of(hdf5.read_result(path, with_fields=with_fields))
 
 
-def solve(case: Case | Problem, *, threads: int = 1, report: Report | None = None) -> Result:
-    """Solve a case (or a problem in SI units): both states with fields in SI units, scalars in those of their names.
+def solve(
+    case: Case | Mapping[str, Any] | str | os.PathLike[str] | Problem, *, threads: int = 1, report: Report | None = None
+) -> Result:
+    """Solve a case: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`); or a
+    `Problem` in SI units. Returns both states with fields in SI units, scalars in the units of their names.
 
     `threads` > 1 transforms both traction components side by side, with the same result. `report` is called with the name of a
-    stage and a mapping (grid, iteration, residual, …) as the work goes on; what it raises ends the work. A result that did not
-    converge says so in `converged` and `reason`. Raises ValueError where no steady state can exist.
+    stage and a mapping (grid, iteration, residual, …) during the solve; an exception that it raises ends the solve. A result
+    that did not converge says so in `converged` and `reason`. Raises CaseError for an invalid case, ValueError where no steady
+    state can exist.
     """
     if isinstance(case, Problem):
         return Solver(threads).solve(case, report=report)
+    case = Case.of(case)
     result = Solver(threads).solve(case.problem, report=report)
     return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import platform
 import re
 import subprocess
@@ -87,6 +88,46 @@ def test_without_xarray_it_says_what_to_install(hot: Result, monkeypatch: pytest
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match="pip install xarray"):
         hot.to_xarray()
+
+
+def test_files_and_mappings_are_cases(tmp_path: Path) -> None:
+    (tmp_path / "two.toml").write_text(MECHANICAL)
+    tables = {"material": {"youngs_modulus_GPa": 210, "poisson_ratio": 0.28},
+              "geometry": {f"{body}_radius_{axis}_mm": np.float64(30) for body in ("lower", "upper") for axis in "xy"},
+              "load": {"normal_N": 65.0, "friction_coefficient": 0.3}, "rolling": {"speed_m_s": 1.0},
+              "creepage": {"longitudinal": 0.003}, "numerics": {"grid": 16}}  # fmt: skip
+    one, other = solve(tmp_path / "two.toml"), solve(tables)
+    assert one.coupled.scalars["force_x_N"] == other.coupled.scalars["force_x_N"] and one.case_text == MECHANICAL
+    assert Case.from_json(other.case_json).settings == Case.from_dict(tables).settings
+    with pytest.raises(CaseError, match=r"normal_N.*greater than 0"):
+        solve({**tables, "load": {**tables["load"], "normal_N": -1}})
+    with pytest.raises(CaseError, match="no such file"):
+        solve("missing.toml")
+
+
+def test_a_result_cannot_be_changed_and_names_what_it_has(hot: Result) -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        hot.coupled.fields["pressure"][0, 0] = 1.0
+    with pytest.raises(TypeError):
+        hot.coupled.scalars["Q_F_W"] = 1.0  # type: ignore[index]
+    for mapping, wrong, there in ((hot.coupled.fields, "presure", "pressure, shear_x"), (hot.coupled.scalars, "Q_F", "Q_F_W")):
+        with pytest.raises(KeyError, match=f"'{wrong}'; there are .*{there}"):
+            mapping[wrong]
+    assert hot.coupled.fields.get("presure") is None and len(hot.coupled.fields) == len(dict(hot.coupled.fields))
+    copy = pickle.loads(pickle.dumps(hot))
+    assert repr(copy.summary()) == repr(hot.summary()) and list(copy.coupled.fields) == list(hot.coupled.fields)
+
+
+def test_a_notebook_shows_a_table(hot: Result) -> None:
+    strong = Result.of(synthetic.result((8, 8)))
+    page = hot._repr_html_()
+    assert "Two spheres" in page and "<tr><td>scalar</td><td>value</td><td>unit</td></tr>" in page
+    page = strong._repr_html_()
+    rows = {cells[0]: cells[1:] for row in re.findall("<tr>(.*?)</tr>", page) if (cells := re.findall("<td>(.*?)</td>", row))}
+    assert rows["scalar"] == ["coupled", "isothermal", "unit"]
+    assert rows["maximum pressure"][2] == "MPa" and " ± " in rows["maximum pressure"][0]
+    assert rows["lateral creep force"] == ["0", "0", "N"]
+    assert "Result &#x27;Synthetic&#x27;" in page
 
 
 def test_a_result_is_shown_in_a_line(hot: Result) -> None:

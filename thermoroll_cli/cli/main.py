@@ -13,7 +13,7 @@ from typing import NoReturn
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.bug_report import report_bug
 from thermoroll_cli.cli.exits import ClosedOutput, ExitCode, catch_signals
-from thermoroll_cli.files.environment import no_collections, no_plugins, one_thread
+from thermoroll_cli.files.environment import one_thread
 from thermoroll_cli.interruption import Interrupted, end_at_once, forget, last_point, noted
 
 
@@ -43,8 +43,6 @@ def program() -> NoReturn:
 
 def _stoppable(arguments: Sequence[str]) -> int:
     one_thread()
-    no_collections()
-    no_plugins()
     streams.prepare()
     try:
         code = _guarded(arguments)

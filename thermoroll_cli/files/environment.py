@@ -1,8 +1,7 @@
-"""What has to be decided before anything large is loaded."""
+"""Settings that have to be made before NumPy is loaded."""
 
 from __future__ import annotations
 
-import gc
 import os
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
@@ -16,22 +15,3 @@ def one_thread() -> None:
     """
     for name in THREADS:
         os.environ.setdefault(name, "1")
-
-
-def no_collections() -> None:
-    """Hardly look for reference cycles while modules are imported: what they make lives on, and going through it again and
-    again is a tenth of a short run."""
-    gc.set_threshold(400_000, 20, 20)
-
-
-def rare_collections() -> None:
-    """From here on look for reference cycles among what is made, but for the first time not among what was imported. More
-    rarely than Python does by itself: figures are made of very many objects."""
-    if gc.get_freeze_count() == 0:
-        gc.freeze()
-    gc.set_threshold(20_000, 20, 20)
-
-
-def no_plugins() -> None:
-    """Spare pydantic the search for plugins among all installed packages: case files need none."""
-    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")

@@ -30,6 +30,9 @@ def listed_scalars(result: Result) -> list[str]:
         "heat_conducted_W": problem.heating.conducts,
         "surface_temperature_max_lower_K": warm,
         "surface_temperature_max_upper_K": warm,
+        "friction_mean": problem.friction_law is not None,
+        "creep_force_max_N": problem.friction_law is not None,
+        "creepage_at_creep_force_max": problem.friction_law is not None,
         "speed_solved_m_s": result.hertz.get("speed_solved_m_s", motion.speed) != motion.speed,
     }
     summary = result.summary()
