@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import tomli_w
@@ -34,6 +34,7 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.problem import problem as si
+from thermoroll_cli.problem.friction_law import FrictionLaw
 from thermoroll_cli.problem.profile import Profile
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
@@ -221,8 +222,21 @@ def problem_of(settings: Settings) -> si.Problem:
         friction_minimum=friction.temperature_minimum_factor,
         friction_maximum=friction.temperature_maximum_factor,
         friction_start=friction.temperature_start_K,
+        friction_law=_friction_law(settings),
+        layer=0.0 if settings.layer is None else settings.layer.si("compliance_um_GPa"),
         subsurface=_subsurface(settings),
     )
+
+
+def _friction_law(settings: Settings) -> FrictionLaw | None:
+    """The law of slip, relative to the coefficient without slip; None for constant friction."""
+    friction, at_rest = settings.friction, settings.load.friction_coefficient
+    if friction.law is None or at_rest == 0.0:
+        return None
+    law = FrictionLaw(friction.law, memory=friction.si("memory_um"), memory_slip=friction.si("memory_slip_mm_s"))
+    if friction.law == "table":
+        return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in friction.table or ()))
+    return replace(law, limit=(friction.limit_coefficient or 0.0) / at_rest, half_slip=friction.half_slip_m_s or 0.0)
 
 
 def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:

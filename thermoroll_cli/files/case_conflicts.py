@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import (
     BODIES,
     THERMAL_CONSTANTS,
+    FrictionTable,
     MaterialTable,
     ProfileTable,
     RecirculationTable,
@@ -39,7 +41,9 @@ class Conflict:
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
-    for check in (_convexity, _profiles, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation, _subsurface):
+    checks = (_convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation,
+              _subsurface)
+    for check in checks:
         yield from check(sections)
 
 
@@ -115,6 +119,54 @@ def _ends(profile: ProfileTable) -> tuple[float, float]:
     half = 0.5 * (profile.length_mm or 0.0)
     low, high = (profile.points_mm[0][0], profile.points_mm[-1][0]) if profile.points_mm else (-half, half)
     return low + profile.offset_mm, high + profile.offset_mm
+
+
+def _friction_law(sections: Sections) -> Iterator[Conflict]:
+    friction, load = sections.get("friction"), sections.get("load")
+    if friction is None or load is None:
+        return
+    of_a_formula = ("limit_coefficient", "half_slip_m_s")
+    if friction.law is None:
+        for key in (*of_a_formula, "table"):
+            if getattr(friction, key) is not None:
+                yield Conflict(("friction", key), "belongs to a law of friction, and law is missing", "friction.law beside it")
+        return
+    if friction.law == "table":
+        yield from _friction_points(friction, load.friction_coefficient)
+    for key in of_a_formula if friction.law != "table" else ("table",):
+        if getattr(friction, key) is None:
+            yield Conflict(("friction", "law"), f"{friction.law} friction needs {key}", f"friction.{key}")
+    for key in of_a_formula if friction.law == "table" else ("table",):
+        if getattr(friction, key) is not None:
+            yield Conflict(("friction", key), f'does not belong to law = "{friction.law}"', "the keys of one law")
+    if friction.limit_coefficient is not None and friction.limit_coefficient > load.friction_coefficient:
+        yield Conflict(("friction", "limit_coefficient"),
+                       f"is above the coefficient without slip, {load.friction_coefficient:g}",
+                       "at most load.friction_coefficient", other=("load", "friction_coefficient"))
+    if sections.get("layer") is not None and friction.memory_um == 0.0:
+        yield Conflict(("layer", "compliance_um_GPa"), "with friction that falls with slip the problem has no continuous "
+                       "solution unless friction has memory", "friction.memory_um > 0", other=("friction", "law"))
+
+
+def _friction_points(friction: FrictionTable, at_rest: float) -> Iterator[Conflict]:
+    points = friction.table or []
+    path, allowed = ("friction", "table"), "pairs [slip speed, coefficient], slip speeds increasing from 0"
+    if not points:
+        return
+    if points[0][0] != 0.0:
+        yield Conflict(path, f"begins at a slip speed of {points[0][0]:g} m/s", allowed)
+    elif not math.isclose(points[0][1], at_rest):
+        yield Conflict(path, f"has {points[0][1]:g} without slip, but load.friction_coefficient is {at_rest:g}",
+                       "the same coefficient without slip", other=("load", "friction_coefficient"))
+    for number, (before, point) in enumerate(pairwise(points), 2):
+        if not point[0] > before[0]:
+            yield Conflict(path, f"point {number}: slip speed {point[0]:g} m/s does not lie above {before[0]:g} m/s", allowed)
+            return
+    for number, (speed, coefficient) in enumerate(points, 1):
+        if not (math.isfinite(speed) and 0.0 <= coefficient <= at_rest * (1.0 + 1e-9)):
+            yield Conflict(path, f"point {number}: coefficient {coefficient:g}",
+                           f"from 0 to load.friction_coefficient = {at_rest:g}")
+            return
 
 
 def _friction_limit(sections: Sections) -> Iterator[Conflict]:

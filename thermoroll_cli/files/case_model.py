@@ -28,6 +28,8 @@ SI = {
     "mm2/s": ("m²/s", 1e-6),
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),
+    "um/GPa": ("m/Pa", 1e-15),
+    "mm/s": ("m/s", 1e-3),
     "mrad": ("rad", 1e-3),
     "rad/mm": ("rad/m", 1e3),
 }
@@ -165,8 +167,22 @@ class LoadTable(Table):
 
 
 class FrictionTable(Table):
-    """Dependence of the coefficient of friction on the temperature of the contact."""
+    """Dependence of the coefficient of friction on slip, and on the temperature of the contact."""
 
+    law: Literal["exponential", "rational", "linear", "table"] | None = Field(
+        default=None, description="How friction falls with the slip speed; constant if left out"
+    )
+    limit_coefficient: float | None = quantity("1", "Coefficient of friction at large slip, unless law is a table", None,
+                                               ge=0, le=2)
+    half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the loss has happened, unless law is a table",
+                                           None, ge=1e-12, le=1e9)  # fmt: skip
+    table: Annotated[
+        list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None,
+        Allowed(f"2 to {LARGEST_PROFILE} pairs [slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0"),
+    ] = Field(default=None, description="[slip speed in m/s, coefficient of friction] of a table", min_length=2,
+              max_length=LARGEST_PROFILE)  # fmt: skip
+    memory_um: float = quantity("um", "Sliding distance over which friction follows its law; 0: at once", 0.0, ge=0, le=1e9)
+    memory_slip_mm_s: float = quantity("mm/s", "Least slip speed with which memory fades", 1.0, ge=1e-9, le=1e9)
     temperature_slope_1_K: float = quantity(
         "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
         ge=-10, le=10
@@ -180,6 +196,12 @@ class FrictionTable(Table):
     temperature_maximum_factor: float = quantity(
         "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
     )
+
+
+class LayerTable(Table):
+    """A third body between the surfaces, which shears under the traction."""
+
+    compliance_um_GPa: float = quantity("um/GPa", "Thickness of the layer over its shear modulus", ge=1e-12, le=1e12)
 
 
 class RollingTable(Table):
@@ -293,6 +315,7 @@ class Settings(Head):
     load: LoadTable
     rolling: RollingTable
     friction: FrictionTable = FrictionTable.model_construct()
+    layer: LayerTable | None = None
     creepage: CreepageTable = CreepageTable.model_construct()
     force: ForceTable = ForceTable.model_construct()
     thermal: ThermalTable = ThermalTable.model_construct()

@@ -240,7 +240,7 @@ def stick_ends(
     `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). What friction has
     in reserve on the last element that sticks, and the slip on the first one behind it, both root-like, place the border
     between their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole
-    elements are counted)."""
+    elements are counted). Over an interfacial layer slip begins at once behind the border, and the reserve is linear."""
     inside = covered > 0.0
     i, j = np.nonzero(stick[:-1] & ~stick[1:] & inside[1:])
     if not i.size:
@@ -258,7 +258,14 @@ def stick_ends(
     c = compliance.along * along + compliance.across * (1.0 - along)
     outside = speed[i + 1, j] / np.maximum(c * np.abs(nx), FLATTEST * compliance.along)
     total = reserve[i, j] + outside
-    return i, j, np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
+    place = np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
+    if compliance.layer:
+        # Over a layer the traction rises by the slip that follows, over its compliance: the reserve is linear.
+        slip_behind = speed[i + 1, j]
+        linear = compliance.layer / dx * reserve[i, j] / np.where(slip_behind > 0.0, slip_behind, np.inf)
+        share = compliance.layer / (compliance.layer + c * dx)
+        place = (1.0 - share) * place + share * np.minimum(linear, 1.0)
+    return i, j, place
 
 
 def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tuple[AnyArray, Mask]:

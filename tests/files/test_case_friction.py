@@ -1,0 +1,53 @@
+"""Case files with friction that falls with slip, memory, and a layer between the bodies."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import MECHANICAL, call
+from thermoroll_cli import Case, CaseError, solve
+
+REFERENCE = Path(__file__).parents[1] / "reference"
+EUROSPRINTER = Path(__file__).parents[2] / "cases" / "eurosprinter.toml"
+LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s = 0.5\n'
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    (LAW.replace("0.5", "0.0"), "friction.half_slip_m_s"),
+    (LAW.replace("0.1", "-0.1"), "friction.limit_coefficient"),
+    (LAW.replace("0.1", "1.5"), "above the coefficient without slip"),
+    (LAW + "memory_um = -1.0\n", "friction.memory_um"),
+    (LAW + "\n[layer]\ncompliance_um_GPa = -2.0\n", "layer.compliance_um_GPa"),
+    (LAW + "\n[layer]\ncompliance_um_GPa = 2.0\n", "unless friction has memory"),
+    ("\n[friction]\nlimit_coefficient = 0.1\n", "law is missing"),
+    ('\n[friction]\nlaw = "rational"\n', "needs limit_coefficient"),
+    ('\n[friction]\nlaw = "stribeck"\n', "friction.law"),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.1, 0.3], [1.0, 0.2]]\n', "begins at a slip speed of 0.1"),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 0.2], [1.0, 0.1]]\n', "point 3"),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.25], [1.0, 0.2]]\n', "load.friction_coefficient is"),
+])
+def test_what_does_not_fit_is_an_error(text: str, words: str) -> None:
+    with pytest.raises(CaseError, match=words.replace("[", "\\[")):
+        Case.parse(MECHANICAL + text)
+
+
+def test_measured_creep_forces_of_a_locomotive() -> None:
+    """Parameters were fitted to these points by others: this checks the form of the model and the program, not a prediction."""
+    measured = json.loads((REFERENCE / "friction_eurosprinter_measured.json").read_text())
+    case = Case.read(EUROSPRINTER).with_values({"numerics.grid": 48})
+    creepages = measured["ours"]["creepage"][::2]
+    forces = [solve(case.with_values({"creepage.longitudinal": c})).coupled.scalars["force_x_N"] / 106700 for c in creepages]
+    points = np.array(measured["points"])
+    model = np.interp(points[:, 0], creepages, forces)
+    assert np.sqrt(np.mean((points[:, 1] - model) ** 2)) <= 0.030
+    assert forces == pytest.approx(measured["ours"]["Fx_over_W"][::2], abs=4e-4)
+
+
+def test_run_reports_friction(tmp_path: Path) -> None:
+    done = call("run", EUROSPRINTER, "--set", "numerics.grid=32", "--no-plots", "--json", "-o", tmp_path)
+    summary = json.loads(done.stdout)
+    assert 0.14 < summary["friction_mean"] < 0.33 and summary["falling_friction_criterion"] > 0.0
