@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.error_estimate import EXTRAPOLATED
+from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED
 
 
 def extrapolated(coarse: Result, fine: Result, names: Iterable[str]) -> dict[str, float]:

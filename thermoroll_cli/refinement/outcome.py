@@ -12,7 +12,7 @@ from thermoroll_cli.heat.frictional_heat import account
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import failures
-from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, EXTRAPOLATED, Levels, estimates, reported, unbounded
+from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported, unbounded
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of
@@ -29,7 +29,7 @@ def result_of(
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
-    errors = estimates(coupled, derived, last.elements_across, extrapolated=extrapolated)
+    errors = estimates(coupled, derived, last.elements_across, plan)
     reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled, of_heat)
     warnings = list(plan.warnings)
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
@@ -39,7 +39,7 @@ def result_of(
         warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises)
     wanted = problem.numerics.accuracy
     if wanted is not None:
-        missed = [k for k in ERROR_SCALARS if errors[k] > wanted]
+        missed = missed_accuracy(errors, coupled[-1], wanted)
         if missed:
             worst = max(missed, key=lambda k: errors[k])
             elements = last.discretisation.grid.nx

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -12,7 +11,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.creep_maximum import beyond_maximum, creep_maximum, has_maximum, with_maximum
-from thermoroll_cli.refinement.error_estimate import ERROR_SCALARS, estimates
+from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
@@ -153,7 +152,7 @@ class Solver:
                                     "residual": followed.state.residual})
             with stopwatch("temperature"):
                 levels.append(refinement_level(discretisation, isothermal, followed, plan))
-            if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels)):
+            if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels, plan)):
                 break
             coarser, previous_coarser = levels[-1], previous
         return levels, stopwatch
@@ -177,11 +176,11 @@ def tolerances_on(
     return tolerances.times(factor)
 
 
-def _accurate_enough(problem: Problem, levels: list[RefinementLevel]) -> bool:
+def _accurate_enough(problem: Problem, levels: list[RefinementLevel], plan: Plan) -> bool:
     wanted = problem.numerics.accuracy
     if wanted is None or len(levels) < 3:
         return False
     # Of the state that is asked for; the isothermal one beside it has its own estimates.
     scalars, _ = scalars_by_level(levels)
-    errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across)
-    return all(errors[k] <= wanted for k in ERROR_SCALARS if not math.isnan(errors[k]))
+    errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across, plan)
+    return not missed_accuracy(errors, scalars[-1], wanted)

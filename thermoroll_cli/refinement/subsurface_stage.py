@@ -13,9 +13,9 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, KeptFields, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.subsurface import Peak, Subsurface
+from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
-from thermoroll_cli.refinement.stress_error_estimate import error_of, errors_with_rivals
 from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -71,13 +71,15 @@ class SolvedGrid:
 
 
 def below_the_surface(
-    request: SubsurfaceRequest, grids: Sequence[SolvedGrid], reference: Mapping[str, float], *, heated: bool
+    request: SubsurfaceRequest, grids: Sequence[SolvedGrid], reference: Mapping[str, float], *, heated: bool,
+    elements: float, left_out: float = 0.0,
 ) -> Subsurface:
     """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
 
     `grids` are up to three states of the same problem, coarse to fine, each side doubled: the last one is reported, the
-    others tell its error. `reference` are its scalars and those of the inputs, which errors are related to; `heated` tells
-    whether there is any heat."""
+    others are for its error estimates. `reference` are its scalars and those of the inputs, which errors are related to;
+    `heated` is whether there is any heat. The finest grid has `elements` over 1.1 diameters of the contact; `left_out` bounds
+    the effect of stages that were left out."""
     derived = grids[-1].discretisation.derived
     hot = hot_bodies(request, derived, heated=heated)
     depths = depths_of(request, derived, heated=bool(hot))
@@ -99,10 +101,12 @@ def below_the_surface(
         "what earlier passes have left"
         for body in recirculating(derived) if body in hot
     ]
-    error = error_of(by_grid, by_layers, reference, _at_surface(found[-1]))
+    near = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    error = stress_estimates(by_grid, by_layers, reference, _at_surface(found[-1], near), elements, derived, left_out)
     for (body, prefix), (strongest, *_) in found[-1].items():
         rivals = [_rivals(collectors[body], prefix) for collectors in collected]
-        error |= errors_with_rivals(f"{prefix}von_mises_{{}}_{body}_{{}}", error, strongest, rivals, reference)
+        name = f"{prefix}von_mises_{{}}_{body}_{{}}"
+        error |= errors_with_rivals(name, error, strongest, rivals, reference, elements, derived)
     return Subsurface(results, by_grid[-1], error, tuple(warnings))
 
 
@@ -168,11 +172,11 @@ def _rivals(collector: Collector, prefix: str) -> tuple[Peak, Peak]:
     return collector.rivals(collector.elastic if prefix else collector.total)
 
 
-def _at_surface(peaks: Peaks) -> set[str]:
-    """Names of the scalars whose maximum lies at the surface."""
+def _at_surface(peaks: Peaks, near: float) -> set[str]:
+    """Names of the scalars whose maximum lies at the surface, no deeper than `near` in m."""
     names: set[str] = set()
     for (body, prefix), found in peaks.items():
-        marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z == 0.0 else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
+        marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z <= near else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
         names |= {name for name, value in scalars_of(body, (marked[0], marked[1], marked[2]), prefix).items() if value}
     return names
 
@@ -190,7 +194,8 @@ def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -
     start = time.perf_counter()
     grids = [SolvedGrid(level.home, level.contact) for level in levels[-GRIDS:]]
     reference = {**result.coupled.scalars, **result.hertz}
-    subsurface = below_the_surface(request, grids, reference, heated=plan.runs("heat"))
+    subsurface = below_the_surface(request, grids, reference, heated=plan.runs("heat"),
+                                   elements=levels[-1].elements_across, left_out=sum(plan.left_out.values()))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     return replace(result, subsurface=subsurface, work={**result.work, "seconds": seconds},
                    warnings=(*result.warnings, *subsurface.warnings))

@@ -1,0 +1,120 @@
+"""The one formula of the error estimates, and contacts that are awkward for it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from tests.support.scenes import MECHANICAL, STEEL, reference_problem, rolling
+from thermoroll_cli.problem.error_scale import absolute_error
+from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.error_estimates import estimate
+from thermoroll_cli.refinement.solve import solve
+
+
+def on(problem: Problem, grid: int) -> Result:
+    return solve(replace(problem, numerics=Numerics((grid, grid))))
+
+
+def printed(result: Result, name: str) -> tuple[float, float]:
+    """Value and estimated error in its unit."""
+    summary = result.summary()
+    return summary[name], absolute_error(name, summary)
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0])
+def test_a_value_of_known_order_is_covered_by_the_safety_factor(order: float) -> None:
+    values = [1.0 + 0.3 / n**order for n in (16, 32, 64)]
+    assert estimate(values, 1.0, order=order, floor=0.0) == pytest.approx(1.25 * 0.3 / 64**order, rel=1e-9)
+
+
+def test_values_that_agree_by_accident_are_not_believed() -> None:
+    assert estimate([1.0, 1.1, 1.1], 1.0) > 1.25 * 0.1 / 4.0
+    assert estimate([1.0, 1.1, 1.0], 1.0) > estimate([0.9, 1.0, 1.1], 1.0) - 1e-12
+    assert estimate([1.0, 1.1], 1.0) > 2.0 * estimate([0.6, 1.0, 1.1], 1.0)
+    assert math.isnan(estimate([1.0], 1.0))
+
+
+def test_conduction_without_friction_is_known_closely() -> None:
+    """Equal bodies at 100 and 0 K are at 50 K wherever they touch, and nothing sticks."""
+    problem = rolling(friction=0.0, heating=Heating(partition="matched", bulk_lower=100.0))
+    result = solve(replace(problem, numerics=Numerics(accuracy=1e-3)))
+    assert result.converged and max(result.work["grid"]) <= 64
+    value, error = printed(result, "temperature_rise_max_upper_K")
+    assert abs(value - 50.0) <= error < 0.05
+    assert result.error["gamma_st"] == result.error["stick_area_mm2"] == 0.0
+    flow, _ = printed(result, "heat_into_upper_W")
+    assert printed(result, "heat_conducted_W")[0] == pytest.approx(flow, rel=1e-9) and flow > 0.0
+    assert math.isnan(result.coupled.scalars["partition_mean"])
+
+
+def test_exchanged_heat_is_covered() -> None:
+    problem = rolling(friction=0.0, heating=Heating(partition="matched", bulk_lower=100.0))
+    truth = on(problem, 256).coupled.scalars["heat_conducted_W"]
+    for grid in (32, 64):
+        value, error = printed(on(problem, grid), "heat_conducted_W")
+        assert abs(value - truth) <= error < 0.2 * truth
+
+
+@pytest.mark.parametrize("spin", [0.0, 1.0])
+def test_unlike_bodies_that_slide_with_little_spin(spin: float) -> None:
+    """The pole of 0.001 rad/mm lies 20 mm outside the contact: nothing can stick."""
+    upper = replace(STEEL, youngs_modulus=70e9)
+    problem = replace(rolling(creepage=(0.02, 0.0), spin=spin, heating=MECHANICAL), upper=upper)
+    result = on(problem, 64)
+    assert result.error["gamma_p"] < 5e-4 and result.error["gamma_st"] < 1e-4
+    assert abs(result.coupled.scalars["gamma_p"] - on(problem, 160).coupled.scalars["gamma_p"]) < result.error["gamma_p"]
+    assert solve(replace(problem, numerics=Numerics(accuracy=1e-3))).converged
+
+
+@pytest.mark.parametrize("heating", [MECHANICAL, Heating()])
+def test_everything_is_proportional_to_a_vanishing_creepage(heating: Heating) -> None:
+    problem = rolling(creepage=(1e-7, 0.0), heating=heating)
+    result = solve(replace(problem, numerics=Numerics(accuracy=1e-3)))
+    assert result.converged, result.reason
+    assert max(result.work["grid"]) <= 128
+    fine = on(problem, 256).coupled.scalars
+    for name in ("force_x_N", "Q_F_W"):
+        value, error = printed(result, name)
+        assert abs(value - fine[name]) < error < 2e-3 * value, name
+
+
+def test_symmetry_leaves_no_error() -> None:
+    result = on(rolling(creepage=(2e-3, 0.0), heating=MECHANICAL), 32)
+    assert result.error["force_y_N"] == result.error["spin_moment_Nmm"] == 0.0
+    assert result.error["force_x_N"] > 0.0
+    lateral = on(rolling(creepage=(0.0, 2e-3), heating=MECHANICAL), 32)
+    assert lateral.error["force_x_N"] == 0.0 and lateral.error["force_y_N"] > 0.0
+
+
+def test_left_out_deformation_is_part_of_the_error() -> None:
+    """Bulged by 4e-4 of the approach: left out on a given grid, and the truth with it lies within the estimates without."""
+    problem = rolling(grid=48, creepage=(0.003, 0.0), heating=Heating())
+    without = solve(problem)
+    always = solve(replace(problem, heating=Heating(deformation="always")))
+    assert "deformation" in without.work["skipped"] and "deformation" not in always.work["skipped"]
+    assert always.coupled.scalars["gamma_p"] != 1.0 == without.coupled.scalars["gamma_p"]
+    for name in ("gamma_p", "gamma_c", "pressure_max_MPa", "Q_F_W", "force_x_N"):
+        value, error = printed(without, name)
+        assert abs(value - always.coupled.scalars[name]) <= error, name
+    assert 1e-4 < without.error["gamma_p"] < 2e-3
+
+
+def test_an_accuracy_leaves_room_for_what_is_left_out() -> None:
+    result = solve(replace(rolling(creepage=(0.003, 0.0), heating=Heating()), numerics=Numerics(accuracy=1e-3)))
+    assert result.converged
+    assert "deformation" not in result.work["skipped"] or result.error["gamma_p"] < 0.5e-3
+
+
+def test_stress_at_the_surface_with_spin() -> None:
+    """The largest von Mises stress lies at the border of the contact: 878.6, 884.7, 883.9, 881.3, 881.0, 879.8 MPa on 96 to
+    512 elements per side."""
+    problem = replace(reference_problem("article_3_1_case_3", 96), subsurface=SubsurfaceRequest(("lower",)))
+    truth = 879.5
+    for grid in (96, 128):
+        result = on(problem, grid)
+        value, error = printed(result, "von_mises_max_lower_MPa")
+        assert abs(value - truth) < error < 0.05 * truth

@@ -1,0 +1,321 @@
+"""Discretisation errors of all scalars, at the surface and below it, from the grids that were solved on the way.
+
+With the values v of a scalar over its `error_scale` on the grids N/4, N/2 and N (N counts elements over 1.1 diameters of the
+contact), the estimate is that of a grid convergence index with a part R that no grid of the sequence can see:
+
+    E = S (D/(2^q − 1) + R) + floor + left out,      D = max(|v_N − v_N/2|, |v_N/2 − v_N/4| / 2^q).
+
+D guards against two values that agree by accident. Where the two changes differ in sign, or do not shrink, no order is seen and
+the divisor is at most 1. The last term is the bound of the effect of stages that were left out (`Plan.left_out`). All numbers
+of the scheme are the constants below. None is fitted to a scalar.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
+from thermoroll_cli.problem.error_scale import CREEPAGES, FORCES, TEMPERATURES, error_scale
+from thermoroll_cli.problem.names import SCALARS
+from thermoroll_cli.problem.subsurface import Peak
+from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.scalars import input_scalars
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+Levels = Sequence[Mapping[str, float]]
+
+SAFETY, SAFETY_TWO_GRIDS = 1.25, 3.0
+"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order."""
+ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
+"""q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
+√s ln s, and exchanged heat is singular at the border of its area: first order. Stresses rise like √s from the border."""
+BORDER = 1.0 / 3.0
+"""R of areas with a border that is found, times N^−1.5: about N border elements, each off by a third of itself at random."""
+SPREAD = 0.5
+"""Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals."""
+AT_SURFACE = 0.02
+"""Depth in smaller semi-axes above which a peak below the surface is one of the surface."""
+HALF_THE_LAYERS = 1.0 / 31.0
+"""Part of the change from every second layer to all: five layers locate a maximum to fifth order, 2⁵ − 1 = 31."""
+FLOOR = 1.5e-5
+"""Tolerances and rounding."""
+SLIDES = 1.5
+"""Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
+
+INTEGRALS = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W", *FORCES, "spin_moment_Nmm")
+AREAS, STICK = ("gamma_c", "contact_area_mm2"), ("gamma_st", "stick_area_mm2")
+MAXIMA = ("shear_max_MPa", "heat_flux_max_W_mm2")
+PRESSURES = ("gamma_p", "pressure_max_MPa", "approach_um")
+EXPANSIONS = ("thermal_displacement_max_um", "recirculation_bulge_um")
+EXCHANGED = ("partition_mean", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
+
+ERROR_SCALARS = ("Q_F_W", *FORCES, *CREEPAGES, "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K",
+                 "temperature_rise_max_upper_K")
+"""Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
+SMALLEST_ERROR_K = 1e-3
+"""Temperatures need not be known more closely, in K, however small the rise is: no accuracy is missed for less."""
+
+EXTRAPOLATED = (*INTEGRALS, *CREEPAGES)
+"""Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
+creepages that are found for forces."""
+
+RELATIVE = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
+"""Extrapolated scalars that are measured by themselves: only if the last doubling changed them by less than `SETTLED` of it."""
+SETTLED = 0.5
+
+UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2"}
+"""Scalars that grow with every refinement where the contact reaches the end of a profile: there is no error to estimate."""
+
+
+def estimate(
+    values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR
+) -> float:
+    """E of the module's docstring over `scale`, from `values` on up to three grids (coarse to fine, the last is reported).
+
+    `order` is q, `unresolved` R over `scale`. nan for one grid alone, or where a value or the scale is not known."""
+    values = values[-3:]
+    if len(values) < 2 or math.isnan(values[-1]) or math.isnan(values[-2]) or math.isnan(scale):
+        return math.nan
+    if scale == 0.0:
+        return 0.0
+    last, divisor = (values[-1] - values[-2]) / scale, 2.0**order - 1.0
+    if len(values) == 2 or math.isnan(values[0]):
+        return SAFETY_TWO_GRIDS * (abs(last) / min(divisor, 1.0) + unresolved) + floor
+    before = (values[-2] - values[-3]) / scale
+    if not converges_one_way(before, last):
+        divisor = min(divisor, 1.0)
+    return SAFETY * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
+
+
+def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
+    """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values."""
+    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy]
+    return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
+
+
+def converges_one_way(before: float, last: float) -> bool:
+    """Whether of two changes in a row the second goes on in the direction of the first, and less far."""
+    return last * before > 0.0 and abs(last) < abs(before)
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What a grid with `elements` over 1.1 diameters shows of a contact whose share `sticking` sticks (0 without friction)."""
+
+    elements: float
+    sticking: float
+
+    @property
+    def border(self) -> float:
+        """Error of an area whose border is found element by element."""
+        return BORDER * self.elements**-1.5
+
+    @property
+    def narrow(self) -> float:
+        """z = γ_st/max(1, m)²: how much is not seen in a zone of m elements that slips beside what sticks."""
+        return self.sticking / max(1.0, (1.0 - self.sticking) * self.elements) ** 2
+
+
+def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan) -> dict[str, float]:
+    """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
+    `error_scale`; `elements` counts those over 1.1 diameters of the contact.
+
+    nan for what is given and for one grid alone, 0 for what symmetry makes zero."""
+    summary = {**levels[-1], **input_scalars(derived)}
+    has_traction = derived.kinematics.has_traction
+    resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
+    given, exact = _given(derived), _exact(derived)
+    errors = {}
+    for name in SCALARS:
+        values = [level.get(name, math.nan) for level in levels]
+        scale = error_scale(name, summary)
+        carried = _carried(name, summary)
+        if name in given:
+            errors[name] = math.nan
+        elif name in exact:
+            errors[name] = 0.0
+        else:
+            unresolved = carried * _unresolved(name, resolution, summary, derived, plan)
+            floor = carried * (FLOOR + _left_out(name, derived, plan))
+            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
+    return errors
+
+
+def _order(name: str, derived: DerivedQuantities) -> float:
+    exchanged = derived.problem.heating.partition == "matched" and name in EXCHANGED
+    return ORDER_UNEVEN if derived.dissimilar or exchanged or name == "thermal_crown_ratio" else ORDER
+
+
+def _unresolved(
+    name: str, resolution: Resolution, summary: Mapping[str, float], derived: DerivedQuantities, plan: Plan
+) -> float:
+    """R of one scalar."""
+    if name in STICK:
+        if resolution.sticking == 0.0:
+            return unseen_stick(resolution, summary, derived)
+        return resolution.border
+    if name in AREAS:
+        hertzian = "normal (isothermal)" in plan.skipped and not plan.runs("deformation")
+        return 0.0 if hertzian else resolution.border
+    if name in MAXIMA:
+        return resolution.narrow
+    if name in TEMPERATURES:
+        return SPREAD * resolution.narrow
+    if name in INTEGRALS or name in CREEPAGES:
+        return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
+    if name in EXPANSIONS:
+        # Measured from the border of the contact, which is known to an element.
+        return 1.0 / resolution.elements
+    return 0.0
+
+
+def unseen_stick(resolution: Resolution, summary: Mapping[str, float], derived: DerivedQuantities) -> float:
+    """Share of the contact that may stick though no element of the grid does.
+
+    A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes, about
+    the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip, that is
+    a patch around the place without rigid slip."""
+    if not derived.kinematics.has_traction:
+        return 0.0
+    problem, scales = derived.problem, derived.scales
+    if problem.geometry.has_profile:
+        limits = np.full(2, derived.saturation_creepage)
+    else:
+        lower, upper = problem.lower, problem.upper
+        constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
+        limits = np.array(full_slip_creepages(derived.hertz, problem.friction, *constants))
+    limits = SLIDES * limits + abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
+    # Places in the contact, evenly over the area of its ellipse.
+    radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
+    x = scales.semi_axis_x * radius * np.cos(angle)
+    y = scales.centre + scales.semi_axis_y * radius * np.sin(angle)
+    spin = problem.motion.spin
+    slip_x = summary["creepage_longitudinal"] + derived.kinematics.differential_slip(y) - spin * y
+    slip_y = summary["creepage_lateral"] + spin * x
+    share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
+    return min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
+
+
+def _carried(name: str, summary: Mapping[str, float]) -> float:
+    """Of forces and the moment the share of μW that is carried: where all is proportional to creepage, so are errors."""
+    if name not in FORCES and name != "spin_moment_Nmm":
+        return 1.0
+    forces = [summary[force] / error_scale(force, summary) for force in (*FORCES, "spin_moment_Nmm")
+              if error_scale(force, summary) > 0.0]
+    return min(1.0, math.hypot(*forces))
+
+
+def _left_out(name: str, derived: DerivedQuantities, plan: Plan) -> float:
+    """Bound of the effect of stages that were left out."""
+    rigid = name in (*AREAS, *PRESSURES) and not derived.kinematics.feeds_back
+    return sum(bound for stage, bound in plan.left_out.items() if not (rigid and stage == "differential slip"))
+
+
+def _exact(derived: DerivedQuantities) -> Collection[str]:
+    """Forces and moment that vanish because everything is its own mirror image across y = 0; without traction stick, too."""
+    motion, kinematics = derived.problem.motion, derived.kinematics
+    if not kinematics.has_traction:
+        return (*FORCES, "spin_moment_Nmm", *STICK)
+    if kinematics.mirror == (1, -1):
+        return ("spin_moment_Nmm",) if motion.force_y is not None else ("force_y_N", "spin_moment_Nmm")
+    if kinematics.mirror == (-1, 1) and (kinematics.heat_mirrors or not derived.problem.heating.heat):
+        return () if motion.force_x is not None else ("force_x_N",)
+    return ()
+
+
+def _given(derived: DerivedQuantities) -> set[str]:
+    """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
+    motion, heating = derived.problem.motion, derived.problem.heating
+    given = {"creepage_spin_rad_mm", "power_balance_error", "warm_up_time_lower_s", "warm_up_time_upper_s"}
+    given |= unbounded(derived)
+    given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
+    given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
+    for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):
+        given |= {f"bulk_temperature_{body}_K", f"entry_temperature_max_{body}_K"} if track is None else set()
+    given |= set() if heating.conducts else {"heat_conducted_W"}
+    return given if heating.partition == "matched" else given | {"partition_mean"}
+
+
+def unbounded(derived: DerivedQuantities) -> set[str]:
+    """Scalars without a limit in this problem."""
+    return UNBOUNDED if derived.problem.geometry.has_profile and derived.scales.reaches_an_end else set()
+
+
+def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
+    """Scalars of the last of `levels`, those in `EXTRAPOLATED` by Richardson where the last three grids converge one way."""
+    values = dict(levels[-1])
+    motion = derived.problem.motion
+    given = {"force_x_N": motion.force_x, "force_y_N": motion.force_y}
+    if len(levels) < 3:
+        return values
+    for name in EXTRAPOLATED:
+        before, middle, last = (level.get(name, math.nan) for level in levels[-3:])
+        settled = name not in RELATIVE or abs(last - middle) < SETTLED * abs(last)
+        if given.get(name) is None and settled and converges_one_way(middle - before, last - middle):
+            values[name] = last + (last - middle) / 3.0
+    return values
+
+
+# --- below the surface -----------------------------------------------------------------------------------------------
+
+
+def stress_estimates(
+    grids: Levels, half_the_layers: Mapping[str, float], reference: Mapping[str, float], at_surface: Collection[str],
+    elements: float, derived: DerivedQuantities, left_out: float,
+) -> dict[str, float]:
+    """Estimated error of each scalar below the surface on the last of `grids`, over its `error_scale`.
+
+    `half_the_layers` are the scalars of the last grid from every second layer, `reference` those of the state and of the
+    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface."""
+    errors = {}
+    for name in grids[-1]:
+        scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
+        layers = HALF_THE_LAYERS * abs(half_the_layers[name] - grids[-1][name]) / scale
+        # At the border of the contact tractions change by μp over an element.
+        border = derived.problem.friction / elements if surface and stress and derived.kinematics.has_traction else 0.0
+        errors[name] = estimate([grid[name] for grid in grids], scale, order=_stress_order(surface, derived),
+                                unresolved=layers + border, floor=FLOOR + left_out)
+    for name in set(at_surface).intersection(errors):
+        if not name.endswith("_MPa"):
+            errors[name] += math.sqrt(errors[_value_of(name)])
+    return errors
+
+
+def _stress_order(at_surface: bool, derived: DerivedQuantities) -> float:
+    return ORDER_AT_SURFACE if at_surface else ORDER_UNEVEN if derived.dissimilar else ORDER
+
+
+def _value_of(place: str) -> str:
+    """The scalar whose place or depth a scalar is."""
+    quantity, _, body, _ = place.rsplit("_", 3)
+    return f"{quantity}_max_{body}_MPa"
+
+
+def errors_with_rivals(
+    name: str, error: Mapping[str, float], strongest: Peak, rivals: Sequence[tuple[Peak, Peak]],
+    reference: Mapping[str, float], elements: float, derived: DerivedQuantities,
+) -> dict[str, float]:
+    """Errors of the largest von Mises stress and of its place, where it may lie elsewhere on a finer grid.
+
+    `rivals` are the largest stresses of the surface and of what lies below it, grid by grid; the surface's may still grow like
+    a square root. `name` makes the scalars' names from a quantity and a unit."""
+    top = name.format("max", "MPa")
+    if len(rivals) < 2 or math.isnan(error[top]):
+        return {}
+    scale = error_scale(top, reference) * 1e6
+    surface, below = rivals[-1]
+    border = derived.problem.friction / elements if derived.kinematics.has_traction else 0.0
+    at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
+    own = max(error[top] * scale, surface.value + at_surface - strongest.value if strongest.z > 0.0 else at_surface)
+    found = {top: own / scale}
+    rival = below if strongest.z == 0.0 else surface
+    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[top] * scale:
+        for quantity, axis in (("depth", "z"), ("x", "x"), ("y", "y")):
+            place = name.format(quantity, "mm")
+            distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
+            found[place] = error[place] + distance / error_scale(place, reference)
+    return found
