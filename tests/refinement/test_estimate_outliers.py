@@ -19,7 +19,7 @@ def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     reference alone takes half a minute: `python -m scripts.stress.estimate_coverage` has it.)"""
     pairs = list(pairs_of("stress generator", seed, 32))
     assert len(pairs) >= 8
-    assert not [p for p in pairs if p.shortfall > 2.0]
+    assert not [p for p in pairs if p.shortfall > 3.0]
 
 
 @pytest.mark.parametrize(("population", "seed", "grid", "once"), [
