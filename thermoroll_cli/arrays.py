@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 """Numbers in double precision."""
 AnyArray = NDArray[Any]
-"""Numbers of either precision, real or complex: what solvers iterate on."""
+"""Numbers of any type."""
 Spectrum = NDArray[Any]
-"""Fourier transforms of either precision; real where the field is even."""
+"""Fourier transforms, complex; real where the field is even."""
 Mask = NDArray[np.bool_]
 """True on some elements."""

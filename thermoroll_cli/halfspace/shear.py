@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
 
 import numpy as np
 
@@ -27,19 +26,18 @@ class FreeShear:
     `free_space(n + margin, m)` names. `coupled` tells whether the third of them acts at all."""
 
     def __init__(
-        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int, precision: Any
+        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int
     ) -> None:
         self._shape = (2, shape[0] + 2 * margin, shape[1])
-        self._precision = precision
         # One set of buffers per component: the two can then be transformed side by side, and the result does not
         # depend on whether they are.
-        self._convolutions = [Convolution(*shape, margin, margin, precision) for _ in range(2)]
-        self._xx, self._yy, self._xy = (in_pairs(s, precision) for s in symbols)
+        self._convolutions = [Convolution(*shape, margin, margin) for _ in range(2)]
+        self._xx, self._yy, self._xy = (in_pairs(s) for s in symbols)
         self._traction_hat = [c.empty_spectrum() for c in self._convolutions]
         self._blocks = blocks(*self._traction_hat[0].shape)
         self._cross_hat = [np.empty_like(hat[self._blocks[0]]) for hat in self._traction_hat]
         self._coupled = coupled
-        self._pool = _pair_of_threads() if threads > 1 else None
+        self._pool = ThreadPoolExecutor(2) if threads > 1 else None
 
     @property
     def transforms(self) -> int:
@@ -53,7 +51,7 @@ class FreeShear:
             task(1)
 
     def __call__(self, traction: AnyArray) -> AnyArray:
-        u = np.empty(self._shape, dtype=self._precision)
+        u = np.empty(self._shape)
         hat, convolutions = self._traction_hat, self._convolutions
 
         def there(i: int) -> None:
@@ -77,7 +75,7 @@ class FreeShear:
         (n, m) -> (3, n + 2·margin, m), for the transforms of one application."""
         convolution, hat = self._convolutions[0], self._traction_hat[0]
         convolution.forward(shape, out=hat)
-        u = np.zeros((3, *self._shape[1:]), dtype=self._precision)
+        u = np.zeros((3, *self._shape[1:]))
         for i, symbol in enumerate((self._xx, self._yy, self._xy)):
             if i < 2 or self._coupled:
                 convolution.inverse(multiply(hat, symbol, out=convolution.plane), out=u[i])
@@ -89,14 +87,14 @@ class MirroredShear:
     on the plane of both sides, `free_space(n + margin, 2 m)`."""
 
     def __init__(
-        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities, precision: Any
+        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities
     ) -> None:
         n, m = shape
         self._even = even = mirror.index(1)
-        self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin, precision)
+        self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin)
         own, other = pair_symbols(*symbols, even)
-        self._own = in_pairs(own, precision)
-        self._other = in_pairs(other, precision) if coupled else None
+        self._own = in_pairs(own)
+        self._other = in_pairs(other) if coupled else None
 
     @property
     def transforms(self) -> int:
@@ -111,7 +109,7 @@ class MirroredShear:
         """As `FreeShear.of_shape` for a shape even across y = 0, given on its half."""
         # Tractions along the even component are what `__call__` is made for; those along the other one see the symbol with
         # the parts of both components exchanged.
-        pair = np.zeros((2, *shape.shape), dtype=shape.dtype)
+        pair = np.zeros((2, *shape.shape))
         pair[self._even] = shape
         along = self(pair)
         self._plane.forward(pair)
@@ -119,9 +117,3 @@ class MirroredShear:
         across = self._plane.inverse()
         xx, yy = (along, across) if self._even == 0 else (across, along)
         return np.stack([xx[self._even], yy[self._even], along[1 - self._even]])
-
-
-def _pair_of_threads() -> ThreadPoolExecutor:
-    # Imported here: it brings logging, of which a run on one thread has no use.
-
-    return ThreadPoolExecutor(2)

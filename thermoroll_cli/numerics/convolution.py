@@ -35,11 +35,6 @@ def fftw() -> ModuleType:
     return pyfftw
 
 
-def complex_type(precision: Any) -> Any:
-    """The complex type whose parts are of the real type `precision`."""
-    return np.result_type(precision, np.complex64)
-
-
 class PaddedPlane:
     """Transforms of real fields that occupy `nx` rows of a periodic plane of (px, py) = `padded` elements.
 
@@ -47,7 +42,7 @@ class PaddedPlane:
     `inverse` brings back rows −before … of a spectrum into `line`, (rows, py), px·py times too large. `transforms` counts
     both. Plans use FFTW_ESTIMATE, so results repeat bit by bit."""
 
-    def __init__(self, nx: int, rows: int, before: int, padded: tuple[int, int], precision: Any) -> None:
+    def __init__(self, nx: int, rows: int, before: int, padded: tuple[int, int]) -> None:
         pyfftw = fftw()
 
         self._nx, self._rows, self._before = nx, rows, before
@@ -55,12 +50,11 @@ class PaddedPlane:
         self.half = py // 2 + 1
         self.transforms = 0
         self._shape = (self.half, px)
-        self._kind = complex_type(precision)
         # What is read and what is written are kept apart: the zeros around a field are then written once.
-        self.field = pyfftw.zeros_aligned((nx, py), dtype=precision)
-        self.line = pyfftw.empty_aligned((rows, py), dtype=precision)
-        self._line_hat = pyfftw.zeros_aligned((max(nx, rows), self.half), dtype=self._kind)
-        self._columns = pyfftw.zeros_aligned(self._shape, dtype=self._kind)
+        self.field = pyfftw.zeros_aligned((nx, py))
+        self.line = pyfftw.empty_aligned((rows, py))
+        self._line_hat = pyfftw.zeros_aligned((max(nx, rows), self.half), dtype=np.complex128)
+        self._columns = pyfftw.zeros_aligned(self._shape, dtype=np.complex128)
         self.spectrum = self.empty_spectrum()
         self._back = self.empty_spectrum()
 
@@ -74,7 +68,7 @@ class PaddedPlane:
 
     def empty_spectrum(self) -> Spectrum:
         """An array for a spectrum that transforms can read and write directly."""
-        return fftw().empty_aligned(self._shape, dtype=self._kind)
+        return fftw().empty_aligned(self._shape, dtype=np.complex128)
 
     def forward(self, out: Spectrum, phase: AnyArray | None = None) -> None:
         """Spectrum of what is in `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
@@ -118,14 +112,13 @@ SUMMED = 40
 class Convolution:
     """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after.
 
-    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured. `precision`
-    is the type of the fields.
+    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured.
     """
 
-    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0, precision: Any = np.float64) -> None:
+    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0) -> None:
         self.nx, self.ny, self.before, self.after = nx, ny, before, after
         self.px, self.py = free_space(nx + max(before, after), ny)
-        self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py), precision)
+        self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py))
         self.half = self._padded.half
         self._scale = 1.0 / (self.px * self.py)
 
@@ -178,7 +171,7 @@ class Convolution:
         itself, so that it multiplies a complex spectrum viewed as floats: NumPy would otherwise convert it every time.
         """
         reach = self.nx + max(self.before, self.after)
-        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity), self._padded.line.dtype)
+        return in_pairs(quadrant_symbol(quadrant[:reach, : self.ny], (self.px, self.py), parity))
 
 
 def even_length(n: int) -> int:
@@ -257,15 +250,14 @@ def blocks(rows: int, length: int) -> list[slice]:
     return [slice(i, min(i + step, rows)) for i in range(0, rows, step)]
 
 
-def in_pairs(real: Array, precision: Any = np.float64) -> Array:
-    """Each value twice, beside itself, in the given type (see `multiply`)."""
-    return np.repeat(real.astype(precision), 2, axis=1)
+def in_pairs(real: Array) -> Array:
+    """Each value twice, beside itself (see `multiply`)."""
+    return np.repeat(real, 2, axis=1)
 
 
 def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
-    """`out` = complex spectrum times a real one stored in pairs (see `in_pairs`), both of the same precision."""
-    precision = real_pairs.dtype
-    np.multiply(spectrum.view(precision), real_pairs, out=out.view(precision))
+    """`out` = complex spectrum times a real one stored in pairs (see `in_pairs`)."""
+    np.multiply(spectrum.view(np.float64), real_pairs, out=out.view(np.float64))
     return out
 
 

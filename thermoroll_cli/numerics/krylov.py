@@ -39,17 +39,15 @@ def gmres(
     """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
 
     `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
-    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits. All vectors
-    have the precision of the right-hand side, the small least-squares problem is solved in double precision.
+    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits.
     """
     norm = float(np.linalg.norm(right_hand_side))
     if norm == 0.0:
         zero = np.zeros_like(right_hand_side)
         return KrylovSolution(zero, zero.copy(), 0, 0.0)
     # Rows that are never reached are never touched, and so cost no memory.
-    precision = right_hand_side.dtype
-    lost = 4.0 * float(np.finfo(precision).eps)
-    basis = np.empty((max_iterations + 1, right_hand_side.size), dtype=precision)
+    lost = 4.0 * float(np.finfo(np.float64).eps)
+    basis = np.empty((max_iterations + 1, right_hand_side.size))
     np.divide(right_hand_side, norm, out=basis[0])
     steps: list[Vector] = []
     images: list[Vector] = []

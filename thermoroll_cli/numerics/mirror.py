@@ -6,8 +6,6 @@ y is the even field's, the imaginary part the odd one's. One transform does the 
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
@@ -24,20 +22,18 @@ class MirroredPlane:
     are brought back, the first `before` of them from before the first. `transforms` counts padded transforms."""
 
     def __init__(
-        self, nx: int, ny: int, padded: tuple[int, int], even: int, rows: int | None = None, before: int = 0,
-        precision: Any = np.float64,
+        self, nx: int, ny: int, padded: tuple[int, int], even: int, rows: int | None = None, before: int = 0
     ) -> None:
         self._ny, self._even = ny, even
         px, py = padded
-        self._padded = PaddedPlane(nx, nx if rows is None else rows, before, padded, precision)
+        self._padded = PaddedPlane(nx, nx if rows is None else rows, before, padded)
         plane = self._padded.spectrum
         self._blocks = blocks(*plane.shape)
         self._mirrored = np.empty_like(plane[self._blocks[0]])
-        self._word: Any = {8: np.int64, 16: np.complex128}[plane.itemsize]
         # Elements lie half a step beside the mirror line.
         centre = np.exp(-1j * np.pi * np.arange(self._padded.half) / py)
-        self._to_centre = centre.astype(plane.dtype)
-        self._from_centre = (centre.conj() / (2.0 * px * py)).astype(plane.dtype)
+        self._to_centre = centre
+        self._from_centre = centre.conj() / (2.0 * px * py)
 
     @property
     def transforms(self) -> int:
@@ -61,10 +57,8 @@ class MirroredPlane:
                 np.multiply(part.view(kind), own[rows], out=part.view(kind))
                 continue
             reflected = mirrored[: len(part)]
-            # As whole numbers of the same size, which are copied backwards much faster.
-            source, target = part.view(self._word), reflected.view(self._word)
-            target[:, 1:] = source[:, :0:-1]
-            target[:, 0] = source[:, 0]
+            reflected[:, 1:] = part[:, :0:-1]
+            reflected[:, 0] = part[:, 0]
             np.conjugate(reflected, out=reflected)
             np.multiply(reflected.view(kind), other[rows], out=reflected.view(kind))
             np.multiply(part.view(kind), own[rows], out=part.view(kind))

@@ -286,7 +286,7 @@ def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) ->
     Counts are those of the article's cases; 0.4 ns per element and log₂ is what a transform was measured to take on one core.
     """
     padded = 4 * shape[0] * shape[1]
-    # Kernels, spectra and work fields of each solver; half of the tangential ones are in single precision.
+    # Kernels, spectra and work fields of each solver.
     fields = 12 + (45 if "tangential" in run else 0) + (12 if "heat" in run else 0) + (8 if "elastic coupling" in run else 0)
     # A coupled state costs about three isothermal ones, whose tractions take some 70 applications of 4 transforms each.
     solves = (4 if "deformation" in run else 1) + ("elastic coupling" in run)

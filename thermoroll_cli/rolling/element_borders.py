@@ -41,8 +41,6 @@ over the element's own compliance: r falls like the element's width, so that thi
 from __future__ import annotations
 
 import math
-from copy import copy
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,8 +101,6 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
     return sobel(np.pad(pressure**2, 1), dx, dy)
 
 
-SOFTEST = 1e20
-"""Compliance in 1/Pa beyond which an element carries nothing, whatever its number: products still fit single precision."""
 
 
 class EdgeCompliance:
@@ -161,12 +157,6 @@ class EdgeCompliance:
         self.xx, self.yy, self.xy = k[:, i, j]
         self._trailing = trailing[i, j]
         self.diagonal = k[:2]
-
-    def in_precision(self, precision: Any) -> EdgeCompliance:
-        """The same with coefficients of another type."""
-        other = copy(self)
-        other.xx, other.yy, other.xy = (np.clip(k, -SOFTEST, SOFTEST).astype(precision) for k in (self.xx, self.yy, self.xy))
-        return other
 
     def add(self, out: AnyArray, traction: AnyArray) -> AnyArray:
         """`out` + K `traction`, in place, both (2, n, m)."""

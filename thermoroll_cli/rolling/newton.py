@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -31,8 +30,8 @@ MOST_UNPRECONDITIONED = 1500
 MOST_HALVINGS = 10
 SUFFICIENT_DECREASE = 1e-4
 """Part of the step's length by which the residual must fall (Armijo's rule, its usual value)."""
-FINEST_FORCING_EPS = 30.0
-"""A linear system is solved down to this many rounding errors at most."""
+FINEST_FORCING = 30.0 * float(np.finfo(float).eps)
+"""A linear system is solved down to some rounding errors at most."""
 
 
 @dataclass(frozen=True)
@@ -225,18 +224,13 @@ class Newton:
 
     def step(self, state: Iterate, forcing: float) -> Iterate:
         linear = Linearisation(self, state)
-        precision = self.inverse.precision
-        # What a precision cannot resolve is left to the next step, whose residual is computed afresh.
-        forcing = max(forcing, FINEST_FORCING_EPS * float(np.finfo(precision).eps))
-        # Single precision has room for 1e±38: the unit of the residual is taken out.
-        right = (state.residual * (-1.0 / self.reference)).astype(precision)
+        forcing = max(forcing, FINEST_FORCING)
         most = MOST_KRYLOV_STEPS if self.options.preconditioned else MOST_UNPRECONDITIONED
-        solution = gmres(linear.expensive, linear.cheap, linear.precondition, right, forcing, most)
+        solution = gmres(linear.expensive, linear.cheap, linear.precondition, -state.residual, forcing, most)
         shape = (2, *self.traction_bound.shape)
         n = 2 * self.size
-        step, image = (v.astype(np.float64) * self.reference for v in (solution.step, solution.image))
-        change, change_unknown = step[:n].reshape(shape), step[n:]
-        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(image.reshape(shape), change)
+        change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
+        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(solution.image.reshape(shape), change)
         # Slip is affine in the traction, so trying a shorter step costs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
@@ -262,8 +256,6 @@ class Linearisation:
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
         self.newton, self.state = newton, state
-        precision = newton.inverse.precision
-        self.border = newton.border.in_precision(precision)
         contact, stick = newton.contact, state.stick & newton.contact
         slip = contact & ~stick
         nx, ny = state.direction
@@ -271,9 +263,9 @@ class Linearisation:
         # Projection across the traction, I − n nᵀ, on slip elements; identity on stick elements.
         xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
         one = np.where(slip, 1.0, 0.0)
-        self.p = _as(precision, np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0))
+        self.p = np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0)
         rho = newton.rho * contact
-        self.q = _as(precision, rho * xx, rho * yy, rho * xy)
+        self.q = rho * xx, rho * yy, rho * xy
         # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
@@ -291,10 +283,10 @@ class Linearisation:
             own = newton.traction_bound * state.response.local * (own_x * nx * nx + own_y * ny * ny)
             along = one / np.maximum(LEAST_STIFFNESS, 1.0 + own)
         across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
-        self.local = _as(precision, scale_x + along * nx * nx + across * ny * ny, scale_y + along * ny * ny + across * nx * nx,
-                         along * nx * ny - across * nx * ny)
+        self.local = (scale_x + along * nx * nx + across * ny * ny, scale_y + along * ny * ny + across * nx * nx,
+                      along * nx * ny - across * nx * ny)
         self.slip = slip
-        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0).astype(precision)
+        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0)
         self._border_force()
 
     def _border_force(self) -> None:
@@ -304,13 +296,13 @@ class Linearisation:
         for i in newton.free:
             unit = np.zeros(2)
             unit[i] = newton.creepage_unit
-            e = np.broadcast_to(unit.astype(newton.inverse.precision)[:, None, None], (2, *newton.traction_bound.shape))
+            e = np.broadcast_to(unit[:, None, None], (2, *newton.traction_bound.shape))
             columns.append(self._invert(self._times(self.q, e)))
         self.response = columns
         free = list(newton.free)
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
-            # A response without size has no inverse: pinv makes zero of zero, but overflows single precision at almost zero.
+            # A response without size has no inverse: pinv makes zero of zero.
             self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
 
     @staticmethod
@@ -333,9 +325,9 @@ class Linearisation:
         shape = (2, *newton.traction_bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
-        inner = self.border.add(image.reshape(shape).copy(), change)
+        inner = newton.border.add(image.reshape(shape).copy(), change)
         if newton.free:
-            inner -= newton.creepage(v[n:])[:, None, None].astype(v.dtype)
+            inner -= newton.creepage(v[n:])[:, None, None]
         out = self._times(self.q, inner)
         out += self._times(self.p, change)
         if self.state.response is not None and self.state.sliding is not None:
@@ -345,7 +337,7 @@ class Linearisation:
         if not newton.free:
             return out.ravel()
         force = change.sum(axis=(1, 2))[list(newton.free)] / newton.force_scale
-        return np.concatenate([out.ravel(), force], dtype=v.dtype)
+        return np.concatenate([out.ravel(), force])
 
     def _invert(self, r: AnyArray) -> AnyArray:
         out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
@@ -364,7 +356,7 @@ class Linearisation:
         unknown = self.schur_inverse @ (v[n:] - force)
         for u, column in zip(unknown, self.response, strict=True):
             change += float(u) * column
-        return np.concatenate([change.ravel(), unknown], dtype=v.dtype)
+        return np.concatenate([change.ravel(), unknown])
 
 
 def _lone(slip: Mask, stick: Mask) -> Mask:
@@ -376,6 +368,3 @@ def _lone(slip: Mask, stick: Mask) -> Mask:
     lone[2:-1] |= pairs
     return lone
 
-
-def _as(precision: Any, *arrays: AnyArray) -> tuple[AnyArray, ...]:
-    return tuple(a.astype(precision) for a in arrays)

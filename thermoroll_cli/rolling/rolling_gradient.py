@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -63,8 +62,7 @@ class RollingGradient:
     """D A: tractions (2, n, m) in Pa -> displacement gradients (2, n, m), by free-space convolution (Eqs. 7, 8, 15).
 
     Where the problem is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
-    m elements y > 0. Tractions in single precision are worked on in single precision: enough for the directions of an
-    iteration, in half the time. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
+    m elements y > 0. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
     """
 
     def __init__(
@@ -103,26 +101,19 @@ class RollingGradient:
         return along, across
 
     @cached_property
-    def _double(self) -> FreeShear | MirroredShear:
-        return self._shear(np.float64)
-
-    @cached_property
-    def _single(self) -> FreeShear | MirroredShear:
-        return self._shear(np.float32)
-
-    def _shear(self, precision: Any) -> FreeShear | MirroredShear:
+    def _shear(self) -> FreeShear | MirroredShear:
         coupled = bool(self.compliance.directional)  # ν = 0: the components do not act on each other
         if self.mirror is not None:
-            return MirroredShear(self.shape, MARGIN, self._symbols, coupled, self.mirror, precision)
-        return FreeShear(self.shape, MARGIN, self._symbols, coupled, self._threads, precision)
+            return MirroredShear(self.shape, MARGIN, self._symbols, coupled, self.mirror)
+        return FreeShear(self.shape, MARGIN, self._symbols, coupled, self._threads)
 
     @property
     def transforms(self) -> int:
-        return sum(self.__dict__[name].transforms for name in ("_double", "_single") if name in self.__dict__)
+        return self._shear.transforms if "_shear" in self.__dict__ else 0
 
     def displacement(self, traction: AnyArray) -> AnyArray:
         """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""
-        return (self._single if traction.dtype == np.float32 else self._double)(traction)
+        return self._shear(traction)
 
     def __call__(self, traction: AnyArray) -> AnyArray:
         """∂u/∂x of shape (2, n, m)."""
@@ -136,7 +127,7 @@ class RollingGradient:
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
         of one application."""
         self.applications += 1
-        u = self._double.of_shape(shape)
+        u = self._shear.of_shape(shape)
         if self.compliance.layer:
             u[:2, MARGIN:-MARGIN] -= self.compliance.layer * shape
         return difference(u, self.weights, self.dx)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -31,8 +30,6 @@ STICK_FORCING = 1e-2
 """Full stick is only a start: solved this well."""
 UNBOUNDED = 1e8
 """Times the traction bound: nothing slips."""
-SINGLE_SUFFICES = 1e-6
-"""Down to this tolerance the linear systems are solved in single precision: half the memory to move."""
 REFINABLE = 1e-2
 """A residual that grew when computed afresh, but no further than this, is iterated on."""
 
@@ -72,15 +69,8 @@ class RollingSolver:
     def __init__(self, gradient: RollingGradient, options: RollingOptions | None = None) -> None:
         self.gradient = gradient
         self.options = options or RollingOptions()
-        self._inverses: dict[Any, StickInverse] = {}
-
-    def _inverse(self, tolerance: float) -> StickInverse:
-        """The preconditioner, in the precision in which Newton steps are solved: residuals are always computed in double."""
-        precision = np.float32 if tolerance >= SINGLE_SUFFICES else np.float64
-        if precision not in self._inverses:
-            g = self.gradient
-            self._inverses[precision] = StickInverse(g.shape, g.dx, g.dy, g.compliance, g.mirror, precision, g.weights)
-        return self._inverses[precision]
+        self._inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance, gradient.mirror,
+                                     gradient.weights)
 
     def solve(
         self,
@@ -95,8 +85,7 @@ class RollingSolver:
         that nothing drives them back."""
         before = self.gradient.applications
         history: list[float] = []
-        inverse = self._inverse(tolerance)
-        newton, state = self._newton(problem, inverse, starts, tolerance, history)
+        newton, state = self._newton(problem, starts, tolerance, history)
         settled = state.norm <= 2.0 * tolerance
         if not settled and problem.slip_friction is not None:
             newton, state, settled = self._fixed_point(problem, newton, state, tolerance, history)
@@ -118,14 +107,14 @@ class RollingSolver:
         )
 
     def _newton(
-        self, problem: TangentialProblem, inverse: StickInverse, starts: Sequence[Start], tolerance: float, history: list[float]
+        self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float, history: list[float]
     ) -> tuple[Newton, Iterate]:
-        newton = Newton(problem, self.gradient, inverse, self.options)
+        newton = Newton(problem, self.gradient, self._inverse, self.options)
         states = [newton.start(*start) for start in starts]
         if states:
             state = self._iterate(newton, min(states, key=lambda s: s.norm), tolerance, history)
         if not states or state.norm > tolerance:
-            start = newton.start(*self._full_stick(problem, newton.inverse))
+            start = newton.start(*self._full_stick(problem))
             state = self._iterate(newton, start, tolerance, history)
         state, _, _ = newton.finish(state)
         if tolerance < state.norm < REFINABLE:
@@ -145,7 +134,7 @@ class RollingSolver:
             fixed = replace(problem, traction_bound=problem.traction_bound * factor, slip_friction=None)
             creep = newton.creepage(state.unknown)
             start = state.traction, (float(creep[0]), float(creep[1]))
-            newton, state = self._newton(fixed, newton.inverse, [start], tolerance, history)
+            newton, state = self._newton(fixed, [start], tolerance, history)
             if state.norm > 2.0 * tolerance:
                 return newton, state, False
             before, factor = factor, problem.slip_friction.response(newton.free_slip(state)).factor
@@ -175,10 +164,10 @@ class RollingSolver:
                 best = state
         return best
 
-    def _full_stick(self, problem: TangentialProblem, inverse: StickInverse) -> Start:
+    def _full_stick(self, problem: TangentialProblem) -> Start:
         """Tractions that let nothing slip, whatever the bound: a linear problem."""
         unbounded = replace(problem, traction_bound=problem.traction_bound * UNBOUNDED)
-        newton = Newton(unbounded, self.gradient, inverse, self.options)
+        newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)
         return state.traction, (float(creep[0]), float(creep[1]))

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import Symbols, shear_symbols
-from thermoroll_cli.numerics.convolution import complex_type, even_length, fftw
+from thermoroll_cli.numerics.convolution import even_length, fftw
 from thermoroll_cli.numerics.mirror import MirroredPlane, Parities, pair_symbols
 from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 
@@ -46,24 +44,24 @@ class StickInverse:
     run, A⁻¹ a 2×2 matrix per wavenumber. What D is more than a first difference is folded into the symbol.
 
     Without D⁻¹ modes that vary slowly along x and fast along y are almost singular and the work grows with N. `mirror` as in
-    `RollingGradient`; `precision` is the type of what it is applied to."""
+    `RollingGradient`."""
 
     def __init__(
         self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, mirror: Parities | None = None,
-        precision: Any = np.float64, weights: tuple[float, ...] = UPSTREAM_WEIGHTS,
+        weights: tuple[float, ...] = UPSTREAM_WEIGHTS,
     ) -> None:
-        self.shape, self.precision = shape, precision
+        self.shape = shape
         n, m = shape
         # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
         px, py = (even_length(k + 4) for k in (n, m if mirror is None else 2 * m))
         inverse = inverse_symbols((px, py), dx, dy, compliance, weights)
         self._solve: _FreePeriodic | _MirroredPeriodic
         if mirror is None:
-            self._solve = _FreePeriodic(shape, (px, py), inverse, precision)
+            self._solve = _FreePeriodic(shape, (px, py), inverse)
         else:
-            self._solve = _MirroredPeriodic(shape, (px, py), inverse, mirror, precision)
-        self._sums = np.zeros((2, n + 1, m), dtype=precision)
-        self._base = np.empty((2, n, m), dtype=precision)
+            self._solve = _MirroredPeriodic(shape, (px, py), inverse, mirror)
+        self._sums = np.zeros((2, n + 1, m))
+        self._base = np.empty((2, n, m))
 
     def __call__(self, gradient: AnyArray, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> AnyArray:
         """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere.
@@ -85,17 +83,15 @@ class StickInverse:
 class _FreePeriodic:
     """2 × 2 symbol, (py//2+1, px) each, applied to pairs of fields on a periodic plane."""
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols,
-                 precision: Any) -> None:
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols) -> None:
         pyfftw = fftw()
 
         self._shape = shape
         px, py = padded
-        kind = complex_type(precision)
         # The scale of the transforms belongs to the symbol.
-        self._symbol = tuple(np.ascontiguousarray((s / (px * py)).T, dtype=kind) for s in symbol)
-        self._fields = pyfftw.zeros_aligned((2, px, py), dtype=precision)
-        self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=kind)
+        self._symbol = tuple(np.ascontiguousarray((s / (px * py)).T, dtype=np.complex128) for s in symbol)
+        self._fields = pyfftw.zeros_aligned((2, px, py))
+        self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=np.complex128)
         self._products = np.empty_like(self._hats)
         flags = ("FFTW_ESTIMATE",)
         self._forward = pyfftw.FFTW(self._fields, self._hats, axes=(1, 2), flags=flags)
@@ -124,10 +120,10 @@ class _MirroredPeriodic:
     """As `_FreePeriodic` for pairs of opposite parity, given on one half."""
 
     def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols,
-                 mirror: Parities, precision: Any) -> None:
+                 mirror: Parities) -> None:
         even = mirror.index(1)
-        self._plane = MirroredPlane(*shape, padded, even, precision=precision)
-        self._own, self._other = (s.astype(complex_type(precision)) for s in pair_symbols(*symbol, even))
+        self._plane = MirroredPlane(*shape, padded, even)
+        self._own, self._other = (s.astype(np.complex128) for s in pair_symbols(*symbol, even))
 
     def __call__(self, pair: AnyArray) -> AnyArray:
         self._plane.forward(pair)
