@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
@@ -39,11 +40,94 @@ def test_every_form_of_a_profile(tmp_path):
     assert straight is not None and straight.interpolation == "linear"
 
 
-@pytest.mark.parametrize("separator", [";", "\t", "  ", ","])
+FIVE = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]
+ROWS = FILE.splitlines()[2:]
+PRR = """header.begin
+  version = 1
+  type = 0   ! a rail
+header.end
+spline.begin
+  approx.smooth = 0.0
+  units.len.f = 1000.0
+  mirror.y = 0
+  shift.y = 0.5
+  point.begin
+    -2.0  9.0   1.0   ! the foot folds back
+    -2.5  0.0667
+    -1.5  0.01667
+    -0.5  0.0
+     0.5  0.01667
+     1.5  0.0667
+     1.4  4.0
+  point.end
+spline.end
+"""
+BAN = ("ProgramName=MiniProf\nColumnDef=X,Y,A\nXOffset=1.0\n\n"
+       "1.0 -0.0667 0.1\n0.0 -0.01667 0\n-1.0 0 0\n-2.0 -0.01667 0\n-3.0 -0.0667 0\n")  # fmt: skip
+
+
+def profile_in(tmp_path, name: str, content: str | bytes) -> list[list[float]]:
+    (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    (tmp_path / "case.toml").write_text(case(f'file = "{name}"\n'))
+    points = Case.read(tmp_path / "case.toml").settings.geometry.upper_profile.points_mm
+    return [pytest.approx(point) for point in points]
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "  ", ",", " ; ", " , "])
 def test_columns_may_be_separated_in_many_ways(tmp_path, separator):
-    (tmp_path / "roller.txt").write_text("\n".join(line.replace(", ", separator) for line in FILE.splitlines()))
-    (tmp_path / "case.toml").write_text(case('file = "roller.txt"\n'))
-    assert len(Case.read(tmp_path / "case.toml").settings.geometry.upper_profile.points_mm) == 5
+    content = "\n".join(line.replace(", ", separator) for line in FILE.splitlines())
+    assert profile_in(tmp_path, "roller.txt", content) == FIVE
+
+
+@pytest.mark.parametrize("separator", [";", "\t", "  ", ", "])
+def test_numbers_may_have_a_decimal_comma(tmp_path, separator):
+    rows = (separator.join(entry.replace(".", ",") for entry in row.split(", ")) for row in ROWS)
+    assert profile_in(tmp_path, "roller.txt", "\r\n".join(rows)) == FIVE
+
+
+@pytest.mark.parametrize("head", ["", "Profil 7;\n\ny [mm];Höhe [mm]\n", '"y, mm","height, mm"\n'])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_files_as_a_spreadsheet_saves_them(tmp_path, head, encoding):
+    """Marks in front, header lines, quotes around numbers, and points from right to left."""
+    rows = (";".join(f'"{entry}"'.replace(".", ",") for entry in row.split(", ")) for row in reversed(ROWS))
+    assert profile_in(tmp_path, "roller.csv", (head + "\n".join(rows)).encode(encoding)) == FIVE
+
+
+def test_profiles_of_railways(tmp_path):
+    """Simpack's z points down, into a rail and out of a wheel; MiniProf's up or down, as gauge face and flange show."""
+    wheel = [[y, -height] for y, height in FIVE]
+    assert profile_in(tmp_path, "rail.prr", PRR) == FIVE
+    assert profile_in(tmp_path, "wheel.PRW", PRR) == wheel
+    metres = re.sub(r"^( +-?\d.*?)  +(-?[\d.]+)", lambda row: f"{float(row[1]) / 1e3} {float(row[2]) / 1e3}", PRR, flags=re.M)
+    metres = metres.replace("units.len.f = 1000.0", "units.len.f = 1.0").replace("shift.y = 0.5", "shift.y = 0.0005")
+    assert profile_in(tmp_path, "metres.prr", metres) == FIVE
+    assert profile_in(tmp_path, "mirrored.prr", PRR.replace("mirror.y = 0", "mirror.y = 1\n  mirror.z = 1")) == wheel
+    bounded = PRR.replace("shift.y", "bound.y.min = -1.2\nbound.y.max = 1.2\nshift.y")
+    assert profile_in(tmp_path, "bounded.prr", bounded) == FIVE[1:-1]
+    assert profile_in(tmp_path, "rail.ban", BAN) == FIVE
+    assert profile_in(tmp_path, "rail.whl", BAN) == wheel
+    down = BAN.replace(" -0.0", " 0.0")
+    assert profile_in(tmp_path, "down.ban", down) == FIVE
+    assert profile_in(tmp_path, "down.whl", down) == wheel
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told", "hint"),
+    [
+        ("a.prr", PRR.replace("mirror.y = 0", "rotate = 2.5"), "a rotated profile (rotate = 2.5) is", "tilt_mrad"),
+        ("a.prw", PRR.replace("-0.5  0.0", "-0.5  zero"), "line 14: no point with two numbers: -0.5  zero", ""),
+        ("a.ban", BAN.replace("X,Y,A", "A,C"), "ColumnDef=A,C names no X and Y", ""),
+        ("a.whl", "ProgramName=MiniProf\n", "two points at least", "two columns"),
+        ("a.csv", "-1,0,0,5\n1,0,0,5\n", "line 1: 4 columns instead of two", "separate the columns by semicolons"),
+        ("a.csv", "-1;1.000,5\n1;0\n", "line 1: not a number: 1.000,5", "nothing between thousands"),
+        ("a.xlsx", "PK\x03\x04", "a.xlsx is a workbook, not text", "save its sheet as CSV"),
+    ],
+)  # fmt: skip
+def test_files_that_cannot_be_read_say_what_helps(tmp_path, name, content, told, hint):
+    with pytest.raises(CaseError) as caught:
+        profile_in(tmp_path, name, content)
+    (finding,) = caught.value.findings
+    assert told in finding.message and hint in finding.hint and finding.key == "geometry.upper_profile.file"
 
 
 @pytest.mark.parametrize(

@@ -132,7 +132,7 @@ class _Checker:
                 read = read_profile(os.path.join(os.path.dirname(self.source.name), table.file))
                 points[name] = table.model_copy(update={"points_mm": read, "file": None})
             except ProfileError as fault:
-                allowed = "a text file with two columns, y and height in mm, y increasing"
+                allowed = "a text file with two columns, y and height in mm, y increasing; or a .prr, .prw, .ban or .whl file"
                 self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
                 return None
         return geometry.model_copy(update=points)

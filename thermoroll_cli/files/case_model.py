@@ -128,7 +128,7 @@ class ProfileTable(Table):
         min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
     )
     file: Annotated[str | None, Allowed("the name of a file with two columns")] = Field(
-        default=None, description="Two columns y and height in mm, beside the case file", max_length=1000
+        default=None, description="Two columns y and height in mm, or .prr, .prw, .ban, .whl", max_length=1000
     )
     kind: Literal["logarithmic"] | None = Field(default=None, description="A crown: height = drop ln(1 - (2|y|/length)^2)")
     length_mm: float | None = quantity("mm", "Length of the crown, end to end", None, ge=1e-9, le=1e9)

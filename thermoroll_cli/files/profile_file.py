@@ -1,18 +1,29 @@
-"""Transverse profiles in the case: two columns of a text file, and the profile in SI units."""
+"""Files of transverse profiles: two columns as spreadsheets write them, Simpack's .prr and .prw, MiniProf's .ban and .whl.
+
+A profile here is a list of points [y, height] in mm, y increasing, height positive out of the body. Vertical axes of other
+formats are turned so: Simpack's z points down, which is into a rail and out of a wheel; MiniProf's may point either way, and
+the largest departure from the median height is the gauge face of a rail, inward, or the flange of a wheel, outward. Where a
+railway profile folds back (flange back, rail foot) its widest part with y in order is taken.
+"""
 
 from __future__ import annotations
 
+import itertools
 import math
 import os
 import re
-from collections.abc import Sequence
+import statistics
+from collections.abc import Callable, Sequence
 
 from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""
 
-_SEPARATOR = re.compile(r"[,;\t ]+")
+Points = list[list[float]]
+
+_QUOTED = re.compile(r"\"([^\"]*)\"|'([^']*)'|([^;,\t \"']+)")
+_COMMENT = re.compile(r"[!#%].*")
 
 
 class ProfileError(ValueError):
@@ -23,34 +34,17 @@ class ProfileError(ValueError):
         self.hint = hint
 
 
-def read_profile(path: str | os.PathLike[str]) -> list[list[float]]:
-    """Points [y, height] in mm of a text file with two columns, separated by a comma, semicolon, tab or blanks.
-
-    Lines that begin with # and one header are skipped. Raises ProfileError."""
+def read_profile(path: str | os.PathLike[str]) -> Points:
+    """The profile in the file at `path`; its name's ending says which format it has. Raises ProfileError."""
     name = os.path.basename(os.fspath(path))
-    points: list[list[float]] = []
-    header = False
-    for number, line in enumerate(_lines(path, name), 1):
-        text = line.strip()
-        if not text or text.startswith("#"):
-            continue
-        columns = [part for part in _SEPARATOR.split(text) if part]
-        values = [_number(column) for column in columns]
-        if not points and not header and all(value is None for value in values):
-            header = True
-            continue
-        if len(columns) != 2:
-            raise ProfileError(f"{name}, line {number}: {len(columns)} columns instead of two: {_short(text)}")
-        if None in values:
-            raise ProfileError(f"{name}, line {number}: not a number: {_short(columns[values.index(None)])}")
-        points.append([value for value in values if value is not None])
-        fault = point_fault(points, len(points) - 1)
-        if fault:
-            raise ProfileError(f"{name}, line {number}: {fault}")
+    reader = _READERS.get(os.path.splitext(name)[1].lower())
+    lines = _lines(path, name)
+    points = _columns(lines, name) if reader is None else _in_order(reader(lines, name))
     if len(points) < 2:
-        raise ProfileError(f"{name}: a profile has two points at least, here are {len(points)}")
+        raise ProfileError(f"{name}: a profile has two points at least, here are {len(points)}",
+                           "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
     if len(points) > LARGEST_PROFILE:
-        raise ProfileError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}")
+        raise ProfileError(f"{name}: {len(points)} points are too many, at most {LARGEST_PROFILE}", "leave some of them out")
     return points
 
 
@@ -61,6 +55,134 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
     if k and not points[k][0] > points[k - 1][0]:
         return f"y does not increase: {points[k][0]:g} after {points[k - 1][0]:g}"
     return ""
+
+
+# --- two columns ------------------------------------------------------------------------------------------------------
+
+
+def _columns(lines: list[str], name: str) -> Points:
+    """Two columns separated by semicolons, tabs, commas or blanks, with a point or a comma in the numbers; lines of which the
+    first entry is no number may precede them."""
+    points: dict[int, list[float]] = {}
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        if not text or text.startswith("#"):
+            continue
+        entries = _entries(text)
+        values = [_number(entry) for entry in entries]
+        if not points and (not values or values[0] is None):
+            continue  # a header
+        if len(entries) != 2:
+            commas = len(entries) == 4 and ";" not in text
+            hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
+            raise ProfileError(f"{name}, line {number}: {len(entries)} columns instead of two: {_short(text)}", hint)
+        y, height = values
+        if y is None or height is None:
+            raise ProfileError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
+                               "a number has a point or a comma before its decimals, and nothing between thousands")
+        points[number] = [y, height]
+    places, ordered = list(points), list(points.values())
+    if ordered and ordered[0][0] > ordered[-1][0]:
+        places.reverse()
+        ordered.reverse()
+    for k, number in enumerate(places):
+        if fault := point_fault(ordered, k):
+            raise ProfileError(f"{name}, line {number}: {fault}")
+    return ordered
+
+
+def _entries(text: str) -> list[str]:
+    if '"' in text or "'" in text:
+        return [next((part for part in parts if part), "") for parts in _QUOTED.findall(text)]
+    for separator in ";\t":
+        if separator in text:
+            return [entry.strip() for entry in text.split(separator) if entry.strip()]
+    words = [word for word in (word.strip(",") for word in text.split()) if word]
+    return words if len(words) > 1 else text.split(",")
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text.replace(",", ".") if "." not in text else text)
+    except ValueError:
+        return None
+
+
+# --- formats of railways ------------------------------------------------------------------------------------------------
+
+
+def _simpack(lines: list[str], name: str) -> Points:
+    """Simpack's profiles: `key = value` in a section `spline`, and points [y, z] in a section `point` within it."""
+    keys: dict[str, float] = {}
+    points: Points = []
+    section = ""
+    for number, line in enumerate(lines, 1):
+        text = _COMMENT.sub("", line).strip()
+        key, equals, value = (part.strip() for part in text.partition("="))
+        if text.endswith((".begin", ".end")):
+            section = text.removesuffix(".begin") if text.endswith(".begin") else ""
+        elif section == "point" and text:
+            points.append(_pair(text, 0, 1, name, number))
+        elif equals and (scalar := _number(value)) is not None:
+            keys[key] = scalar
+    if keys.get("rotate"):
+        raise ProfileError(f"{name}: a rotated profile (rotate = {keys['rotate']:g}) is not supported",
+                           "rotate = 0, and tilt_mrad in the case")
+    low, high = keys.get("bound.y.min", 0.0), keys.get("bound.y.max", 0.0)
+    side = -1.0 if keys.get("mirror.y") else 1.0
+    down = -1.0 if keys.get("mirror.z") else 1.0
+    out = 1.0 if name.lower().endswith(".prw") else -1.0
+    scale = 1e3 / keys.get("units.len.f", 1e3)
+    moved = [[y + keys.get("shift.y", 0.0), z + keys.get("shift.z", 0.0)] for y, z in points]
+    return [[side * scale * y, out * down * scale * z] for y, z in moved if not low < high or low <= y <= high]
+
+
+def _miniprof(lines: list[str], name: str) -> Points:
+    """MiniProf's measurements: `key=value`, an empty line, then columns as ColumnDef says (X and Y of X,Y,A,C,…)."""
+    keys: dict[str, str] = {}
+    points: Points = []
+    for number, line in enumerate(lines, 1):
+        key, equals, value = (part.strip() for part in line.partition("="))
+        if equals:
+            keys[key.lower()] = value.strip('"')
+        elif line.strip() and _number(re.split(r"[;,\s]+", line.strip())[0]) is not None:
+            columns = keys.get("columndef", "X,Y").upper().split(",")
+            if "X" not in columns or "Y" not in columns:
+                raise ProfileError(f"{name}: ColumnDef={keys['columndef']} names no X and Y")
+            points.append(_pair(line, columns.index("X"), columns.index("Y"), name, number))
+    if not points:
+        return points
+    shift_y, shift_z = (_number(keys.get(key, "0")) or 0.0 for key in ("xoffset", "yoffset"))
+    middle = statistics.median(z for _, z in points)
+    departure = max((z - middle for _, z in points), key=abs)
+    out = math.copysign(1.0, departure) * (1.0 if name.lower().endswith(".whl") else -1.0)
+    return [[y + shift_y, out * (z + shift_z)] for y, z in points]
+
+
+_READERS: dict[str, Callable[[list[str], str], Points]] = {
+    ".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof,
+}  # fmt: skip
+
+
+def _pair(text: str, first: int, second: int, name: str, number: int) -> list[float]:
+    values = [_number(entry) for entry in re.split(r"[;,\s]+", text.strip()) if entry]
+    if len(values) <= max(first, second) or (y := values[first]) is None or (z := values[second]) is None:
+        raise ProfileError(f"{name}, line {number}: no point with two numbers: {_short(text.strip())}")
+    return [y, z]
+
+
+def _in_order(points: Points) -> Points:
+    """The part of `points` that spans most of y with y in order, increasing."""
+    if len(points) < 2:
+        return points
+    steps = [math.copysign(1.0, b[0] - a[0]) if b[0] != a[0] else 0.0 for a, b in itertools.pairwise(points)]
+    runs: list[Points] = []
+    for direction, group in itertools.groupby(range(len(steps)), key=steps.__getitem__):
+        places = list(group)
+        run = points[places[0] : places[-1] + 2]
+        runs.append(run if direction > 0.0 else run[::-1])
+    widest = max(runs, key=lambda run: run[-1][0] - run[0][0])
+    return widest if widest[-1][0] > widest[0][0] else []
 
 
 def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
@@ -75,17 +197,19 @@ def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
         raise ProfileError(f"{name} cannot be read: {getattr(cause, 'strerror', None) or cause}") from None
     if len(raw) > FILE_LIMIT:
         raise ProfileError(f"{name} is too large for a profile, which has at most {FILE_LIMIT // 1024} KiB")
+    if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
+        raise ProfileError(f"{name} is a workbook, not text", "save its sheet as CSV")
+    return _text(raw).splitlines()
+
+
+def _text(raw: bytes) -> str:
+    """Text as Excel saves it: UTF-8 or UTF-16 with a mark in front, or Windows' own encoding."""
+    if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return raw.decode("utf-16", "replace")
     try:
-        return raw.decode("utf-8-sig").splitlines()
+        return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise ProfileError(f"{name} is not text with two columns") from None
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None
+        return raw.decode("cp1252", "replace")
 
 
 def _short(text: str) -> str:
