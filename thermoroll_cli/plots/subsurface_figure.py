@@ -17,7 +17,7 @@ from thermoroll_cli.plots.headline import add_headline
 from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, real_minus
 from thermoroll_cli.plots.units import axes_scales, unit_for
 from thermoroll_cli.plots.view import RunView
-from thermoroll_cli.problem.subsurface import BodyStresses, Peak
+from thermoroll_cli.problem.result import BodyStresses, Peak
 
 Array = NDArray[Any]
 

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.subsurface import BodyStresses
+from thermoroll_cli.problem.result import BodyStresses, Result
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,16 @@
-"""What comes out of a solve: immutable states, their scalars, errors and the work done."""
+"""The result of a solve: immutable states, their scalars, errors and the work done."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.subsurface import BodyStresses, Subsurface
 
 Value = TypeVar("Value")
 
@@ -42,10 +42,10 @@ class State:
     names (`names.FIELDS`, `names.SCALARS`); `x` and `y` are the element centres in m. A field or scalar whose stage was skipped
     is absent or nan."""
 
-    fields: Mapping[str, NDArray[Any]]
+    fields: Mapping[str, AnyArray]
     scalars: Mapping[str, float]
-    x: NDArray[np.float64]
-    y: NDArray[np.float64]
+    x: Array
+    y: Array
 
     def __post_init__(self) -> None:
         views = {name: np.asarray(values).view() for name, values in self.fields.items()}
@@ -56,6 +56,43 @@ class State:
 
     def __repr__(self) -> str:
         return f"<State: fields {', '.join(self.fields)}; {len(self.scalars)} scalars>"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A largest value and where it is (SI)."""
+
+    value: float = math.nan
+    x: float = math.nan
+    y: float = math.nan
+    z: float = math.nan
+
+
+@dataclass(frozen=True)
+class BodyStresses:
+    """One body: `fields` (nz, nx, ny) as asked for, `plane` (nz, nx) at y = `plane_y`, `below_stressed` and `below_heated`
+    (nz,), lines into the depth below the most stressed and the hottest point of the surface (SI, names of
+    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,). `most_stressed` is the largest von Mises stress."""
+
+    depths: Array
+    plane_y: float
+    plane: Mapping[str, AnyArray]
+    most_stressed: Peak
+    hottest: Peak | None
+    below_stressed: Mapping[str, AnyArray]
+    below_heated: Mapping[str, AnyArray] = field(default_factory=dict)
+    fields: Mapping[str, AnyArray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Subsurface:
+    """Stresses below the surface: the `bodies`, all `scalars` and their `error` (names of `SUBSURFACE_SCALARS`; errors as
+    `error_scale` says), and what a person should know, `warnings`."""
+
+    bodies: Mapping[str, BodyStresses]
+    scalars: Mapping[str, float]
+    error: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -82,7 +119,7 @@ class Result:
     reason: str
     error: Mapping[str, float]
     work: Mapping[str, Any]
-    history: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+    history: Mapping[str, Array] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     case_text: str = ""
     case_json: str = ""
@@ -92,12 +129,12 @@ class Result:
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def x(self) -> NDArray[np.float64]:
+    def x(self) -> Array:
         """Element centres of the coupled state along x in m, (nx,)."""
         return self.coupled.x
 
     @property
-    def y(self) -> NDArray[np.float64]:
+    def y(self) -> Array:
         """Element centres of the coupled state along y in m, (ny,)."""
         return self.coupled.y
 

@@ -11,8 +11,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, KeptFields, SubsurfaceRequest
-from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.subsurface import Peak, Subsurface
+from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel

@@ -10,7 +10,7 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.numerics.mirror import unfolded
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import KeptFields
-from thermoroll_cli.problem.subsurface import BodyStresses, Peak
+from thermoroll_cli.problem.result import BodyStresses, Peak
 from thermoroll_cli.stress.invariants import first_principal, von_mises
 from thermoroll_cli.stress.peaks import peak_of, row_ranges
 from thermoroll_cli.stress.superposition import ODD_IN_Y

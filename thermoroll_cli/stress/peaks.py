@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.problem.subsurface import Peak
+from thermoroll_cli.problem.result import Peak
 
 LAYERS, ELEMENTS = 5, 3
 """Points of the interpolating polynomials: into the depth, where layers are far apart, and along the surface."""

@@ -14,8 +14,7 @@ from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.number_text import computed, is_noise, number, scalar_text
-from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.subsurface import BodyStresses
+from thermoroll_cli.problem.result import BodyStresses, Result, State
 
 Path = str | os.PathLike[str]
 

@@ -44,8 +44,7 @@ from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.provenance import provenance
 from thermoroll_cli.problem.names import FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS, Field
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.subsurface import BodyStresses, Peak, Subsurface
+from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
 
 FORMAT_VERSION = 1
 """Raised whenever a reader of the previous layout would misread a file."""
