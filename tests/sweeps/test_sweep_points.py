@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import CaseError
+from thermoroll_cli.refinement.plan import leaves_out_deformation
+from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.sweeps.points import LONGEST_STRETCH, Axis, Point, Points, parse_axes, read_points
 
 
@@ -215,3 +217,35 @@ def test_words_are_swept_and_a_point_of_a_list_is_named(case: Path, tmp_path: Pa
     (tmp_path / "points.csv").write_text("load.normal_N\n-5\n")
     done = call("sweep", case, "--points", tmp_path / "points.csv", "-o", tmp_path)
     assert (done.returncode, "--points load.normal_N=-5" in done.stderr) == (3, True)
+
+
+def test_a_sweep_leaves_out_deformation_at_all_points_or_at_none() -> None:
+    """γ_c would jump by many times its error where one point leaves out what the next one computes."""
+    points = Points(THERMAL.replace("grid = 16", "grid = 32"), "case.toml", "case",
+                    (Axis("creepage.longitudinal", tuple(0.002 + 0.0005 * i for i in range(9))),))
+    alone = {leaves_out_deformation(point.problem) for point in points.checked()}
+    assert alone == {True, False}
+    together = list(points.with_one_decision().checked())
+    assert {point.problem.heating.deformation for point in together} == {"always"}
+    results = [solve(point.problem) for point in together]
+    for one, other in itertools.pairwise(results):
+        step = abs(one.coupled.scalars["gamma_c"] - other.coupled.scalars["gamma_c"])
+        assert step <= one.error["gamma_c"] + other.error["gamma_c"]
+
+
+def test_nothing_is_decided_for_sweeps_that_agree_or_say_so_themselves() -> None:
+    small = Points(THERMAL, "case.toml", "case", (Axis("creepage.longitudinal", (1e-4, 2e-4)),))
+    assert small.with_one_decision() is small
+    assert {point.problem.heating.deformation for point in small.checked()} == {True}
+    swept = Points(THERMAL, "case.toml", "case", (Axis("thermal.deformation", (True, False, "always")),
+                                                  Axis("creepage.longitudinal", (1e-4, 1e-2))))
+    assert swept.with_one_decision() is swept
+    assert [point.problem.heating.deformation for point in swept.checked()][::2] == [True, False, "always"]
+
+
+def test_extremes_enclose_all_points() -> None:
+    axes = Axis("a.x", (3, 1, 2)), Axis("a.y", ("p", "q")), Axis("a.z", (1.0,))
+    corners = {Points("", "", "", axes).values(number) for number in Points("", "", "", axes).extremes()}
+    assert corners == {(x, y, 1.0) for x in (1, 3) for y in ("p", "q")}
+    listed = Points("", "", "", (Axis("a.x", (3, 1, 2)), Axis("a.y", (0, 5, 7))), listed=True)
+    assert list(listed.extremes()) == [1, 2, 3]

@@ -98,6 +98,14 @@ def _deformation(derived: DerivedQuantities) -> str | None:
     return f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out"
 
 
+def leaves_out_deformation(problem: Problem) -> bool | None:
+    """Whether thermal deformation is left out because its effect is small; None where nothing is to be decided."""
+    derived = DerivedQuantities(problem)
+    if problem.heating.deformation is not True or _heat(derived):
+        return None
+    return bool(_deformation(derived))
+
+
 def _recirculation(derived: DerivedQuantities) -> str | None:
     heating = derived.problem.heating
     if heating.lower_track is None and heating.upper_track is None:

@@ -6,6 +6,7 @@ the points one by one.
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import hashlib
 import io
@@ -15,13 +16,14 @@ import math
 import pathlib
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, parse_source
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.refinement.plan import leaves_out_deformation
 
 Value = bool | int | float | str
 
@@ -35,6 +37,9 @@ MOST_ROWS = 2_000_000
 """The same where points get no files of their own."""
 
 FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
+
+DEFORMATION, MOST_EXTREMES = ("thermal", "deformation"), 64
+"""The key that is decided once for all points; how many of them are looked at for it."""
 
 _DIGITS = 12
 """Significant digits of computed values: 0.3, not 0.30000000000000004."""
@@ -257,6 +262,35 @@ class Points:
                 findings |= {key: f for key, f in zip(new, cause.findings, strict=True) if key not in findings}
         if findings:
             raise CaseError(list(findings.values()))
+
+    def extremes(self) -> Iterator[int]:
+        """The numbers of points between which all others lie: corners of the axes, with every word; of a list the points
+        with the smallest and the largest value of each key."""
+        ends = [sorted({axis.values.index(min(axis.values)), axis.values.index(max(axis.values))}) if axis.numeric
+                else list(range(len(axis.values))) for axis in self.axes]
+        if self.listed:
+            yield from sorted({1 + index for indices in ends for index in indices})
+            return
+        for corner in itertools.product(*ends):
+            number = 0
+            for axis, index in zip(self.axes, corner, strict=True):
+                number = number * len(axis.values) + index
+            yield 1 + number
+
+    def with_one_decision(self) -> Points:
+        """These points, of which all or none leave out thermal deformation where its effect is small: otherwise curves over
+        the sweep would jump where one point decides differently from the next.
+
+        Effects are monotonic along most keys, so the extremes show whether any point needs it."""
+        decision = Override(DEFORMATION, "always", 'thermal.deformation="always"', "decided for the whole sweep")
+        if any(axis.path == decision.path for axis in self.axes):
+            return self
+        left_out = set()
+        for number in itertools.islice(self.extremes(), MOST_EXTREMES):
+            safe_point()
+            with contextlib.suppress(CaseError, ValueError):
+                left_out.add(leaves_out_deformation(self.point(number).problem))
+        return replace(self, settings=(*self.settings, decision)) if {True, False} <= left_out else self
 
     def stretches(self) -> Iterator[range]:
         """The numbers of the points of each stretch: neighbours along the axis that varies fastest, at most

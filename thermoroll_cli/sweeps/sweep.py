@@ -133,6 +133,7 @@ class Sweep:
         """Check all points. Raises CaseError with the errors of all of them, each once."""
         if self.points.count > MANY:
             note(f"checking {self.points.count} points")
+        self.points = self.points.with_one_decision()
         self._keys = []
         for point in self.points.checked():
             self._keys.append(point.key)
