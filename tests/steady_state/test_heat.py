@@ -18,7 +18,7 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.heated_bodies import heated_bodies
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies, peclet_numbers
 
 SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
@@ -261,13 +261,16 @@ def test_speeds_of_both_bodies_differ_by_the_creepage():
 
 
 def test_peclet_numbers_are_reported_with_a0_as_length():
-    """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6."""
+    """Table 1 with κ = 10 mm²/s: V a0/κ ≈ 18.6, of each body with its own speed V ± C/2; none at rest."""
     result = solved(rolling(grid=16, creepage=(0.003, 0.0), heating=Heating(deformation=False)))
     assert result.hertz["peclet_lower"] == pytest.approx(18.6, abs=0.05)
-    assert result.hertz["peclet_upper"] == result.hertz["peclet_lower"]
+    assert result.hertz["peclet_upper"] / result.hertz["peclet_lower"] == pytest.approx(0.9985 / 1.0015, rel=1e-12)
+    rest = DerivedQuantities(replace(result.problem, motion=replace(result.problem.motion, creepage_x=2.0)))
+    assert peclet_numbers(rest) == (pytest.approx(2.0 * result.hertz["peclet_lower"] / 1.0015), 0.0)
+    assert peclet_numbers(DerivedQuantities(warm(result.problem, peclet="stationary"))) == (0.0, 0.0)
     slow = replace(STEEL, diffusivity=20e-6)
     other = solved(replace(result.problem, upper=slow))
-    assert other.hertz["peclet_upper"] == pytest.approx(0.5 * other.hertz["peclet_lower"], rel=1e-12)
+    assert other.hertz["peclet_upper"] == pytest.approx(0.5 * result.hertz["peclet_upper"], rel=1e-12)
 
 
 def test_partition_divides_the_temperatures():

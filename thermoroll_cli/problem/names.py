@@ -189,7 +189,7 @@ HERTZ_SCALARS = _scalars(
     Scalar("hertz_b_mm", "Hertz semi-axis along y"),
     Scalar("hertz_p0_MPa", "Hertz peak pressure"),
     Scalar("friction_limit_N", "friction limit μW"),
-    *_of_both("peclet_{}", "Péclet number V a0/κ"),
+    *_of_both("peclet_{}", "Péclet number v a0/κ"),
     Scalar("kalker_C11", "Kalker's longitudinal creepage coefficient"),
     Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),

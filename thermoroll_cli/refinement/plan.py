@@ -15,7 +15,7 @@ from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters
+from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
 
 COARSEST = 8
 """Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 7 wide,
@@ -280,8 +280,7 @@ def _facts(derived: DerivedQuantities) -> dict[str, float]:
                 "hertz_p0_MPa": scales.peak_pressure * 1e-6}
     return size | {
         "approach_um": scales.approach * 1e6,
-        "peclet_lower": derived.peclet(problem.lower),
-        "peclet_upper": derived.peclet(problem.upper),
+        **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
         "friction_limit_N": problem.traction_limit,
         "saturation_creepage": derived.saturation_creepage,
         "dundurs_beta": derived.dundurs_beta,

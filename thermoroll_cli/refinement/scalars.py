@@ -19,6 +19,7 @@ from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
 
 OUT, STICK, SLIP = 0, 1, 2
 VANISHING = 1e-13
@@ -30,12 +31,10 @@ COOLED = 1e-12
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
     """The scalars of `HERTZ_SCALARS`: known before anything is solved."""
     problem = derived.problem
-    lower, upper = problem.lower, problem.upper
     return {
         **_ellipse(derived),
         "friction_limit_N": problem.traction_limit,
-        "peclet_lower": derived.peclet(lower),
-        "peclet_upper": derived.peclet(upper),
+        **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
         **_kalker(derived),
         # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
         "speed_solved_m_s": problem.motion.speed,

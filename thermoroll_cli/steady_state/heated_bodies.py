@@ -32,6 +32,16 @@ def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tup
     return _heated(problem.lower, speed + cx, cy), _heated(problem.upper, speed - cx, -cy)
 
 
+def peclet_numbers(derived: DerivedQuantities) -> tuple[float, float]:
+    """v a0/κ of the lower and of the upper body, nan without a diffusivity, with the speed v of the material through the contact
+    as heat sees it: that of the body along rolling, V ± C/2 (V where the creepage is to be found); none where sources rest."""
+    problem = derived.problem
+    creepage = problem.motion.creepage_x or 0.0
+    factors = {"rolling": (abs(1.0 + creepage / 2.0), abs(1.0 - creepage / 2.0)), "stationary": (0.0, 0.0)}
+    lower, upper = factors.get(problem.heating.peclet, (1.0, 1.0))
+    return lower * derived.peclet(problem.lower), upper * derived.peclet(problem.upper)
+
+
 def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
     if body.conductivity is None or body.expansion is None or body.diffusivity is None:
         raise ValueError("thermal constants are missing")
