@@ -89,9 +89,9 @@ def combined_constants(
 def creepage_coefficients(aspect_ratio: float, poisson_ratio: float) -> CreepageCoefficients:
     """Creepage coefficients for a/b = `aspect_ratio` (a along rolling) and ν = `poisson_ratio`.
 
-    Between the printed values: cubic in ln C over ln(a/b), then quadratic in 1/C over ν; good to about 0.5 % for
-    ellipses that are not slender (the table has three digits, C33 the least), to 0.9 % at a/b = 6.9. Outside 0.1 ≤ a/b ≤ 10 the asymptotes of `asymptotic_coefficients` continue the
-    table, scaled to join it and approaching the pure asymptote: good to 1.6 % at a/b = 27.
+    Between the printed values: cubic in ln C over ln(a/b), then quadratic in 1/C over ν. The table has three digits, C33 the
+    least: good to about 0.5 % for moderate ellipses, to 0.9 % at a/b = 6.9. Outside 0.1 ≤ a/b ≤ 10 the asymptotes of
+    `asymptotic_coefficients` continue the table, scaled to join it and approaching the pure asymptote: 1.6 % at a/b = 27.
 
     Raises ValueError if a/b is not positive and finite or ν is outside [0, 0.5].
     """

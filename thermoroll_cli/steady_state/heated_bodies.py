@@ -33,8 +33,10 @@ def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tup
 
 
 def peclet_numbers(derived: DerivedQuantities) -> tuple[float, float]:
-    """v a0/κ of the lower and of the upper body, nan without a diffusivity, with the speed v of the material through the contact
-    as heat sees it: that of the body along rolling, V ± C/2 (V where the creepage is to be found); none where sources rest."""
+    """v a0/κ of the lower and of the upper body, nan without a diffusivity.
+
+    v is the speed with which heat moves over the body: its own along rolling, V ± C/2 (V where the creepage is to be found),
+    and 0 where sources rest."""
     problem = derived.problem
     creepage = problem.motion.creepage_x or 0.0
     factors = {"rolling": (abs(1.0 + creepage / 2.0), abs(1.0 - creepage / 2.0)), "stationary": (0.0, 0.0)}
