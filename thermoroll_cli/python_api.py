@@ -15,7 +15,7 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
-from thermoroll_cli.problem.number_text import listed_scalars, number, scalar_text
+from thermoroll_cli.problem.number_text import isothermal_text, listed_scalars, scalar_text
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
@@ -69,7 +69,7 @@ class Result(results.Result):
         summary, both, profiles = self.summary(), self.isothermal is not self.coupled, self.problem.geometry.has_profile
         rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
         for name in listed_scalars(self):
-            beside = [number(summary["isothermal"].get(name))] if both else []
+            beside = [isothermal_text(name, summary)] if both else []
             meaning = ALL_SCALARS[name].meaning_of(profiles=profiles)
             rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
         lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)

@@ -14,7 +14,7 @@ from tests.support.command_line import THERMAL, Called, call
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.error_scale import error_scale
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.number_text import with_error
+from thermoroll_cli.problem.number_text import rounded, with_error
 
 CASE = (
     THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")
@@ -124,3 +124,8 @@ def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path],
 )
 def test_value_with_error(value: float, error: float, text: str) -> None:
     assert with_error(value, error) == text
+
+
+def test_a_value_beside_another_has_its_digits() -> None:
+    assert [rounded(value, 1.2) for value in (265.9843, 0.04, math.nan)] == ["266.0", "0.0", "–"]
+    assert rounded(6.18712e-4, 1.3e-6) == "6.187e-4" and rounded(2.5, math.nan) == "2.5"

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.problem.names import ALL_SCALARS
-from thermoroll_cli.problem.number_text import computed, is_noise, number, scalar_text
+from thermoroll_cli.problem.number_text import computed, isothermal_text, scalar_text
 
 UNBOUNDED = "no limit: a free end"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
@@ -27,12 +27,9 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out; what the case gives has no
     error (`absolute_error`).
     """
-    isothermal = {**summary, **summary["isothermal"]}
     shown = [name for name in names if computed(summary.get(name))]
     rows = [("", "coupled", "isothermal")] if both else []
-    for name in shown:
-        beside = number(isothermal[name]) if both and name in summary["isothermal"] else ""
-        rows.append((name, scalar_text(name, summary), "0" if beside and is_noise(name, isothermal) else beside))
+    rows += [(name, scalar_text(name, summary), isothermal_text(name, summary) if both else "") for name in shown]
     room = width - max(map(len, align(rows)), default=0) - 2
     meanings = [""] if both else []
     for name in shown:

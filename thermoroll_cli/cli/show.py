@@ -92,7 +92,8 @@ def _input_record(item: Input) -> dict[str, Any]:
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
-    from thermoroll_cli.cli.result_table import align, folded, number, with_remarks
+    from thermoroll_cli.cli.result_table import align, folded, with_remarks
+    from thermoroll_cli.problem.number_text import number
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]

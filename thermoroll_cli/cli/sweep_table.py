@@ -7,7 +7,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from thermoroll_cli.cli.result_table import folded, number, wrapped
+from thermoroll_cli.cli.result_table import folded, wrapped
+from thermoroll_cli.problem.number_text import number
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Motion

@@ -46,6 +46,14 @@ def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
     return "0" if is_noise(name, summary) else with_error(summary[name], absolute_error(name, summary))
 
 
+def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
+    """The same scalar without thermal deformation, with as many digits as beside it; "" where that state does not have it."""
+    isothermal = {**summary, **summary["isothermal"]}
+    if name not in summary["isothermal"]:
+        return ""
+    return "0" if is_noise(name, isothermal) else rounded(isothermal[name], absolute_error(name, summary))
+
+
 def with_error(value: float, error: float) -> str:
     """`11.07 ± 0.02`: the error with one digit (two if it starts with 1), the value with as many decimals. No ± without an
     error (nan)."""
@@ -53,15 +61,31 @@ def with_error(value: float, error: float) -> str:
         return number(value)
     if error < NEGLIGIBLE_ERROR * abs(value):
         return f"{number(value)} ± {error:.0e}"
+    power, decimals = _digits(value, error)
+    if round(value / 10.0**power, decimals) == 0.0:
+        return f"0 ± {error:.1g}"
+    text = f"{_fixed(value, power, decimals)} ± {_fixed(error, power, decimals)}"
+    return f"({text})e{power}" if power else text
+
+
+def rounded(value: float, error: float) -> str:
+    """`value` with the digits that `with_error` shows of it."""
+    if not (math.isfinite(value) and math.isfinite(error)) or error <= NEGLIGIBLE_ERROR * abs(value):
+        return number(value)
+    power, decimals = _digits(value, error)
+    return _fixed(value, power, decimals) + (f"e{power}" if power else "")
+
+
+def _digits(value: float, error: float) -> tuple[int, int]:
+    """The power of ten to take out of numbers too small or too large to be written plainly, and the decimals that follow."""
     size = max(abs(value), error)
     power = 0 if 1e-3 <= size < 1e6 else math.floor(math.log10(size))
-    value, error = value / 10.0**power, error / 10.0**power
-    exponent = math.floor(math.log10(error))
-    decimals = -exponent + (1 if error / 10.0**exponent < 1.95 else 0)
-    if round(value, decimals) == 0.0:
-        return f"0 ± {error * 10.0**power:.1g}"
-    text = " ± ".join(f"{round(part, decimals):.{max(decimals, 0)}f}" for part in (value, error))
-    return f"({text})e{power}" if power else text
+    leading = math.floor(math.log10(error / 10.0**power))
+    return power, -leading + (1 if error / 10.0 ** (power + leading) < 1.95 else 0)
+
+
+def _fixed(value: float, power: int, decimals: int) -> str:
+    return f"{round(value / 10.0**power, decimals):.{max(decimals, 0)}f}"
 
 
 def number(value: float | None) -> str:

@@ -13,7 +13,7 @@ from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
-from thermoroll_cli.problem.number_text import computed, is_noise, number, scalar_text
+from thermoroll_cli.problem.number_text import computed, is_noise, isothermal_text, scalar_text
 from thermoroll_cli.problem.result import BodyStresses, Result, State
 
 Path = str | os.PathLike[str]
@@ -195,7 +195,6 @@ def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
     """
     result = read_result(result_path, with_fields=False)
     summary, both = result.summary(), result.isothermal is not result.coupled
-    isothermal = {**summary, **summary["isothermal"]}
     heading = ["", "coupled", "isothermal", "unit"] if both else ["", "value", "unit"]
     lines = [rf"\begin{{tabular}}{{l{'r' * (len(heading) - 2)}l}}", r"\toprule", " & ".join(heading) + r" \\", r"\midrule"]
     for name, scalar in ALL_SCALARS.items():
@@ -203,7 +202,7 @@ def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
             continue
         cells = [scalar_text(name, summary)]
         if both:
-            cells.append(number(isothermal[name]) if name in summary["isothermal"] else "")
+            cells.append(isothermal_text(name, summary))
         meaning = scalar.meaning_of(profiles=result.problem.geometry.has_profile)
         lines.append(" & ".join([_latex(meaning), *(_latex_number(cell) for cell in cells), _latex(scalar.unit)]) + r" \\")
     lines += [r"\bottomrule", r"\end{tabular}"]
