@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.optimize import brentq
 
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact
@@ -119,11 +120,7 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
     upper = 1e-12
     while load(upper) < normal_force:
         upper *= 2.0
-    lower = 0.5 * upper
-    for _ in range(40):
-        middle = 0.5 * (lower + upper)
-        lower, upper = (middle, upper) if load(middle) < normal_force else (lower, middle)
-    return 1.2 * upper
+    return 1.2 * float(brentq(lambda depth: load(depth) - normal_force, 0.5 * upper, upper, xtol=1e-12 * upper))
 
 
 def _solve(

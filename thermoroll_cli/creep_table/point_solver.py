@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import elliprd
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import scales, slopes
-from thermoroll_cli.exact.elliptic import complete_elliprd
 from thermoroll_cli.numerics.grid import Grid, interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.batch_solver import BatchSolver
@@ -162,7 +162,7 @@ class _OneGrid:
 def _problem(aspect_ratio: float, poisson_ratio: float, shape: tuple[int, int]) -> Problem:
     """A contact with semi-axes of the given ratio."""
     g = aspect_ratio
-    ratio = math.sqrt(complete_elliprd(1.0 / g, g) / complete_elliprd(g, 1.0 / g))  # of the curvatures along x and y (Hertz)
+    ratio = math.sqrt(elliprd(0.0, 1.0 / g, g) / elliprd(0.0, g, 1.0 / g))  # of the curvatures along x and y (Hertz)
     body = Material(MODULUS, poisson_ratio)
     geometry = Geometry(RADIUS / ratio, RADIUS * ratio, math.inf, math.inf)
     motion = Motion(1.0, 1e-3, 0.0, 1.0, differential_slip=False)

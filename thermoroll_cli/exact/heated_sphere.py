@@ -21,11 +21,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 from scipy.special import hyp2f1
 
-from thermoroll_cli.exact.gauss import gauss_legendre
 from thermoroll_cli.exact.hertz import hertz_contact
 
 Array = NDArray[np.float64]
@@ -141,7 +141,7 @@ def _indentation(rho: Array, radius: float, modulus: float, terms: int) -> Array
 def _expansion(rho: Array, radius: float, terms: int) -> Array:
     """u of each term over the heating, zero in the centre, in m²: with s² = 1 − ρ² the integral of u' is
     −a²/(2k + 3) ∫_s^1 t (1 − t^{2k+3})/(1 − t²) dt, whose integrand is smooth."""
-    nodes, weights = gauss_legendre(NODES)
+    nodes, weights = leggauss(NODES)
     s = np.sqrt(1.0 - rho**2)[:, None]
     t = s + (1.0 - s) * 0.5 * (nodes + 1.0)
     weights = 0.5 * weights * (1.0 - s) * t / (1.0 + t)

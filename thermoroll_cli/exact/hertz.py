@@ -28,11 +28,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
-
-from thermoroll_cli.exact.elliptic import complete_elliprd, complete_elliprf
-from thermoroll_cli.exact.gauss import gauss_legendre
 
 FloatArray = NDArray[np.float64]
 
@@ -160,7 +159,7 @@ def hertz_contact(curvature_x: float, curvature_y: float, contact_modulus: float
         semi_axis_x=semi_axis_x,
         semi_axis_y=semi_axis_y,
         peak_pressure=1.5 * normal_force / (math.pi * c * c),
-        approach=1.5 * normal_force / (math.pi * contact_modulus * c) * complete_elliprf(math.exp(t), math.exp(-t)),
+        approach=float(1.5 * normal_force / (math.pi * contact_modulus * c) * elliprf(0.0, math.exp(t), math.exp(-t))),
         curvature_x=float(curvature_x),
         curvature_y=float(curvature_y),
         contact_modulus=float(contact_modulus),
@@ -176,14 +175,14 @@ def _require_positive(name: str, value: float) -> None:
 
 def _curvature_integral(t: float) -> float:
     """R_D(0, e^(−t), e^t), proportional to the curvature that the pressure flattens along the semi-axis e^(t/2)."""
-    return complete_elliprd(math.exp(-t), math.exp(t))
+    return float(elliprd(0.0, math.exp(-t), math.exp(t)))
 
 
 def _log_aspect_ratio(log_curvature_ratio: float) -> float:
     """Solve for t = ln(a0/b0) given ln(κ_x/κ_y).
 
-    The logarithm of the curvature ratio is an odd function of t, almost straight (slope −3/2 at the circle, −2 for
-    slender ellipses), so secant steps in logarithms converge from anywhere in a few iterations.
+    The logarithm of the curvature ratio is an odd function of t with a slope between −3/2 at the circle and −2 for slender
+    ellipses, which brackets the root.
     """
     if log_curvature_ratio == 0.0:
         return 0.0
@@ -191,18 +190,8 @@ def _log_aspect_ratio(log_curvature_ratio: float) -> float:
     def mismatch(t: float) -> float:
         return math.log(_curvature_integral(t)) - math.log(_curvature_integral(-t)) - log_curvature_ratio
 
-    before, t = 0.0, -log_curvature_ratio / 1.5
-    mismatch_before, mismatch_now = -log_curvature_ratio, mismatch(t)
-    for _ in range(50):
-        if t == before or mismatch_now == mismatch_before:
-            break
-        step = -mismatch_now * (t - before) / (mismatch_now - mismatch_before)
-        before, mismatch_before = t, mismatch_now
-        t += step
-        if abs(step) <= 1e-15 * max(1.0, abs(t)):
-            break
-        mismatch_now = mismatch(t)
-    return t
+    near, far = -0.45 * log_curvature_ratio, -0.7 * log_curvature_ratio
+    return float(brentq(mismatch, near, far, xtol=1e-16 * abs(far), rtol=4.0 * np.finfo(float).eps))
 
 
 @dataclass(frozen=True)
@@ -259,7 +248,7 @@ def element_averages(hertz: HertzContact, x_edges: FloatArray, y_edges: FloatArr
     Both are integrated in closed form along x and by Gauss points across each row.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
-    nodes, weights = gauss_legendre(ROW_POINTS)
+    nodes, weights = leggauss(ROW_POINTS)
     low = np.clip(y_edges[:-1], -b, b)
     high = np.clip(y_edges[1:], -b, b)
     share = (high - low) / np.diff(y_edges)  # part of each row's width inside the ellipse

@@ -20,10 +20,10 @@ import math
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.special import elliprf, jv
 
-from thermoroll_cli.exact.gauss import gauss_legendre
 from thermoroll_cli.exact.moving_sources import TemperatureMaximum, check_medium, check_positive, find_maximum
 
 Shape = Literal["uniform", "hertz", "paraboloid"]
@@ -131,7 +131,7 @@ def circle_mean_temperature(
     # Gauss panels of half a period of the Bessel product, graded towards z = 0 and P; z = s² removes the root there
     panel = 0.5 * math.pi
     end = 4000.0 * panel
-    node, gauss = gauss_legendre(8)
+    node, gauss = leggauss(8)
     edges = np.sqrt(np.concatenate(([0.0], panel * 2.0 ** np.arange(-60.0, 0.0), np.arange(1.0, 4001.0) * panel)))
     half = 0.5 * np.diff(edges)[:, None]
     s = (edges[:-1, None] + half * (node + 1.0)).ravel()

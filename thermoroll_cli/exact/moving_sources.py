@@ -23,6 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import minimize_scalar
 from scipy.special import erf, erfc, wrightomega
 
 FloatArray = NDArray[np.float64]
@@ -106,24 +107,13 @@ def rectangle_maximum(
 
 
 def find_maximum(temperature: Callable[[float], float], low: float, high: float) -> TemperatureMaximum:
-    """Maximum of a function with one peak in [low, high] by golden-section search.
+    """Maximum of a function with one peak in [low, high].
 
     The position is good to about 1e-7 of the interval (the peak is flat), the value to rounding.
     """
-    golden = 0.5 * (math.sqrt(5.0) - 1.0)
-    tolerance = 1e-8 * (high - low)
-    left, right = high - golden * (high - low), low + golden * (high - low)
-    at_left, at_right = temperature(left), temperature(right)
-    while high - low > tolerance:
-        if at_left > at_right:
-            high, right, at_right = right, left, at_left
-            left = high - golden * (high - low)
-            at_left = temperature(left)
-        else:
-            low, left, at_left = left, right, at_right
-            right = low + golden * (high - low)
-            at_right = temperature(right)
-    return TemperatureMaximum(at_left, left) if at_left > at_right else TemperatureMaximum(at_right, right)
+    found = minimize_scalar(lambda x: -temperature(x), bounds=(low, high), method="bounded",
+                            options={"xatol": 1e-8 * (high - low)})
+    return TemperatureMaximum(-float(found.fun), float(found.x))
 
 
 def check_medium(conductivity: float, diffusivity: float, speed: float) -> None:

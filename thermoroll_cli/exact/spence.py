@@ -21,10 +21,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss
 from numpy.typing import NDArray
 from scipy.special import ellipe, ellipk, ellipkm1
-
-from thermoroll_cli.exact.gauss import gauss_legendre
 
 FloatArray = NDArray[np.float64]
 
@@ -123,7 +122,7 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
     pressure, _ = tractions(friction)
 
     # sphere of unit radius: the penetration grows by D b db with the radius b, and gap r²/2 closes as punches approach
-    node, gauss = gauss_legendre(20)
+    node, gauss = leggauss(20)
     q = 0.5 * (node + 1.0)
     outside = _ring_integrals(_kernel_0, 1.0 / (1.0 - q**2), edge) @ pressure
     rate = 0.5 / float(np.sum((1.0 - outside) * (1.0 - q**2) * q * gauss))
@@ -150,7 +149,7 @@ def _ring_integrals(
     kernel: Callable[[FloatArray, FloatArray], FloatArray], r: FloatArray, edge: FloatArray
 ) -> FloatArray:
     """∫ kernel(r_i, s) ds over each ring, shape (r, rings), with nodes graded towards the logarithm at s = r."""
-    node, gauss = gauss_legendre(10)
+    node, gauss = leggauss(10)
     t = 0.5 * (node + 1.0)
     # every ring in two parts, both measured from the point nearest to r
     nearest = np.clip(r[:, None], edge[:-1], edge[1:])

@@ -25,7 +25,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebpts2, chebvander
 from numpy.typing import ArrayLike
+from scipy.linalg import qr
 from scipy.special import erf
 
 from thermoroll_cli.arrays import Array
@@ -37,7 +39,6 @@ from thermoroll_cli.halfspace.thermal import (
     stationary_displacement,
     temperature_at,
 )
-from thermoroll_cli.numerics.chebyshev import chebyshev, node_positions, series_matrix
 
 TAIL = 5.4
 """Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
@@ -170,27 +171,16 @@ def _graded(count: int) -> tuple[Array, Array]:
 def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -> tuple[list[int], Array, Array]:
     """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
 
-    A pivoted QR factorisation by Gram-Schmidt steps, which ends when what remains of every column is small. Entries
-    of the columns are scaled so that each counts by the number of table entries it stands for.
+    A pivoted QR factorisation up to where what remains of every column is small. Entries of the columns are scaled so that each
+    counts by the number of table entries it stands for.
     """
     scaled = np.sqrt(offsets.counts)[:, None] * columns
     norms = np.sqrt((scaled**2).sum(axis=0))
-    remaining = scaled / norms
-    chosen: list[int] = []
-    basis = np.empty((0, len(columns)))
-    rows = []
-    while len(chosen) < len(norms):
-        sizes = np.sqrt((remaining**2).sum(axis=0))
-        pivot = int(sizes.argmax())
-        if sizes[pivot] <= tolerance:
-            break
-        direction = remaining[:, pivot] - basis.T @ (basis @ remaining[:, pivot])
-        direction /= math.sqrt(direction @ direction)
-        rows.append(direction @ remaining)
-        remaining -= np.outer(direction, rows[-1])
-        basis = np.vstack((basis, direction))
-        chosen.append(pivot)
-    return chosen, basis.T, np.array(rows) * norms
+    basis, triangle, order = qr(scaled / norms, mode="economic", pivoting=True)
+    count = int(np.count_nonzero(np.abs(np.diag(triangle)) > tolerance))
+    components = np.empty((count, len(norms)))
+    components[:, order] = triangle[:count]
+    return [int(k) for k in order[:count]], basis[:, :count], components * norms
 
 
 def truncated(
@@ -312,7 +302,7 @@ def variable_peclet_kernel(
         offset = offset + weights @ left
     tables[:, :, : ny - 1] = half[:, :, :0:-1]
 
-    to_series = series_matrix(degree)
+    to_series = _to_series(degree)
     expansion = VariablePecletKernel(
         kind=kind,
         aspect=aspect,
@@ -325,6 +315,21 @@ def variable_peclet_kernel(
         offset_series=(to_series @ offset)[:, None],
     )
     return replace(expansion, error=max(truncation, _measured_error(expansion, offsets)))
+
+
+def _nodes(degree: int) -> Array:
+    """The degree + 1 Chebyshev points of [0, 1], ends included."""
+    return np.asarray(0.5 + 0.5 * chebpts2(degree + 1))
+
+
+def _to_series(degree: int) -> Array:
+    """Matrix from values at the nodes to the coefficients of the Chebyshev series through them."""
+    return np.asarray(np.linalg.inv(chebvander(chebpts2(degree + 1), degree)))
+
+
+def _polynomials(position: Array, degree: int) -> Array:
+    """Chebyshev polynomials 0..degree of 2·position − 1, shape (degree + 1, *shape of position)."""
+    return np.moveaxis(np.asarray(chebvander(2.0 * position - 1.0, degree), dtype=np.float64), -1, 0)
 
 
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
@@ -352,16 +357,16 @@ def _sample(
     out of displacement columns, and are zero for temperature.
     """
     degree = FIRST_DEGREE
-    peclets = peclet_max * node_positions(degree) ** 4
+    peclets = peclet_max * _nodes(degree) ** 4
     columns = np.stack([_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclets], axis=1)
     error = math.inf
     while error > tolerance and degree < LAST_DEGREE:
-        positions = node_positions(2 * degree)
+        positions = _nodes(2 * degree)
         between = positions[1::2]
         new = [_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclet_max * between**4]
         finer = np.empty((len(columns), 2 * degree + 1))
         finer[:, ::2], finer[:, 1::2] = columns, np.stack(new, axis=1)
-        predicted = columns @ (chebyshev(between, degree).T @ series_matrix(degree)).T
+        predicted = columns @ (_polynomials(between, degree).T @ _to_series(degree)).T
         reference = finer[:, 1::2]
         if kind == "displacement":
             predicted, reference = predicted - offsets.mean(predicted), reference - offsets.mean(reference)
@@ -404,10 +409,10 @@ def _measured_error(expansion: VariablePecletKernel, offsets: OffsetSamples) -> 
 def _angle_average(degree: int) -> Array:
     """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
     angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
-    positions = np.outer(node_positions(degree), np.cosh(angles) ** -0.5)
+    positions = np.outer(_nodes(degree), np.cosh(angles) ** -0.5)
     blocks = np.array_split(positions, 1 + degree // 64)  # all at once would need degree² × angles numbers
-    series = [np.tensordot(chebyshev(block, degree), weights, axes=(2, 0)) for block in blocks]
-    return np.concatenate(series, axis=1).T @ series_matrix(degree)
+    series = [np.tensordot(_polynomials(block, degree), weights, axes=(2, 0)) for block in blocks]
+    return np.concatenate(series, axis=1).T @ _to_series(degree)
 
 
 def _evaluate(series: Array, peclet: Array, peclet_max: float) -> Array:
@@ -419,5 +424,5 @@ def _evaluate(series: Array, peclet: Array, peclet_max: float) -> Array:
     for start in range(0, flat.size, BLOCK):
         block = flat[start : start + BLOCK]
         position = (block / peclet_max) ** 0.25 if peclet_max > 0.0 else np.zeros(len(block))
-        result[:, start : start + BLOCK] = series.T @ chebyshev(np.minimum(position, 1.0), len(series) - 1)
+        result[:, start : start + BLOCK] = series.T @ _polynomials(np.minimum(position, 1.0), len(series) - 1)
     return result
