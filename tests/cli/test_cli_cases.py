@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import os
 import re
+import subprocess
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from tests.support.command_line import MECHANICAL, THERMAL, call, thermoroll
+from tests.support.command_line import COMMAND, MECHANICAL, THERMAL, call, environment, thermoroll
 from thermoroll_cli.files.case import Case, Override
 from thermoroll_cli.files.case_templates import TEMPLATES
 
@@ -101,7 +103,8 @@ def test_everything_a_template_offers_in_comments_works(template: str, tmp_path:
 def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     assert thermoroll("init", "-q", cwd=tmp_path).stderr == ""
     written = (tmp_path / "case.toml").read_text()
-    assert tomllib.loads(written)["rolling"]["speed_m_s"] == 200.0
+    # A case that exists: nothing rolls at the 200 m/s of the article's template.
+    assert tomllib.loads(written)["title"] == "Wheel on rail" and tomllib.loads(written)["thermal"]["peclet"] == "rolling"
     (tmp_path / "case.toml").write_text("mine")
     done = call("init", cwd=tmp_path)
     assert done.returncode == 5
@@ -112,7 +115,10 @@ def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     (tmp_path / "folder").mkdir()
     assert "give the name of the case file" in call("init", "folder", "--force", cwd=tmp_path).stderr
     assert call("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
-    assert call("init", "--template", "nothing", cwd=tmp_path).returncode == 2
+    wrong = call("init", "--template", "nothing", cwd=tmp_path)
+    assert wrong.returncode == 2 and all(f"'{name}'" in wrong.stderr for name in TEMPLATES)
+    shown = " ".join(call("init", "--help").stdout.split()).replace("- ", "-")  # lines are broken at hyphens, too
+    assert all(f"{name}: {about}" in shown for name, about in TEMPLATES.items())
 
 
 def test_init_to_standard_output_pipes_into_validate(tmp_path: Path) -> None:
@@ -190,7 +196,43 @@ def test_the_time_of_pictures_is_part_of_the_estimate(case: Path) -> None:
 
     assert seconds("--set", "output.plots=false") == 0.0
     assert 0.0 < seconds("--set", "thermal.heat=false") < seconds()
-    assert "s for pictures" in call("show", case).stdout
+    assert "s of them for pictures" in call("show", case).stdout
+
+
+def test_the_memory_is_that_of_the_process_and_a_bound_says_so(case: Path, tmp_path: Path) -> None:
+    """Within a quarter of what the kernel counts for a run of its own."""
+    sets = ("--set", "numerics.grid=96", "--set", "output.plots=false")
+    shown = json.loads(call("show", case, "--json", *sets).stdout)
+    process = subprocess.Popen([*COMMAND, "run", str(case), "-q", "-o", str(tmp_path), *sets], env=environment({}))
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    assert shown["memory_bytes"] == pytest.approx(1024 * usage.ru_maxrss, rel=0.25)
+    assert shown["upper_bound"] is False and "at most about" not in call("show", case, *sets).stdout
+    assert "at most about" in call("show", case, "--set", "numerics.accuracy=1e-2").stdout
+
+
+def test_a_problem_that_the_plan_refuses_is_an_invalid_case(tmp_path: Path) -> None:
+    """A profile, whose contact only the plan knows: the same error of every command, at the key."""
+    path = tmp_path / "narrow.toml"
+    path.write_text(THERMAL.replace("upper_radius_y_mm = 30.0\n", "") + "[thermal]\npartition = 'matched'\n"
+                    "[thermal.upper]\nrecirculate = true\nthermal_resistance_K_W = 4.0\nwidth_mm = 0.1\n"
+                    "[geometry.upper_profile]\npoints_mm = [[-2, -0.1], [-1, 0], [1, 0], [2, -0.1]]\n")  # fmt: skip
+    for command in (["validate"], ["show"], ["run", "-o", str(tmp_path), "--no-plots"]):
+        done = call(*command, path)
+        assert done.returncode == 3, done.stderr
+        assert "26:1: error: thermal.upper.width_mm: a width of 0.1 mm is below that of the contact" in done.stderr
+        (record,) = (json.loads(line) for line in call(*command, path, "--json").stdout.splitlines())
+        assert [error["line"] for error in record["errors"]] == [26] and record["valid"] is False
+
+
+def test_run_json_of_invalid_cases(case: Path, invalid: Path, tmp_path: Path) -> None:
+    """An object with all errors for each of them, as validate prints it; nothing is computed."""
+    done = call("run", case, invalid, "--json", "-o", tmp_path / "out")
+    assert done.returncode == 3 and not (tmp_path / "out").exists()
+    assert done.stdout == call("validate", invalid, "--json").stdout
+    (record,) = (json.loads(line) for line in done.stdout.splitlines())
+    assert [error["key"] for error in record["errors"]] == ["material.poisson_ratio", "load.normal_N"]
 
 
 @pytest.mark.parametrize(

@@ -6,12 +6,14 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from tests.support.cases import parse
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case_model import known_keys
+from thermoroll_cli.files.case_source import apply_overrides
 
 
 def test_units_are_converted_to_si() -> None:
@@ -193,3 +195,42 @@ def test_features_beyond_the_first_are_read(overrides: list[str]) -> None:
     assert case.problem.heating.partition == ("matched" if "matched" in overrides[0] else 0.5)
     assert Case.parse(case.to_toml()).settings == case.settings
     assert Case.from_json(case.to_json()).settings == case.settings
+
+
+def test_cases_from_python() -> None:
+    content = {
+        "material": {"youngs_modulus_GPa": np.float64(210.0), "poisson_ratio": 0.28},
+        "geometry": {f"{body}_radius_{axis}_mm": 30.0 for body in ("lower", "upper") for axis in "xy"},
+        "load": {"normal_N": 65, "friction_coefficient": 0.3},
+        "rolling": {"speed_m_s": 1.0},
+        "creepage": {"longitudinal": 0.003, "lateral": None},
+        "numerics": {"grid": np.array([16, 16])},
+    }
+    case = Case.from_dict(content, name="spheres")
+    assert case.problem == parse(MECHANICAL, "title=", "numerics.grid=[16, 16]").problem
+    assert Case.parse(case.text) == case == Case.of(content) == Case.of(case) and hash(Case.of(content)) == hash(case)
+    assert case != case.with_values({"load.normal_N": 66.0})
+    content["load"]["normal_N"] = -1.0
+    content["lod"] = {}
+    with pytest.raises(CaseError) as caught:
+        Case.from_dict(content)
+    assert [finding.key for finding in caught.value.findings] == ["lod", "load.normal_N"]
+    assert "load.normal_N = -1.0: must be greater than 0" in str(caught.value) and "--set" not in str(caught.value)
+
+
+def test_cases_show_themselves(tmp_path: Path) -> None:
+    (tmp_path / "spheres.toml").write_text(MECHANICAL.replace("Two spheres", "Two <spheres>"))
+    case = Case.of(tmp_path / "spheres.toml")
+    assert repr(case) == "<Case spheres: Two <spheres>>" and len(repr(case.with_values({"title": ""}))) < 30
+    table = case._repr_html_()
+    assert "<tr><td>geometry.lower_radius_x_mm</td><td>30</td><td>0.03 m</td></tr>" in table
+    assert "spheres: Two &lt;spheres&gt;</caption>" in table
+
+
+def test_lists_of_tables_are_set_by_number() -> None:
+    content = {"layers": [{"thickness_um": 1.0}, {"thickness_um": 2.0}]}
+    apply_overrides(content, [Override.parse("layers.1.thickness_um=3")])
+    assert content["layers"][1]["thickness_um"] == 3
+    for wrong in ("layers.2.thickness_um=1", "layers.thickness_um=1"):
+        with pytest.raises(CaseError):
+            apply_overrides(content, [Override.parse(wrong)])

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
 """Cases that `init` writes."""
-_FIRST = Template("article")
+_FIRST = Template(next(iter(TEMPLATES)))
+_OFFERED = f"The case to start from. {'; '.join(f'{name}: {about}' for name, about in TEMPLATES.items())}."
 
 
 def validate(
@@ -26,11 +27,12 @@ def validate(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Check cases, tell all their errors.
+    """Check cases and report all their errors.
 
-    What is allowed and yet doubtful is told as a warning, and does not change the exit code.
+    Values that are allowed and yet doubtful are reported as warnings, which do not change the exit code.
     """
     from thermoroll_cli.files.case import Case, CaseError
+    from thermoroll_cli.problem.problem import Unsolvable
 
     options.check_standard_input(cases)
     overrides = options.parse_overrides(settings)
@@ -40,13 +42,15 @@ def validate(
         warnings: list[str] = []
         try:
             case = Case.read(path, overrides)
-            warnings = [] if quiet else _doubts(case)
-        except CaseError as cause:
-            found = cause
-            errors.append(cause)
+            try:
+                warnings = _doubts(case)
+            except Unsolvable as cause:
+                raise options.unsolvable(case, str(path), cause) from None
+        except CaseError as invalid:
+            found = invalid
+            errors.append(invalid)
         if as_json:
-            findings = [finding.record() for finding in found.findings] if found else []
-            streams.write_json({"case": str(path), "valid": found is None, "errors": findings, "warnings": warnings})
+            streams.write_json(options.invalid_record(str(path), found, [] if quiet else warnings))
         elif found is None and not quiet:
             streams.write(f"{path}: valid")
             for warning in warnings:
@@ -67,7 +71,7 @@ def init(
     file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Case file to write; - is standard output.")] = Path(
         "case.toml"
     ),
-    template: Annotated[Template, typer.Option("--template", help="What to start from.")] = _FIRST,
+    template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED)] = _FIRST,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,7 +14,8 @@ from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.exits import ExitCode
 
 if TYPE_CHECKING:
-    from thermoroll_cli.files.case import CaseError, Override
+    from thermoroll_cli.files.case import Case, CaseError, Override
+    from thermoroll_cli.problem.problem import Unsolvable
 
 
 class ImageFormat(StrEnum):
@@ -71,6 +72,21 @@ def check_cluster(address: str, jobs: int) -> None:
             check_dask()
         except NoDask as cause:
             raise typer.BadParameter(str(cause), param_hint="--dask") from None
+
+
+def unsolvable(case: Case, source: str, cause: Unsolvable) -> CaseError:
+    """The error of a valid `case`, read from `source`, of which the plan finds that it cannot be solved."""
+    from thermoroll_cli.files.case import CaseError
+    from thermoroll_cli.files.case_source import CaseSource, key_path
+
+    text = CaseSource(source, case.text, {})
+    return CaseError([text.finding(key_path(cause.key), str(cause), at_key=True)])
+
+
+def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """What --json says of a case that is checked: its errors (none where it is valid) and warnings."""
+    findings = [finding.record() for finding in error.findings] if error else []
+    return {"case": source, "valid": error is None, "errors": findings, "warnings": list(warnings)}
 
 
 def tell_invalid(errors: Sequence[CaseError], closing: str = "") -> int:

@@ -66,21 +66,24 @@ def run(
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
     wishes = _Wishes(output, as_json, not no_plots, image_format.value, normalised, threads, quiet, verbose)
-    valid = _read_all(cases or [], from_results or [], overrides)
+    valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     _check_names(valid)
     options.check_writable(output)
     raise typer.Exit(worst([_attempt(case, wishes) for case in valid]))
 
 
-def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override]) -> list[Case]:
+def _read_all(
+    paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override], *, as_json: bool
+) -> list[Case]:
+    """All cases, checked. Ends the program (invalid case) where one cannot be solved, with the errors of all."""
     from thermoroll_cli.files.case import Case, CaseError
 
-    valid, errors = [], []
+    valid, errors = [], {}
     for path in paths:
         try:
             valid.append(Case.read(path, overrides))
         except CaseError as cause:
-            errors.append(cause)
+            errors[path] = cause
     for path in result_paths:
         from thermoroll_cli.files.result.hdf5 import read_result
 
@@ -88,9 +91,11 @@ def _read_all(paths: Sequence[Path], result_paths: Sequence[Path], overrides: Se
         try:
             valid.append(Case.from_json(stored.case_json, name=path.stem, overrides=overrides))
         except CaseError as cause:
-            errors.append(cause)
+            errors[path] = cause
     if errors:
-        raise typer.Exit(options.tell_invalid(errors, "; nothing was computed"))
+        for path, error in errors.items() if as_json else ():
+            streams.write_json(options.invalid_record(str(path), error))
+        raise typer.Exit(options.tell_invalid(list(errors.values()), "; nothing was computed"))
     return valid
 
 
@@ -103,9 +108,15 @@ def _check_names(cases: Sequence[Case]) -> None:
 def _attempt(case: Case, wishes: _Wishes) -> int:
     """Run one case; what goes wrong with it does not stop the others."""
     from thermoroll_cli.cli.bug_report import report_bug
+    from thermoroll_cli.problem.problem import Unsolvable
 
     try:
         return _run_case(case, wishes)
+    except Unsolvable as cause:
+        error = options.unsolvable(case, case.name, cause)
+        if wishes.as_json:
+            streams.write_json(options.invalid_record(case.name, error))
+        return options.tell_invalid([error])
     except MemoryError:
         streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
     except OSError as cause:  # of standard output: those of files are met where they are written

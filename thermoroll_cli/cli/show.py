@@ -36,10 +36,12 @@ MEANINGS = {
     "warm_up_time_lower_s": "time constant of warming up, lower body",
     "warm_up_time_upper_s": "time constant of warming up, upper body",
 }
-"""What the numbers known before solving are."""
+"""Meanings of the numbers known before solving."""
 
-START_SECONDS, PICTURE_SECONDS = 0.5, 0.2
-"""What pictures take: loading the library, and drawing each; measured on one core."""
+PROCESS_BYTES, PROCESS_SECONDS = 117 * 2**20, 0.8
+"""Memory and time of a run besides the solve: Python, libraries, files; measured on one core."""
+DRAWING_BYTES, DRAWING_SECONDS, PICTURE_SECONDS = 105 * 2**20, 0.5, 0.2
+"""Memory of drawing, and time for loading the library and for each picture; measured on one core."""
 HEAT_PICTURES = 2
 """Pictures that need heat."""
 
@@ -56,13 +58,19 @@ def show(
     run, stages that are skipped and why, expected memory and time.
     """
     from thermoroll_cli.files.case import Case, CaseError
+    from thermoroll_cli.problem.problem import Unsolvable
     from thermoroll_cli.refinement.plan import make_plan
 
     try:
         read = Case.read(case, options.parse_overrides(settings))
-    except CaseError as cause:
-        raise typer.Exit(options.tell_invalid([cause])) from None
-    plan = make_plan(read.problem)
+        try:
+            plan = make_plan(read.problem)
+        except Unsolvable as cause:
+            raise options.unsolvable(read, str(case), cause) from None
+    except CaseError as invalid:
+        if as_json:
+            streams.write_json(options.invalid_record(str(case), invalid))
+        raise typer.Exit(options.tell_invalid([invalid])) from None
     if as_json:
         streams.write_json(_record(read, plan))
         return
@@ -79,9 +87,10 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
         "skipped": plan.skipped,
         "warnings": _warnings(case, plan),
         "grid": plan.grid,
-        "memory_bytes": plan.memory_bytes,
+        "memory_bytes": _memory(case, plan),
         "seconds": plan.seconds,
         "picture_seconds": _picture_seconds(case, plan),
+        "upper_bound": case.problem.numerics.accuracy is not None,
     }
 
 
@@ -109,17 +118,24 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     upto = f" at most, until the scalars are good to {accuracy:g}" if accuracy is not None else ""
     yield f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}"
     drawing = _picture_seconds(case, plan)
-    pictures = f", and {drawing:.2g} s for pictures" if drawing else ""
-    yield f"  about {plan.memory_bytes / 2**20:.0f} MiB and {plan.seconds:.2g} s{pictures}"
+    pictures = f", {drawing:.2g} s of them for pictures" if drawing else ""
+    bound = "at most " if accuracy is not None else ""
+    seconds = PROCESS_SECONDS + plan.seconds + drawing
+    yield f"  {bound}about {_memory(case, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}"
     for warning in _warnings(case, plan):
         yield from folded(f"warning: {warning}", width)
+
+
+def _memory(case: Case, plan: Plan) -> int:
+    """Memory of the whole process in bytes. Pictures are drawn when the solver's arrays are still there."""
+    return PROCESS_BYTES + plan.memory_bytes + (DRAWING_BYTES if case.plots else 0)
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
     from thermoroll_cli.plots.run_figures import PICTURES
 
     count = len(PICTURES) - (0 if plan.runs("heat") else HEAT_PICTURES) - (not case.problem.geometry.has_profile)
-    return START_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
+    return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 
 def _warnings(case: Case, plan: Plan) -> list[str]:

@@ -13,7 +13,7 @@ from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.numerics.stencils import peak_value
-from thermoroll_cli.problem.problem import Geometry
+from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 
 COARSE = (32, 64)
@@ -67,7 +67,7 @@ class ContactScales:
 def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: float) -> ContactScales:
     """Scales of the contact of two bodies of which one has a profile at least, from a coarse normal solution.
 
-    The domain is where the rigid bodies would overlap, and then what the contact fills. Raises ValueError where the bodies
+    The domain is where the rigid bodies would overlap, and then what the contact fills. Raises Unsolvable where the bodies
     never face each other.
     """
     low, high = facing(geometry)
@@ -82,7 +82,8 @@ def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: flo
             break
         depth *= 1.5
     else:
-        raise ValueError("no contact of these profiles was found: their gap is too steep")
+        raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry.lower_profile"
+                         if geometry.upper_profile is None else "geometry.upper_profile")
     # Once more with all elements on the contact: its border is known to an element.
     box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
     found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high)) or found

@@ -5,8 +5,16 @@ from __future__ import annotations
 from importlib.resources import files
 
 _FOLDER = files("thermoroll_cli.files") / "templates"
-TEMPLATES = ("article", "wheel-rail", "ball-bearing", "traction-drive", "roller", "worn-rail", "twin-disc")
-"""Names of the templates of `thermoroll init`."""
+TEMPLATES = {
+    "wheel-rail": "a wheel on a rail",
+    "worn-rail": "a wheel on a measured rail profile",
+    "ball-bearing": "a ball in a grooved raceway, with spin",
+    "roller": "a roller with a logarithmic crown",
+    "traction-drive": "two rollers near their largest force",
+    "twin-disc": "two discs that turn and get hot",
+    "article": "the article's spheres, at a speed that no machine has",
+}
+"""Templates of `thermoroll init`, the first by default; a new one is a file `templates/NAME.toml` and a line here."""
 
 
 def template_text(name: str) -> str:

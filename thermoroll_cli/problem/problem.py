@@ -24,6 +24,14 @@ LEFT_OUT_SHARE = 0.25
 rest."""
 
 
+class Unsolvable(ValueError):
+    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that is to blame."""
+
+    def __init__(self, message: str, key: str) -> None:
+        super().__init__(message)
+        self.key = key
+
+
 @dataclass(frozen=True)
 class Material:
     """An isotropic body. Thermal constants are None in a purely mechanical problem (SI units)."""

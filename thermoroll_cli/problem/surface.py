@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Geometry
+from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.profile import Profile
 
 SAMPLES = 2001
@@ -60,12 +60,12 @@ def surfaces(geometry: Geometry) -> tuple[Surface, Surface]:
 
 
 def facing(geometry: Geometry) -> tuple[float, float]:
-    """Lowest and highest y (m) at which both bodies have material. Raises ValueError where there is no such place."""
+    """Lowest and highest y (m) at which both bodies have material. Raises Unsolvable where there is no such place."""
     lower, upper = surfaces(geometry)
     low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
     if not low < high:
-        raise ValueError("the profiles never face each other: "
-                         f"one ends at y = {1e3 * high:g} mm, the other begins at {1e3 * low:g} mm")
+        raise Unsolvable("the profiles never face each other: "
+                         f"one ends at y = {1e3 * high:g} mm, the other begins at {1e3 * low:g} mm", "geometry.upper_profile")
     return low, high
 
 

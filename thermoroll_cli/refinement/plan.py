@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import divide
-from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -228,10 +228,10 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises ValueError where no steady state can exist (|F| > μW)."""
+    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW)."""
     if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
-        raise ValueError(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
-                         f"{problem.traction_limit:g} N")
+        raise Unsolvable(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
+                         f"{problem.traction_limit:g} N", "force")
     derived = DerivedQuantities(problem)
     grids = grid_sequence(problem, alone=alone)
     run, skipped, warnings = [], {}, []

@@ -30,7 +30,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
-from thermoroll_cli.problem.problem import Material, Problem
+from thermoroll_cli.problem.problem import Material, Problem, Unsolvable
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -305,15 +305,16 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
 def track_warnings(derived: DerivedQuantities) -> list[str]:
     """Told: a fixed partition, a track wider than its body, cooling stronger than a solid body can use.
 
-    Raises ValueError where a contact does not fit on its body."""
+    Raises Unsolvable where a contact does not fit on its body."""
     out = []
     if derived.problem.heating.partition != "matched":
         out.append("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
                    ' by a factor; use "matched"')
     for body, roller in rollers_of(derived).items():
         if 2.0 * derived.scales.semi_axis_y > roller.width:
-            raise ValueError(f"thermal.{body}.width_mm = {1e3 * roller.width:g}: the contact is "
-                             f"{2e3 * derived.scales.semi_axis_y:.4g} mm wide")
+            contact = 2e3 * derived.scales.semi_axis_y
+            raise Unsolvable(f"a width of {1e3 * roller.width:g} mm is below that of the contact, {contact:.4g} mm",
+                             f"thermal.{body}.width_mm")
         track = 2.0 * derived.scales.semi_axis_y + 4.0 * roller.spreading
         if track > roller.width:
             out.append(f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "

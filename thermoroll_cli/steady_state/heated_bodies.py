@@ -15,7 +15,7 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, ThermalR
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Material, Problem, Recirculation
+from thermoroll_cli.problem.problem import Material, Problem, Recirculation, Unsolvable
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 
@@ -58,7 +58,7 @@ def _rounded(creepage: float) -> float:
 def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
     """Lower and upper body as they turn and cool, None for one that brings no heat back.
 
-    Raises ValueError for a body that would have to stand still or turn backwards, and for a ring with convection."""
+    Raises Unsolvable for a body that would have to stand still or turn backwards, and for a ring with convection."""
     heating, geometry = problem.heating, problem.geometry
     lower, upper = heated_bodies(problem, creepage_x, 0.0)
     return (_roller("lower", heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
@@ -69,10 +69,10 @@ def _roller(name: str, track: Recirculation | None, radius: float, heated: Heate
     if track is None:
         return None
     if heated.speed_x <= 0.0:
-        raise ValueError(f"the {name} body stands still or turns backwards: it brings no heat back")
+        raise Unsolvable(f"the {name} body stands still or turns backwards: it brings no heat back", "creepage.longitudinal")
     if radius < 0.0 and track.convection is not None:
-        raise ValueError(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
-                         "a thermal resistance")
+        raise Unsolvable(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
+                         "a thermal resistance", f"thermal.{name}.convection_W_m2K")
     return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
                   heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
 
