@@ -12,10 +12,7 @@ from mkdocs.structure.files import File, Files
 
 import thermoroll_cli
 from thermoroll_cli import Case, solve
-from thermoroll_cli.plots.field_figures import pressure_figure
-from thermoroll_cli.plots.maps import frame_of
-from thermoroll_cli.plots.sheet import style
-from thermoroll_cli.plots.view import view_of
+from thermoroll_cli.plots.pictures import figure
 
 ROOT = pathlib.Path(__file__).parents[1]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
@@ -74,8 +71,8 @@ def summary(text: str) -> str:
 def picture(case: Case) -> bytes:
     """The pressure of a case on a coarse grid."""
     result = solve(case.with_values({"numerics.grid": GRID}))
-    view = view_of(result)
+    shown = figure(result, "pressure")
+    assert shown is not None, "there is a load"
     file = io.BytesIO()
-    with style():
-        pressure_figure(view, frame_of(view, False), False).savefig(file, format="png", dpi=100)
+    shown.savefig(file, format="png", dpi=100)
     return file.getvalue()

@@ -28,7 +28,7 @@ from scripts.figures import (
     figures_verification,
 )
 from scripts.figures.figures_drawing import ROOT
-from thermoroll_cli.plots.sheet import style
+from thermoroll_cli.plots.style import style
 
 MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
            figures_borders, figures_subsurface, figures_surfaces, figures_manchester, figures_verification, figures_tutorial,

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case
-from thermoroll_cli.plots.maps import CONTACT_COLOUR, Frame, draw_arrows, draw_map, frame_of
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
-from thermoroll_cli.plots.view import RunView, view_of
+from thermoroll_cli.plots.maps import Colours, border_handles, draw_arrows, draw_map
+from thermoroll_cli.plots.run_frame import TRACTION, RunFrame, frame_of, on_line
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
@@ -73,6 +74,33 @@ def some(scalars: Mapping[str, float], *names: str) -> Numbers:
     return {name: rounded(scalars[name]) for name in names}
 
 
+@dataclass(frozen=True)
+class View:
+    """A result with what the article's figures relate its fields to; lengths in m."""
+
+    frame: RunFrame
+
+    @property
+    def x(self) -> Array:
+        return self.frame.result.x
+
+    @property
+    def y(self) -> Array:
+        return self.frame.result.y
+
+    @property
+    def semi_axes(self) -> tuple[float, float]:
+        return self.frame.result.hertz["hertz_a_mm"] * 1e-3, self.frame.result.hertz["hertz_b_mm"] * 1e-3
+
+    @property
+    def peak_pressure(self) -> float:
+        return self.frame.result.hertz["hertz_p0_MPa"] * 1e6
+
+    @property
+    def heat_scale(self) -> float:
+        return self.frame.heat_scale
+
+
 # --- what lies on y = 0 ----------------------------------------------------------------------------------------------
 
 
@@ -86,9 +114,15 @@ def crossings(lines: Sequence[Array]) -> list[float]:
     return sorted(found)
 
 
-def edges_on_centreline(frame: Frame, state: int) -> tuple[float, float, float]:
-    """Leading edge, beginning of slip and trailing edge on y = 0, in the units of the frame."""
-    contact, stick = crossings(frame.borders[state].contact), crossings(frame.borders[state].stick)
+def on_centreline(view: View, values: Array, state: int = -1) -> Array:
+    """`values` of a state along y = 0."""
+    return on_line(view.frame.states[state].state.y, values, 0.0)
+
+
+def edges_on_centreline(view: View, state: int) -> tuple[float, float, float]:
+    """Leading edge, beginning of slip and trailing edge on y = 0, over a₀."""
+    borders = view.frame.states[state].borders
+    contact, stick = ([x / view.semi_axes[0] for x in crossings(lines)] for lines in (borders.contact, borders.stick))
     inside = [x for x in stick if contact[0] < x < contact[-1]]
     return contact[0], inside[-1] if inside else contact[0], contact[-1]
 
@@ -100,24 +134,26 @@ def edges_on_centreline(frame: Frame, state: int) -> tuple[float, float, float]:
 class Panel:
     """One map: a state of a run, a field of it, the words above."""
 
-    view: RunView
-    frame: Frame
+    view: View
     state: int
     values: Array
     words: str
     arrows: bool = False
 
 
-def field_of(view: RunView, state: int, name: str) -> Array:
+def field_of(view: View, state: int, name: str) -> Array:
     """A field of a state in SI units; `shear` is the magnitude of the traction."""
-    values = view.states[state].magnitude(name) if name == "shear" else view.states[state].field(name)
+    drawn = view.frame.states[state]
+    values = drawn.values(TRACTION) if name == "shear" else drawn.state.fields[name]
     assert values is not None
     return values
 
 
-def views(result: Result) -> tuple[RunView, Frame]:
-    view = view_of(result)
-    return view, frame_of(view, normalised=True)
+def view_of(result: Result) -> View:
+    """All panels of a figure show the same window over the semi-axes, so that contacts of different size can be compared."""
+    view = View(frame_of(result, normalised=True))
+    window = tuple(WINDOW * sign * axis for axis in view.semi_axes for sign in (-1.0, 1.0))
+    return View(dataclasses.replace(view.frame, window=window, turned=False))
 
 
 @dataclass(frozen=True)
@@ -131,60 +167,42 @@ class Row:
     clipped: bool = True
 
 
+WINDOW = 1.08
 LEFT, BOTTOM, GAP, TITLE, BAR_GAP, BAR, BAR_LABELS = 0.55, 0.45, 0.14, 0.26, 0.12, 0.12, 0.62
 LEGEND = 0.2
 
 
-def map_figure(rows: Sequence[Row], side: float, *, legend: str = "") -> Figure:
-    """Rows of square maps in the article's normalisation, one colour bar to each row; `legend`: "one" or "two" states."""
+def map_figure(rows: Sequence[Row], side: float, *, legend: bool = False) -> Figure:
+    """Rows of square maps in the article's normalisation, one colour bar to each row."""
     columns = max(len(row.panels) for row in rows)
     bottom = BOTTOM + (LEGEND if legend else 0.0)
     width = LEFT + columns * side + (columns - 1) * GAP + BAR_GAP + BAR + BAR_LABELS
     height = bottom + len(rows) * (side + TITLE)
     figure = new_figure(width, height)
-    figure.set_dpi(DPI)
     for number, row in enumerate(rows):
         floor = bottom + (len(rows) - 1 - number) * (side + TITLE)
         image = None
         for column, panel in enumerate(row.panels):
             axes = add_axes(figure, LEFT + column * (side + GAP), floor, side, side)
-            square = _square(panel.frame)
-            image = draw_map(axes, square, panel.values, state=panel.state, colours=row.colours, limits=(0.0, row.top),
-                             clipped=row.clipped)
+            frame = panel.view.frame
+            drawn = frame.states[panel.state]
+            image = draw_map(axes, frame, drawn, panel.values, Colours(row.colours, Normalize(0.0, row.top)),
+                             open_ended=not row.clipped)
             if panel.arrows:
-                draw_arrows(axes, panel.view, square, panel.state, (side, side))
+                draw_arrows(axes, frame, drawn, (side, side))
             axes.set_title(panel.words, y=1.0, pad=3.5)
             few_ticks(axes, 4, 4)
             lowest = number == len(rows) - 1
             axes.tick_params(labelbottom=lowest, labelleft=column == 0)
-            if lowest:
-                axes.set_xlabel(r"$x/a_0$", labelpad=2.0)
-            if column == 0:
-                axes.set_ylabel(r"$y/b_0$", labelpad=2.0)
+            axes.set_xlabel(r"$x/a_0$" if lowest else "", labelpad=2.0)
+            axes.set_ylabel(r"$y/b_0$" if column == 0 else "", labelpad=2.0)
         bar = add_axes(figure, LEFT + columns * side + (columns - 1) * GAP + BAR_GAP, floor, BAR, side)
         figure.colorbar(image, cax=bar, label=row.label)
         few_ticks(bar, y=6)
     if legend:
-        _map_legend(figure, states=legend)
+        handles = border_handles(rows[0].panels[-1].view.frame)
+        figure.legend(handles=handles, loc="lower center", ncols=len(handles), bbox_to_anchor=(0.5, 0.0))
     return figure
-
-
-def _square(frame: Frame) -> Frame:
-    """The same window for all panels of a figure, so that contacts of different size can be compared."""
-    return dataclasses.replace(frame, window=(-1.08, 1.08, -1.08, 1.08))
-
-
-def _map_legend(figure: Figure, states: str) -> None:
-    from matplotlib.lines import Line2D
-
-    words = ("contact", "stick–slip border") if states == "one" else (
-        "contact and", "stick–slip border without,", "contact and", "stick–slip border with thermal deformation")
-    looks = [(colour, dashes) for dashes in ("solid", DASHED) for colour in (CONTACT_COLOUR, "white")]
-    handles = [Line2D([], [], color=colour, linestyle=dashes, linewidth=1.1, label=label)
-               for (colour, dashes), label in zip(looks, words, strict=False)]
-    figure.legend(handles=handles, loc="lower center", ncols=len(handles), bbox_to_anchor=(0.5, 0.0), frameon=True,
-                  facecolor="0.72", edgecolor="none", framealpha=1.0, fancybox=False, borderpad=0.3, handlelength=2.2,
-                  columnspacing=1.2)
 
 
 # --- diagrams --------------------------------------------------------------------------------------------------------
@@ -196,7 +214,6 @@ def diagrams(rows: int, columns: int, size: tuple[float, float], *, gap: tuple[f
     width = left + columns * size[0] + (columns - 1) * gap[0] + right
     height = bottom + rows * size[1] + (rows - 1) * gap[1] + top
     figure = new_figure(width, height)
-    figure.set_dpi(DPI)
     axes = []
     for row in range(rows):
         for column in range(columns):
@@ -213,9 +230,20 @@ def letter(axes: Axes, text: str, *, right: bool = False, low: bool = False) -> 
               ha="right" if right else "left", va="bottom" if low else "top")
 
 
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of so many inches."""
+    return Figure(figsize=(width, height), dpi=DPI)
+
+
+def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes at a place given in inches."""
+    total_width, total_height = figure.get_size_inches()
+    return figure.add_axes((left / total_width, bottom / total_height, width / total_width, height / total_height))
+
+
 def write(figure: Figure, folder: pathlib.Path, name: str) -> None:
     """Save `figure` as small as PNG can be, without dates: the same figure is the same file."""
-    figure.savefig(folder / f"{name}.png", metadata={"Software": None}, pil_kwargs={"optimize": True})
+    figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> dict[str, list[Any]]:

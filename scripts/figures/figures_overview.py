@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
-import dataclasses
 import pathlib
 from typing import Any
 
+from matplotlib.colors import Normalize
+
 from scripts.figures.figures_drawing import (
-    DPI,
     MAIN,
     Numbers,
     Panel,
+    add_axes,
     field_of,
+    new_figure,
     solve_case,
     some,
-    views,
+    view_of,
     write,
 )
-from thermoroll_cli.plots.maps import draw_arrows, draw_map
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from thermoroll_cli.plots.maps import Colours, draw_arrows, draw_map
+from thermoroll_cli.plots.style import few_ticks
 
 Folder = pathlib.Path
 
@@ -26,14 +28,14 @@ Folder = pathlib.Path
 def overview(folder: Folder, grid: int) -> Numbers:
     """The picture at the top of the README: one contact with creepage, spin and heat."""
     result = solve_case("article_4_1", {"creepage.longitudinal": 0.002, "creepage.spin_rad_mm": 0.01}, grid=grid)
-    view, frame = views(result)
+    view = view_of(result)
     pressure, shear, rise = (field_of(view, 1, name) for name in ("pressure", "shear", "temperature_rise_lower"))
     fields = ((pressure / view.peak_pressure, "pressure $p/p_0$", "viridis", False),
               (shear / view.peak_pressure, r"shear traction $|\tau|/p_0$", "viridis", True),
               (rise, "temperature rise (K)", "inferno", False))
     figure, all_axes = _strip(len(fields))
     for axes, (values, words, colours, arrows) in zip(all_axes, fields, strict=True):
-        _strip_panel(figure, axes, Panel(view, frame, 1, values, words, arrows), colours)
+        _strip_panel(figure, axes, Panel(view, 1, values, words, arrows), colours)
     write(figure, folder, "overview")
     return some(result.coupled.scalars, *MAIN)
 
@@ -41,17 +43,15 @@ def overview(folder: Folder, grid: int) -> Numbers:
 def _strip(count: int) -> tuple[Any, list[Any]]:
     side, step = 2.2, 3.12
     figure = new_figure(0.5 + count * step - 0.2, side + 0.72)
-    figure.set_dpi(DPI)
     return figure, [add_axes(figure, 0.5 + i * step, 0.42, side, side) for i in range(count)]
 
 
 def _strip_panel(figure: Any, axes: Any, panel: Panel, colours: str) -> None:
-    frame = dataclasses.replace(panel.frame, window=(-1.08, 1.08, -1.08, 1.08))
-    top = float(panel.values.max())
-    image = draw_map(axes, frame, panel.values, state=1, colours=colours, limits=(0.0, top),
-                     clipped=colours != "inferno")
+    frame = panel.view.frame
+    image = draw_map(axes, frame, frame.last, panel.values, Colours(colours, Normalize(0.0, float(panel.values.max()))),
+                     open_ended=colours == "inferno")
     if panel.arrows:
-        draw_arrows(axes, panel.view, frame, 1, (2.2, 2.2))
+        draw_arrows(axes, frame, frame.last, (2.2, 2.2))
     axes.set_title(panel.words, y=1.0, pad=4.0)
     axes.set_xlabel(r"$x/a_0$", labelpad=2.0)
     axes.set_ylabel(r"$y/b_0$", labelpad=1.0)

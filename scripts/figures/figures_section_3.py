@@ -18,20 +18,21 @@ from scripts.figures.figures_drawing import (
     Panel,
     Row,
     diagrams,
+    field_of,
     map_figure,
     plain,
     rounded,
     solve_case,
     some,
     table,
-    views,
+    view_of,
     write,
 )
 from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature
 from thermoroll_cli.exact.source_limits import tian_kennedy_maximum
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.plots.sheet import few_ticks
+from thermoroll_cli.plots.style import few_ticks
 
 Folder = pathlib.Path
 
@@ -49,14 +50,14 @@ def shear_cases(folder: Folder, grid: int) -> Numbers:
     panels, numbers = [], {}
     for mark, words, name, changes in cases:
         result = solve_case(name, changes, grid=grid)
-        view, frame = views(result)
-        shear = view.states[0].magnitude("shear")
+        view = view_of(result)
+        shear = field_of(view, 0, "shear")
         assert shear is not None
-        panels.append(Panel(view, frame, 0, shear / view.peak_pressure, f"({mark}) {words}", arrows=True))
+        panels.append(Panel(view, 0, shear / view.peak_pressure, f"({mark}) {words}", arrows=True))
         numbers[mark] = some(result.coupled.scalars, "force_x_N", "force_y_N", "spin_moment_Nmm", "gamma_st", "Q_F_W",
                              "shear_max_MPa")
     rows = [Row(panels[:3], 0.6, r"$|\tau|/p_0$", "viridis"), Row(panels[3:], 0.6, r"$|\tau|/p_0$", "viridis")]
-    write(map_figure(rows, 1.95, legend="one"), folder, "fig_04_shear_cases")
+    write(map_figure(rows, 1.95, legend=True), folder, "fig_04_shear_cases")
     return {"runs": numbers, "table": _beside_contact(numbers)}
 
 

@@ -19,23 +19,23 @@ from scripts.figures.figures_drawing import (
     Numbers,
     Panel,
     Row,
+    View,
     diagrams,
     edges_on_centreline,
     field_of,
     letter,
     map_figure,
+    on_centreline,
     rounded,
     solve_case,
     solve_problem,
     some,
     table,
-    views,
+    view_of,
     write,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.plots.centreline import on_centreline
-from thermoroll_cli.plots.sheet import few_ticks
-from thermoroll_cli.plots.view import RunView
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.problem import Numerics, PecletMode
 from thermoroll_cli.problem.result import Result
 
@@ -48,7 +48,7 @@ STATES = ("(a) without thermal deformation", "(b) with thermal deformation")
 def thermal_deformation(folder: Folder, grid: int) -> Numbers:
     """Figs. 6–10: heat flux, temperature, pressure and shear traction of Sec. 4.1 without and with thermal deformation."""
     result = solve_case("article_4_1", grid=grid)
-    view, frame = views(result)
+    view = view_of(result)
     fields = (
         ("fig_06_heat_flux", "heat_flux", view.heat_scale, r"$q\,\alpha l/k$", "inferno"),
         ("fig_07_temperature", "temperature_rise_lower", 1.0, r"$\Delta T$ (K)", "inferno"),
@@ -59,10 +59,10 @@ def thermal_deformation(folder: Folder, grid: int) -> Numbers:
         values = [field_of(view, state, field) / scale for state in (0, 1)]
         top = max(float(v.max()) for v in values)
         arrows = field == "shear"
-        panels = [Panel(view, frame, state, values[state], f"{STATES[state]}, max {values[state].max():.3g}", arrows)
+        panels = [Panel(view, state, values[state], f"{STATES[state]}, max {values[state].max():.3g}", arrows)
                   for state in (0, 1)]
         clipped = field != "temperature_rise_lower"
-        write(map_figure([Row(panels, top, label, colours, clipped)], 2.6, legend="two"), folder, name)
+        write(map_figure([Row(panels, top, label, colours, clipped)], 2.6, legend=True), folder, name)
     _centrelines(view, folder, fields)
     scales = {f"{speed:g} m/s": _heat_scale(solve_case("article_4_1", {"rolling.speed_m_s": speed}, grid=grid))
               for speed in (120.5, 200.0)}
@@ -71,12 +71,12 @@ def thermal_deformation(folder: Folder, grid: int) -> Numbers:
             "velocities": _velocity_table(others)}
 
 
-def _centrelines(view: RunView, folder: Folder, fields: Any) -> None:
+def _centrelines(view: View, folder: Folder, fields: Any) -> None:
     figure, all_axes = diagrams(2, 2, (2.75, 1.75), gap=(0.75, 0.16), bottom=0.72)
     x = view.x / view.semi_axes[0]
     for axes, mark, (_, field, scale, label, _) in zip(all_axes, "abcd", fields, strict=True):
         for state, (colour, dashes) in enumerate(((ISOTHERMAL, "solid"), (COUPLED, DASHED))):
-            axes.plot(x, on_centreline(view, field_of(view, state, field) / scale), color=colour, linestyle=dashes)
+            axes.plot(x, on_centreline(view, field_of(view, state, field) / scale, state), color=colour, linestyle=dashes)
         axes.set_xlim(-1.1, 1.1)
         axes.set_ylim(0.0, axes.get_ylim()[1])
         axes.set_ylabel(label)
@@ -97,10 +97,10 @@ def _centrelines(view: RunView, folder: Folder, fields: Any) -> None:
 
 def _heat_scale(result: Result) -> Numbers:
     """The numbers of Sec. 4.1: without → with thermal deformation."""
-    view, frame = views(result)
+    view = view_of(result)
     out: Numbers = {}
     for state, words, scalars in ((0, "without", result.isothermal.scalars), (1, "with", result.coupled.scalars)):
-        lead, slip, trail = edges_on_centreline(frame, state)
+        lead, slip, trail = edges_on_centreline(view, state)
         flux = float(field_of(view, state, "heat_flux").max()) / view.heat_scale
         out[words] = some(scalars, *MAIN[:5]) | {
             "leading_edge": rounded(lead), "trailing_edge": rounded(trail), "slip_begins": rounded(slip),

@@ -15,21 +15,21 @@ from scripts.figures.figures_drawing import (
     Numbers,
     Panel,
     Row,
+    View,
     diagrams,
     field_of,
     letter,
     map_figure,
+    on_centreline,
     plain,
     rounded,
     solve_case,
     some,
     table,
-    views,
+    view_of,
     write,
 )
-from thermoroll_cli.plots.centreline import on_centreline
-from thermoroll_cli.plots.sheet import few_ticks
-from thermoroll_cli.plots.view import RunView
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.refinement.solve import Solver
 
 Folder = pathlib.Path
@@ -49,7 +49,7 @@ def linear_creepages(folder: Folder, grid: int) -> Numbers:
         for number, creepage in enumerate(LINEAR):
             changes = {f"creepage.{family}": creepage, f"creepage.{other}": 0.001}
             result = solve_case("article_4_2_linear", changes, grid=grid, solver=solver)
-            view, _ = views(result)
+            view = view_of(result)
             colour = colormaps["viridis"](0.88 * number / (len(LINEAR) - 1))
             x = view.x / view.semi_axes[0]
             for axes, field in ((left, "pressure"), (right, "shear")):
@@ -90,10 +90,10 @@ def spin(folder: Folder, grid: int) -> Numbers:
     upper, lower, numbers = [], [], {}
     for number, (name, words) in enumerate(cases):
         result = solve_case(f"article_4_2_spin_{name}", grid=grid)
-        view, frame = views(result)
+        view = view_of(result)
         for panels, mark, field in ((upper, "abc", "pressure"), (lower, "def", "shear")):
             values = field_of(view, 1, field) / view.peak_pressure
-            panels.append(Panel(view, frame, 1, values, f"({mark[number]}) {words}", arrows=field == "shear"))
+            panels.append(Panel(view, 1, values, f"({mark[number]}) {words}", arrows=field == "shear"))
         numbers[name] = some(result.coupled.scalars, *MAIN) | {
             "asymmetry_in_y": rounded(_asymmetry(field_of(view, 1, "pressure")), 2),
             "pressure_peak_at_y": rounded(_peak_y(view, "pressure")), "shear_peak_at_y": rounded(_peak_y(view, "shear")),
@@ -105,7 +105,7 @@ def spin(folder: Folder, grid: int) -> Numbers:
         "Q_F_without_W": rounded(reversed_spin.isothermal.scalars["Q_F_W"])}
     rows = [Row(upper, max(float(p.values.max()) for p in upper), r"$p/p_0$", "viridis"),
             Row(lower, max(float(p.values.max()) for p in lower), r"$|\tau|/p_0$", "viridis")]
-    write(map_figure(rows, 1.95, legend="two"), folder, "fig_12_spin")
+    write(map_figure(rows, 1.95, legend=True), folder, "fig_12_spin")
     labels = ("(a, d) ξ_φ = −0.01", "(b, e) ξ_φ = −0.03", "(c, f) ξ_x = ξ_y = 0.001, ξ_φ = −0.03", "the same, ξ_φ = 0.03")
     keys = ("force_x_N", "force_y_N", "spin_moment_Nmm", "gamma_st_without", "gamma_st", "gamma_c", "gamma_p",
             "Q_F_without_W", "Q_F_W")
@@ -120,7 +120,7 @@ def _asymmetry(values: Array) -> float:
     return float(np.abs(values - values[:, ::-1]).max() / values.max())
 
 
-def _peak_y(view: RunView, name: str) -> float:
+def _peak_y(view: View, name: str) -> float:
     """|y|/b0 of the largest value, in whole elements."""
     values = field_of(view, 1, name)
     return float(abs(view.y[np.unravel_index(np.argmax(values), values.shape)[1]]) / view.semi_axes[1])

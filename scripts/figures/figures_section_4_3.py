@@ -21,7 +21,7 @@ from scripts.figures.figures_drawing import (
     table,
     write,
 )
-from thermoroll_cli.plots.sheet import few_ticks
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 

@@ -6,8 +6,18 @@ import pathlib
 
 import numpy as np
 
-from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, THIRD, Numbers, rounded, solve_case, write
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure
+from scripts.figures.figures_drawing import (
+    COUPLED,
+    ISOTHERMAL,
+    THIRD,
+    Numbers,
+    add_axes,
+    new_figure,
+    rounded,
+    solve_case,
+    write,
+)
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.result import Result
 
 CASE, BODY = "hot_sliding", "upper"

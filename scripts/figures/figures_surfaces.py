@@ -5,8 +5,7 @@ from __future__ import annotations
 import pathlib
 
 from scripts.figures.figures_drawing import Numbers, rounded, solve_case, write
-from thermoroll_cli.plots.profile_figure import profile_figure
-from thermoroll_cli.plots.view import view_of
+from thermoroll_cli.plots.pictures import figure
 
 CASES = ("crowned_roller", "worn_rail", "two_point")
 
@@ -16,9 +15,9 @@ def profiles(folder: pathlib.Path, grid: int) -> Numbers:
     numbers: Numbers = {}
     for name in CASES:
         result = solve_case(name, grid=grid)
-        figure = profile_figure(view_of(result))
-        assert figure is not None
-        write(figure, folder, f"surfaces_{name}")
+        picture = figure(result, "profile")
+        assert picture is not None
+        write(picture, folder, f"surfaces_{name}")
         numbers[name] = {key: rounded(result.coupled.scalars[key]) for key in ("force_x_N", "Q_F_W", "pressure_max_MPa")}
         numbers[name]["patches"] = [{key: rounded(value) for key, value in patch.items()} for patch in result.patches]
     return numbers

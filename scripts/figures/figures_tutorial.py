@@ -14,7 +14,7 @@ import numpy as np
 from scripts.figures.figures_drawing import COUPLED, DASHED, ISOTHERMAL, Numbers, diagrams, letter, rounded, write
 from scripts.figures.figures_numerics import problem_of
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.plots.sheet import few_ticks
+from thermoroll_cli.plots.style import few_ticks
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.solve import Solver
 

@@ -16,10 +16,7 @@ import xarray
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.plots.run_figures import PICTURES
-from thermoroll_cli.plots.sheet import save, style
-from thermoroll_cli.plots.subsurface_figure import subsurface_figure
-from thermoroll_cli.plots.view import view_of
+from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.problem.names import SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
 
 TABLE = "[subsurface]\nlayers = 7\nfields = {}\n"
@@ -210,14 +207,12 @@ def test_pictures(full: Path, tmp_path: Path) -> None:
     """One for each body, from the file as from the result; none where nothing was asked for."""
     result = read_result(full)
     for normalised in (False, True):
-        with style():
-            figure = subsurface_figure(view_of(result), "lower", normalised)
-        assert figure is not None
-        titles = [axes.get_title() for axes in figure.axes]
-        assert any("temperature rise" in title for title in titles)
-        assert figure.axes[0].get_ylim()[0] > figure.axes[0].get_ylim()[1]
-    picture = tmp_path / "lower.png"
-    assert save(figure, picture).stat().st_size > 20_000
-    plain = replace(view_of(result), subsurface={})
-    assert subsurface_figure(plain, "lower", False) is None
-    assert {f"subsurface_{body}" for body in ("lower", "upper")} <= set(PICTURES)
+        picture = figure(result, "subsurface_lower", normalised=normalised)
+        assert picture is not None
+        labels = [axes.get_ylabel() for axes in picture.axes]
+        assert any("temperature rise" in label for label in labels) and any("von Mises" in label for label in labels)
+        assert picture.axes[0].get_ylim()[0] > picture.axes[0].get_ylim()[1], "z points into the body"
+    (path,) = draw(result, tmp_path / "full", kinds=["subsurface_lower"])
+    assert path.name == "full_subsurface_lower.png" and path.stat().st_size > 20_000
+    assert figure(replace(result, subsurface=None), "subsurface_lower") is None
+    assert {f"subsurface_{body}" for body in ("lower", "upper")} <= set(KINDS)

@@ -87,7 +87,7 @@ def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Ca
     """`thermoroll` with `arguments` within this process, which saves the imports. For what needs no process of its own.
     Pictures have few pixels."""
     from thermoroll_cli.cli.main import main
-    from thermoroll_cli.plots import sheet
+    from thermoroll_cli.plots import style
 
     words = [str(argument) for argument in arguments]
     out, err = io.StringIO(), io.StringIO()
@@ -95,7 +95,7 @@ def call(*arguments: str | Path, cwd: Path | None = None, stdin: str = "") -> Ca
         stack.enter_context(chdir(cwd or Path.cwd()))
         stack.enter_context(redirect_stdout(out))
         stack.enter_context(redirect_stderr(err))
-        stack.enter_context(mock.patch.object(sheet, "DPI", 40))
+        stack.enter_context(mock.patch.object(style, "DPI", 40))
         stack.enter_context(mock.patch.object(sys, "argv", ["thermoroll", *words]))
         stack.enter_context(mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(stdin.encode()))))
         code = main()

@@ -84,6 +84,7 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     pressure = p0 * np.sqrt(inside) * swell
     radial = np.hypot(u / (shrink * a0), yy / (shrink * b0))
     fields = {
+        "covered": _share(x, y, lambda u, v: (u - shift * a0) ** 2 + (v * a0 / b0) ** 2 < (shrink * a0) ** 2),
         "pressure": pressure,
         "displacement_elastic": a0 * 1e-3 * (1 - 0.5 * np.minimum(radial, 1.0) ** 2),
         "gap": 1e-3 * a0 * np.maximum(0.0, radial - 1) ** 1.5,
@@ -97,11 +98,13 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
     }
     if not tangential:
         fields["state"] = np.where(contact, 1, 0)
+        fields["stick_share"] = fields["covered"]
         return State(fields, scalars, x, y)
     core = half - slip / 2 * shrink
     beyond = (u + half - core) ** 2 - core**2
     stick = contact & (core > 0) & (beyond < 0)
     slipping = contact & ~stick
+    fields["stick_share"] = _share(x, y, lambda u, v: sticks(u - shift * a0, shrink * a0, v * a0 / b0, slip * shrink))
     limit = FRICTION * p0 / (shrink * a0) * swell
     traction = limit * (np.sqrt(inside) * shrink * a0 - np.where(stick, np.sqrt(np.maximum(0.0, -beyond)), 0.0))
     speed = np.where(slipping, 0.01 * SPEED * np.sqrt(np.maximum(0.0, beyond)) / a0, 0.0)
@@ -137,3 +140,17 @@ def _state(x, y, *, shift, shrink, bulge, tangential, heat, angle, slip, upper_h
         "thermal_displacement_max_um": float(1e-3 * lower.max()),
     }
     return State(fields, scalars, x, y)
+
+
+def sticks(u, radius, v, slip):  # type: ignore[no-untyped-def]
+    """Whether a place of a round contact is in the stick strips, which end `slip` before its trailing edge."""
+    half = np.sqrt(np.maximum(0.0, radius**2 - v**2))
+    return (u > -half) & (u < half - slip)
+
+
+def _share(x, y, inside):  # type: ignore[no-untyped-def]
+    """Share of each element in which `inside` holds, counted at 7 × 7 places."""
+    steps = (np.arange(7) - 3) / 7
+    u, v = ((axis[:, None] + (axis[1] - axis[0]) * steps).ravel() for axis in (x, y))
+    found = inside(u[:, None], v[None, :])
+    return found.reshape(x.size, 7, y.size, 7).mean(axis=(1, 3))

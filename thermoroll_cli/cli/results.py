@@ -40,7 +40,7 @@ def plot(
 ) -> None:
     """Draw the pictures of results again."""
     from thermoroll_cli.files.result.hdf5 import read_result
-    from thermoroll_cli.plots.run_figures import PICTURES, write_figures
+    from thermoroll_cli.plots.pictures import KINDS, draw
 
     _check_no_cases(results)
     stems = [_stem(path, output) for path in results]
@@ -51,13 +51,13 @@ def plot(
     if output is not None:
         options.check_writable(output)
     for stem, result in zip(stems, stored, strict=True):
-        written = write_figures(result, stem, image_format=image_format.value, normalised=normalised)
+        written = draw(result, stem, formats=(image_format.value,), normalised=normalised)
         if quiet:
             continue
         for picture in written:
             streams.write(str(picture))
         # Those of other formats may show this very result.
-        every = (stem.with_name(f"{stem.name}_{name}.{image_format.value}") for name in PICTURES)
+        every = (stem.with_name(f"{stem.name}_{name}.{image_format.value}") for name in KINDS)
         options.tell_stale(every, written)
 
 

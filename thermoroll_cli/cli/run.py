@@ -170,19 +170,19 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
     write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=command_line)
     if not (wishes.pictures and case.plots):
         return [target]
-    from thermoroll_cli.plots.run_figures import write_figures
+    from thermoroll_cli.plots.pictures import draw
 
     stem = wishes.folder / case.name
-    return [target, *write_figures(result, stem, image_format=wishes.image_format, normalised=wishes.normalised)]
+    return [target, *draw(result, stem, formats=(wishes.image_format,), normalised=wishes.normalised)]
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
     """Every picture that a run of `case` may write; none where nothing is called like one, which costs no import."""
     if not any(folder.glob(f"{glob.escape(case.name)}_*.*")):
         return
-    from thermoroll_cli.plots.run_figures import PICTURES
+    from thermoroll_cli.plots.pictures import KINDS
 
-    for name in PICTURES:
+    for name in KINDS:
         for image_format in options.ImageFormat:
             yield folder / f"{case.name}_{name}.{image_format.value}"
 

@@ -132,9 +132,9 @@ def _memory(case: Case, plan: Plan) -> int:
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    from thermoroll_cli.plots.run_figures import PICTURES
+    from thermoroll_cli.plots.pictures import KINDS
 
-    count = len(PICTURES) - (0 if plan.runs("heat") else HEAT_PICTURES) - (not case.problem.geometry.has_profile)
+    count = len(KINDS) - (0 if plan.runs("heat") else HEAT_PICTURES) - (not case.problem.geometry.has_profile)
     return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 

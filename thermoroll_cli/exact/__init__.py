@@ -7,6 +7,7 @@ Every module is one solution; import what you need from it (this package itself 
     cattaneo_mindlin   tangential loading of a Hertz contact: full slip and partial slip, no rolling
     carter             tractive rolling of cylinders (2-D): creepage, force, traction, slip, heat
     kalker             creepage coefficients, linear creep forces, saturation, FASTSIM flexibilities
+    simplified_theories  creep forces by FASTSIM and by Polach's formulas
     rotating_cylinder  temperature of a cylinder that turns under a heat source and cools by convection
     moving_sources     temperature under moving point and rectangular heat sources on a half-space
     moving_ellipse     temperature under moving circles and ellipses: uniform, Hertz-shaped, paraboloid; means

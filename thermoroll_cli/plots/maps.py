@@ -1,10 +1,9 @@
-"""One field as a map with its borders: the panel that all pictures of fields are made of."""
+"""Maps of fields with the borders of contact and stick: the panel that pictures of fields are made of, and these pictures."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,209 +11,295 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize, TwoSlopeNorm
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
 from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
+from scipy.interpolate import RegularGridInterpolator
+from scipy.ndimage import find_objects, label
 
-from thermoroll_cli.plots.borders import Array, Borders, Lines, borders_of
-from thermoroll_cli.plots.units import axes_scales
-from thermoroll_cli.plots.view import RunView
+from thermoroll_cli.plots.run_frame import (
+    LONGEST_ASPECT,
+    TEMPERATURE,
+    TRACTION,
+    WITHOUT,
+    AxisScale,
+    DrawnState,
+    RunFrame,
+    limits_of,
+)
+from thermoroll_cli.plots.style import (
+    DASHED,
+    DOUBLE,
+    MM,
+    SINGLE,
+    add_headline,
+    add_legend,
+    few_ticks,
+    number,
+)
+from thermoroll_cli.problem.names import Quantity
 
-OUTSIDE = "0.92"
-CONTACT_COLOUR = "#e8262a"
-STICK_COLOUR = "white"
-MARGIN = 0.06
-ARROWS, CLOSEST, WIDEST = 170, 0.14, 0.3
-"""About so many arrows on a map, at least and at most so far apart (inches)."""
+Array = NDArray[np.float64]
+
+CONTACT, STICK = ("black", "white"), ("white", "black")
+"""Colours of a border and of its casing, which make it visible on any ground."""
+LINE, CASING = 0.8, 2.0
+"""Widths of a border and of its casing in points."""
+DIVERGING = "RdBu_r"
+ONE_SIDED = 0.1
+"""Values of one sign that reach less than this share of those of the other need no diverging colours."""
+ARROWS, CLOSEST, WIDEST = 90, 0.1, 0.3
+"""About so many arrows on a patch, at least and at most so far apart (inches)."""
+ARROW: dict[str, Any] = {
+    "angles": "uv", "scale": 1.0, "scale_units": "inches", "units": "inches", "width": 0.011, "headwidth": 4.0,
+    "headlength": 4.5, "headaxislength": 4.0, "minlength": 0.0, "pivot": "mid", "facecolor": "white", "edgecolor": "0.1",
+    "linewidth": 0.3,
+}  # fmt: skip
+FAINT = 0.04
+"""Share of the largest traction of a patch below which there is no arrow."""
+FLAT = 0.45
+"""Maps of less height over width stand below each other."""
+TALLEST, SHORT_BAR = 120.0 * MM, 40.0 * MM
+"""Largest height of a map; length of a colour bar from which the words fit beside it."""
+LABELS, BAR, TITLE, AXIS, LEGEND_ROW, HEADLINE, GAP = (size * MM for size in (13.0, 18.0, 5.0, 9.0, 4.0, 5.0, 4.0))
+"""Room for labels at the left, the colour bar, words above a map, its axis, a row of the legend, the title, between maps."""
 
 
 @dataclass(frozen=True)
-class Frame:
-    """What all maps of one run share: coordinates of each state in drawn units, axis labels, the borders of each state in these
-    units, the window around the contacts (left, right, bottom, top), and how many units of x a unit of y is (1 for
-    normalised coordinates, which are drawn as if they were lengths)."""
+class Colours:
+    """Colour map and the values at its ends (drawn units)."""
 
-    coordinates: tuple[tuple[Array, Array], ...]
-    x_label: str
-    y_label: str
-    borders: tuple[Borders, ...]
-    window: tuple[float, float, float, float]
-    y_in_x: float = 1.0
-
-    def view(self, whole_domain: bool) -> tuple[float, float, float, float]:
-        """What a map shows: left, right, bottom, top."""
-        return self.domain if whole_domain else self.window
-
-    def aspect(self, whole_domain: bool) -> float:
-        """True height over width of what a map shows."""
-        left, right, bottom, top = self.view(whole_domain)
-        return (top - bottom) * self.y_in_x / (right - left)
-
-    @property
-    def domain(self) -> tuple[float, float, float, float]:
-        """What the domains of all states take together."""
-        left, right, bottom, top = zip(*(self.domain_of(number) for number in range(len(self.coordinates))), strict=True)
-        return min(left), max(right), min(bottom), max(top)
-
-    def domain_of(self, state: int) -> tuple[float, float, float, float]:
-        """The whole domain of a state, to the rims of its elements."""
-        x, y = self.coordinates[state]
-        dx, dy = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
-        return x[0] - dx, x[-1] + dx, y[0] - dy, y[-1] + dy
+    name: str
+    norm: Normalize
 
 
-def frame_of(view: RunView, normalised: bool) -> Frame:
-    """The shared frame of a run's maps."""
-    (x_factor, x_label), (y_factor, y_label) = axes_scales(view, normalised)
-    factors = np.array([x_factor, y_factor])
-    borders = tuple(_scaled(borders_of(state.x, state.y, state), factors) for state in view.states)
-    y_in_x = 1.0 if normalised else x_factor / y_factor
-    coordinates = tuple((state.x * x_factor, state.y * y_factor) for state in view.states)
-    frame = Frame(coordinates, x_label, y_label, borders, (0.0, 0.0, 0.0, 0.0), y_in_x)
-    points = [line for border in borders for line in border.contact]
-    if not points:
-        return dataclasses.replace(frame, window=frame.domain)
-    low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
-    rim = MARGIN * (high - low)
-    left, right, bottom, top = frame.domain
-    sides = (max(left, low[0] - rim[0]), min(right, high[0] + rim[0]))
-    ends = (max(bottom, low[1] - rim[1]), min(top, high[1] + rim[1]))
-    return dataclasses.replace(frame, window=(*sides, *ends))
+@dataclass(frozen=True)
+class Panel:
+    """One map: its state and values (SI), its reported maximum, the words above it, and whether its maximum has no limit."""
+
+    drawn: DrawnState
+    values: Array
+    maximum: float
+    words: str
+    unbounded: bool = False
+
+
+def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
+    """A field of every state, of both bodies where they differ, on one scale; None where it was not computed or vanishes."""
+    panels = _panels(frame, quantity)
+    largest = max((float(np.abs(panel.values).max()) for panel in panels), default=0.0)
+    if not largest > 0.0:
+        return None
+    scale = frame.scale(quantity, largest)
+    low, high = limits_of([panel.values for panel in panels], quantity.from_zero)
+    if quantity.maximum and not any(panel.unbounded for panel in panels):
+        # Single elements at the end of a crown stand out of the field, and are no part of its maximum.
+        high = min(high, max(panel.maximum for panel in panels)) if high > 0.0 else high
+    colours = colours_of(quantity, low * scale.factor, high * scale.factor)
+    whole = lives_everywhere(quantity)
+    shown = shape_of(frame, whole)
+    flat = shown < FLAT
+    columns = 1 if flat else min(len(panels), 2)
+    rows = -(-len(panels) // columns)
+    width = SINGLE if columns == 1 and not flat else DOUBLE
+    panel_width = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shown)
+    handles = border_handles(frame, arrows=quantity is TRACTION)
+    legend_rows = -(-len(handles) // (2 if width == SINGLE else 4))
+    separator = ", " if panel_width > 70.0 * MM else "\n"
+    title = TITLE + (3.0 * MM if separator == "\n" and any(panel.words for panel in panels) else 0.0)
+    height = rows * (panel_width * shown + title) + AXIS + LEGEND_ROW * legend_rows + HEADLINE + (rows - 1) * GAP
+    figure = new_map_figure(width, height)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+    for axes, panel in zip(grid.flat, panels, strict=True):
+        image = draw_map(axes, frame, panel.drawn, panel.values * scale.factor, colours, whole=whole)
+        if quantity is TRACTION:
+            draw_arrows(axes, frame, panel.drawn, (panel_width, panel_width * shown))
+        axes.set_title(separator.join(filter(None, (panel.words, extremes(panel, scale)))))
+        axes.label_outer()
+    bar = rows * panel_width * shown
+    figure.colorbar(image, ax=grid, label=scale.label if bar > SHORT_BAR else scale.brief, aspect=bar / (3.5 * MM), pad=0.02)
+    add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole))
+    add_legend(figure, handles, 2 if width == SINGLE else 4)
+    return figure
+
+
+def new_map_figure(width: float, height: float) -> Figure:
+    """A figure whose panels keep their shape."""
+    return Figure(figsize=(width, height), layout="compressed")
+
+
+def _panels(frame: RunFrame, quantity: Quantity) -> list[Panel]:
+    panels = []
+    for body in frame.bodies(quantity):
+        for drawn in frame.states:
+            values = drawn.values(quantity, body)
+            if values is not None:
+                words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else "")))
+                unbounded = quantity.maximum in frame.result.unbounded
+                panels.append(Panel(drawn, values, drawn.maximum(quantity, body), words, unbounded))
+    return panels
+
+
+def lives_everywhere(quantity: Quantity) -> bool:
+    """Whether a field goes on outside the contact, as temperatures and displacements do."""
+    return quantity is TEMPERATURE or quantity.unit in ("K", "m")
+
+
+def shape_of(frame: RunFrame, whole: bool) -> float:
+    """Height over width of a map as it is drawn."""
+    left, right, bottom, top = frame.domain if whole else frame.window
+    x, y = frame.lengths
+    # Normalised coordinates are drawn as if they were lengths of one unit.
+    aspect = (top - bottom) / (right - left) * (y.factor / x.factor if frame.normalised else 1.0)
+    aspect = 1.0 / aspect if frame.turned else aspect
+    return min(max(aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+
+
+def scale_note(frame: RunFrame, whole: bool) -> str:
+    """A note where lengths along both axes of a map are not drawn alike."""
+    left, right, bottom, top = frame.domain if whole else frame.window
+    alike = frame.normalised or 1.0 / LONGEST_ASPECT <= (top - bottom) / (right - left) <= LONGEST_ASPECT
+    return "" if alike else "axes not to scale"
+
+
+def colours_of(quantity: Quantity, low: float, high: float) -> Colours:
+    """Colour map and limits: diverging from zero where values of both signs count."""
+    if low < 0.0 < high and min(-low, high) > ONE_SIDED * max(-low, high):
+        reach = max(-low, high)
+        return Colours(DIVERGING, TwoSlopeNorm(0.0, -reach, reach))
+    return Colours(quantity.colours, Normalize(low, high if high > low else low + 1.0))
 
 
 def draw_map(
-    axes: Axes,
-    frame: Frame,
-    values: NDArray[np.float64],
-    *,
-    state: int,
-    colours: str,
-    limits: tuple[float, float],
-    clipped: bool = True,
-    whole_domain: bool = False,
+    axes: Axes, frame: RunFrame, drawn: DrawnState, values: Array, colours: Colours, *, whole: bool = False,
+    open_ended: bool = False,
 ) -> AxesImage:
-    """Draw `values` (drawn units, shape (nx, ny)) of the frame's state number `state` into `axes`.
+    """Draw `values` (nx, ny; drawn units) of a state with its borders; dashed, those of the state without thermal deformation.
 
-    A field that lives in the contact is `clipped` by its border, a temperature is not. The isothermal borders are
-    solid; on the coupled map its own are added, dashed. What is shown is the surroundings of the contact or the
-    `whole_domain`.
-    """
-    image = axes.imshow(
-        values.T,
-        origin="lower",
-        extent=frame.domain_of(state),
-        vmin=limits[0],
-        vmax=limits[1],
-        cmap=colours,
-        interpolation="bilinear",
-        aspect="auto",
-    )
-    inside = _path(frame.borders[state].contact)
-    # Also where another state was computed, but not this one.
-    axes.set_facecolor(OUTSIDE)
-    if clipped:
-        if inside is not None:
-            image.set_clip_path(inside, transform=axes.transData)
-    for number, dashes in _line_styles(state):
-        borders = frame.borders[number]
-        _add_lines(axes, borders.contact, CONTACT_COLOUR, dashes)
-        lines = _add_lines(axes, borders.stick, STICK_COLOUR, dashes)
-        clip = _path(borders.contact)
-        if lines is not None and clip is not None:
-            lines.set_clip_path(clip, transform=axes.transData)
-    left, right, bottom, top = frame.view(whole_domain)
+    The field is clipped by the border of the contact, unless it goes on outside, `open_ended`. The map shows the surroundings
+    of the contact or the `whole` domain."""
+    image = axes.imshow(values if frame.turned else values.T, origin="lower", extent=_placed(frame, drawn.domain),
+                        cmap=colours.name, norm=colours.norm, interpolation="bilinear", aspect="auto")
+    outline = _outline(frame, drawn)
+    if outline is not None and not (whole or open_ended):
+        image.set_clip_path(outline, transform=axes.transData)
+    for state in frame.states[:1] if drawn is frame.states[0] else (frame.states[0], drawn):
+        _draw_borders(axes, frame, state, "solid" if state is drawn else DASHED)
+    left, right, bottom, top = _placed(frame, frame.domain if whole else frame.window)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
+    shape = shape_of(frame, whole)
+    axes.set_box_aspect(shape)
+    few_ticks(axes, 5, 5 if shape > 0.3 else 3)
+    x, y = frame.lengths
+    axes.set_xlabel(f"{y.label}, material flow ↑" if frame.turned else flow_label(frame))
+    axes.set_ylabel(x.label if frame.turned else y.label)
     return image
 
 
-def draw_arrows(axes: Axes, view: RunView, frame: Frame, number: int, size: tuple[float, float]) -> None:
-    """Arrows along the shear traction of the state of this number, on a lattice of their own that is the same for every grid.
+def _draw_borders(axes: Axes, frame: RunFrame, state: DrawnState, dashes: Any) -> None:
+    """Borders of a state, each on a casing, so that they are seen on any ground."""
+    clip = _outline(frame, state)
+    for lines, (colour, casing) in ((state.borders.stick, STICK), (state.borders.contact, CONTACT)):
+        for paint, width, look in ((casing, CASING, "solid"), (colour, LINE, dashes)):
+            drawn = LineCollection([_turned(frame, line) for line in lines], colors=paint, linewidths=width, linestyles=[look])
+            axes.add_collection(drawn, autolim=False)
+            if clip is not None and lines is state.borders.stick:
+                drawn.set_clip_path(clip, transform=axes.transData)
 
-    `size` is that of the axes in inches: the lattice is square on paper and symmetrical about its middle. The longest
-    arrow spans most of a spacing; those below 4 % of it are left out.
-    """
-    shear_x, shear_y = (view.states[number].field(name) for name in ("shear_x", "shear_y"))
-    if shear_x is None or shear_y is None:
-        return
+
+def flow_label(frame: RunFrame) -> str:
+    """Label of an axis along x, to the right; material of both bodies flows along it."""
+    return f"{frame.lengths[0].label}, material flow →"
+
+
+def _turned(frame: RunFrame, points: Array) -> Array:
+    """Points (n, 2) in m as places on a map."""
+    x, y = frame.lengths
+    return (points * np.array([x.factor, y.factor]))[:, [1, 0] if frame.turned else [0, 1]]
+
+
+def _placed(frame: RunFrame, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+    """Left, right, bottom and top on a map of a box in m."""
+    low, high = _turned(frame, np.array([[box[0], box[2]], [box[1], box[3]]]))
+    return low[0], high[0], low[1], high[1]
+
+
+def _outline(frame: RunFrame, state: DrawnState) -> Path | None:
+    """The contact of a state as a path on a map."""
+    outline = state.borders.outline
+    return None if outline is None else Path(_turned(frame, outline.vertices), outline.codes)
+
+
+def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
+    """Arrows along the shear traction on a lattice of each patch. The longest one of every patch spans most of a spacing.
+
+    `size` is that of the axes in inches: the lattice is square on paper and symmetrical about the middle of the patch."""
+    state = drawn.state
+    components = [np.nan_to_num(np.asarray(state.fields[name], dtype=float)) for name in TRACTION.fields]
+    outline = _outline(frame, drawn)
+    for places, spacing in (_lattice(frame, box, size) for box in _patches(drawn)):
+        values = [RegularGridInterpolator((state.x, state.y), component, bounds_error=False, fill_value=0.0)(places)
+                  for component in components]
+        u, v = values[::-1] if frame.turned else values
+        length = np.hypot(u, v)
+        shown = length > FAINT * max(float(length.max()), 1e-300)
+        paper = _turned(frame, places)
+        if outline is not None:
+            shown &= outline.contains_points(paper)
+        unit = 0.9 * spacing / max(float(length.max()), 1e-300)
+        axes.quiver(*paper[shown].T, u[shown] * unit, v[shown] * unit, **ARROW)
+
+
+def _patches(drawn: DrawnState) -> Iterator[tuple[float, float, float, float]]:
+    """Smallest and largest x, y (m) of each area of contact."""
+    state, (dx, dy) = drawn.state, drawn.half
+    for rows, columns in find_objects(label(state.fields["state"] > 0)[0]):
+        yield (float(state.x[rows][0]) - dx, float(state.x[rows][-1]) + dx,
+               float(state.y[columns][0]) - dy, float(state.y[columns][-1]) + dy)
+
+
+def _lattice(
+    frame: RunFrame, box: tuple[float, float, float, float], size: tuple[float, float]
+) -> tuple[Array, float]:
+    """Places (n, 2) in m of the arrows in a box, and their distance in inches."""
     left, right, bottom, top = frame.window
-    spacing = min(max(math.sqrt(size[0] * size[1] / ARROWS), CLOSEST), WIDEST)
-    columns, rows = (max(3, round(length / spacing)) for length in size)
-    x = left + (np.arange(columns) + 0.5) / columns * (right - left)
-    y = bottom + (np.arange(rows) + 0.5) / rows * (top - bottom)
-    u, v = (_sampled(frame.coordinates[number], component, x, y) for component in (shear_x, shear_y))
-    length = np.hypot(u, v)
-    largest = max(float(np.hypot(shear_x, shear_y).max()), 1e-300)
-    shown = length > 0.04 * largest
-    points_x, points_y = np.meshgrid(x, y, indexing="ij")
-    inside = _path(frame.borders[number].contact)
-    if inside is not None:
-        places = np.stack([points_x.ravel(), points_y.ravel()], axis=1)
-        shown &= inside.contains_points(places).reshape(shown.shape)
-    unit = 0.9 * min(spacing, size[0] / columns, size[1] / rows) / largest
-    axes.quiver(
-        points_x[shown],
-        points_y[shown],
-        u[shown] * unit,
-        v[shown] * unit,
-        angles="uv",
-        scale=1.0,
-        scale_units="inches",
-        units="inches",
-        width=0.011,
-        headwidth=4.0,
-        headlength=4.5,
-        headaxislength=4.0,
-        minlength=0.0,
-        pivot="mid",
-        facecolor="white",
-        edgecolor="0.1",
-        linewidth=0.3,
-    )
+    width, height = size[::-1] if frame.turned else size
+    paper = ((box[1] - box[0]) / (right - left) * width, (box[3] - box[2]) / (top - bottom) * height)
+    spacing = min(max(math.sqrt(paper[0] * paper[1] / ARROWS), CLOSEST), WIDEST)
+    x, y = (low + (np.arange(n := max(1, round(length / spacing))) + 0.5) / n * (high - low)
+            for low, high, length in zip(box[::2], box[1::2], paper, strict=True))
+    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2), min(spacing, *paper)
 
 
-def legend_entries(view: RunView, with_stick: bool) -> list[tuple[str, dict[str, Any]]]:
-    """Words and line style of every kind of border in a run's maps."""
-    kinds = [("contact border", CONTACT_COLOUR)] + ([("stick border", STICK_COLOUR)] if with_stick else [])
-    return [
-        (f"{words}, {state.label}" if state.label else words, {"color": colour, "linestyle": dashes})
-        for words, colour in kinds
-        for state, (_, dashes) in zip(view.states, _line_styles(len(view.states) - 1), strict=True)
-    ]
+def extremes(panel: Panel, scale: AxisScale) -> str:
+    """The largest value with its unit, and the smallest where it is negative."""
+    low = float(panel.values.min())
+    parts = [("max", panel.maximum)] if panel.maximum > 0.0 else []
+    parts += [("min", low)] if low < -ONE_SIDED * float(np.abs(panel.values).max()) else []
+    text = ", ".join(f"{words} {number(value * scale.factor)} {scale.unit}".rstrip() for words, value in reversed(parts))
+    return f"{text} (free end: no limit)" if panel.unbounded else text
 
 
-def _line_styles(state: int) -> list[tuple[int, Any]]:
-    styles: list[tuple[int, Any]] = [(0, "solid"), (1, (0, (3.0, 1.6)))]
-    return styles[: state + 1]
+def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
+    """Handles for the legend of a run's maps."""
+    kinds = [("contact border", CONTACT)]
+    kinds += [("stick border", STICK)] if any(state.borders.stick for state in frame.states) else []
+    handles: list[Artist] = [_handle(words, *colours, "solid") for words, colours in kinds]
+    if len(frame.states) > 1:
+        handles.append(_handle(WITHOUT, *CONTACT, DASHED))
+    if arrows:
+        several = max(len(list(_patches(state))) for state in frame.states) > 1
+        words = "traction on the upper body" + (", scaled in each patch" if several else "")
+        handles.append(Line2D([], [], linestyle="none", marker=r"$\rightarrow$", markersize=9.0, color="black",
+                              markeredgewidth=0.3, label=words))
+    return handles
 
 
-def _scaled(borders: Borders, factors: Array) -> Borders:
-    return Borders([line * factors for line in borders.contact], [line * factors for line in borders.stick])
-
-
-def _add_lines(axes: Axes, lines: Lines, colour: str, dashes: Any) -> Artist | None:
-
-    if not lines:
-        return None
-    collection = LineCollection(lines, colors=colour, linewidths=1.1, linestyles=[dashes])
-    axes.add_collection(collection, autolim=False)
-    return collection
-
-
-def _path(lines: Sequence[Array]) -> Any:
-
-    return Path.make_compound_path(*(Path(line, closed=True) for line in lines)) if lines else None
-
-
-def _sampled(coordinates: tuple[Array, Array], values: Array, x: Array, y: Array) -> Array:
-    """Bilinear interpolation of `values`, given at `coordinates`, at all combinations of `x` and `y`."""
-    (i, s), (j, t) = (_position(axis, points) for axis, points in zip(coordinates, (x, y), strict=True))
-    s, t = s[:, None], t[None, :]
-    corner = [values[np.ix_(i + a, j + b)] for a in (0, 1) for b in (0, 1)]
-    return (1 - s) * ((1 - t) * corner[0] + t * corner[1]) + s * ((1 - t) * corner[2] + t * corner[3])
-
-
-def _position(axis: Array, points: Array) -> tuple[NDArray[np.int_], Array]:
-    position = np.clip((points - axis[0]) / (axis[1] - axis[0]), 0.0, axis.size - 1.0)
-    index = np.minimum(position.astype(int), axis.size - 2)
-    return index, position - index
+def _handle(words: str, colour: str, casing: str, dashes: Any) -> Line2D:
+    return Line2D([], [], color=colour, linewidth=LINE, linestyle=dashes, label=words,
+                  path_effects=[withStroke(linewidth=CASING, foreground=casing)])

@@ -4,175 +4,133 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.lines import Line2D
+from matplotlib.patheffects import withStroke
 
-from thermoroll_cli.plots.centreline import draw_lines_legend
-from thermoroll_cli.plots.headline import add_headline
-from thermoroll_cli.plots.sheet import add_axes, add_text, few_ticks, new_figure, real_minus
-from thermoroll_cli.plots.units import axes_scales, unit_for
-from thermoroll_cli.plots.view import RunView
-from thermoroll_cli.problem.result import BodyStresses, Peak
+from thermoroll_cli.plots.maps import flow_label
+from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame, length_scale
+from thermoroll_cli.plots.style import (
+    AFTER,
+    BEFORE,
+    DASHED,
+    DOUBLE,
+    MM,
+    add_headline,
+    add_legend,
+    few_ticks,
+    minus,
+    new_figure,
+)
+from thermoroll_cli.problem.result import BodyStresses
 
-Array = NDArray[Any]
-
-WIDTH, HEIGHT = 3.0, 2.0
-LEFT, BOTTOM, TOP, GAP, BAR_GAP, BAR, AFTER_BAR, ROW_GAP = 0.62, 0.85, 0.42, 0.6, 0.1, 0.1, 0.42, 0.72
-STRESS_COLOURS, HEAT_COLOURS = "viridis", "inferno"
 LEVELS = 24
 LINES = 12
-STRESSED, HEATED, ELASTIC = "#d55e00", "#0072b2", (0, (4.0, 1.6))
-"""Colours of the lines below both points, and dashes of the elastic part."""
 COOL = 0.01
-"""Share of the largest temperature rise: what is cooler all over is not worth its room."""
+"""Share of the largest temperature rise: layers that are cooler all over are not shown."""
 ROOM = 1.25
-"""How far beyond the heated layer its diagrams reach."""
-STRONGEST = "#e8262a"
+"""Depth of the diagrams of temperatures over that of the heated layer."""
+STRESSED, HEATED = AFTER, BEFORE
+"""Colours of the lines below both points."""
+ROW = 58.0 * MM
 
 
-@dataclass(frozen=True)
-class _Scale:
-    """Factors from SI to drawn lengths and stresses, and their labels."""
-
-    x: float
-    x_label: str
-    z: float
-    z_label: str
-    stress: float
-    stress_label: str
-
-
-def subsurface_figure(view: RunView, body: str, normalised: bool) -> Figure | None:
+def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     """The von Mises stress over p₀ on the plane of rolling through its maximum, the temperature on it, and both along lines
-    into the depth below the most stressed and the hottest point; None where the body was not looked into.
+    into the depth below the most stressed and the hottest point; None where the problem does not ask for this body.
 
     Elastic stresses stand beside the total where heat adds to them."""
-    stresses = view.subsurface.get(body)
+    stresses = frame.result.bodies.get(body)
     if stresses is None:
         return None
-    scale = _scale_of(view, normalised)
+    stress = _stress_scale(frame)
     hot = stresses.hottest is not None
-    rows = 2 if hot else 1
-    width = LEFT + WIDTH + BAR_GAP + BAR + AFTER_BAR + GAP + WIDTH + 0.15
-    height = BOTTOM + rows * HEIGHT + (rows - 1) * ROW_GAP + TOP
-    figure = new_figure(width, height)
-    y, plane = _plane(view, stresses)
-    across = unit_for("m", abs(y))
-    place = real_minus(f"y = {y * across.factor:.3g} {across.unit}") if abs(y) > 1e-9 * abs(view.y[-1]) else "y = 0"
-    bottom = BOTTOM + (rows - 1) * (HEIGHT + ROW_GAP)
-    _draw_plane(figure, bottom, view, stresses, plane["von_mises"] * scale.stress, STRESS_COLOURS, scale,
-                f"{scale.stress_label}, {place}", stresses.most_stressed)
-    right = LEFT + WIDTH + BAR_GAP + BAR + AFTER_BAR + GAP
-    axes = add_axes(figure, right, bottom, WIDTH, HEIGHT)
-    _draw_stress_lines(axes, stresses, scale)
+    y, plane = _plane(frame, stresses)
+    figure = new_figure(DOUBLE, (2 if hot else 1) * ROW + 15.0 * MM)
+    grid = figure.subplots(2 if hot else 1, 2, squeeze=False, width_ratios=(1.15, 1.0))
+    _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
+    peak, (x, _) = stresses.most_stressed, frame.lengths
+    grid[0, 0].plot([peak.x * x.factor], [peak.z * x.factor], "x", color="white", markersize=5.0, markeredgewidth=1.2,
+                    clip_on=False, path_effects=[withStroke(linewidth=2.6, foreground="black")])
+    elastic = _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
+    grid[0, 1].set_xlim(left=0.0)
     if hot:
-        _draw_plane(figure, BOTTOM, view, stresses, plane["temperature_rise"], HEAT_COLOURS, scale,
-                    f"temperature rise (K), {place}", None)
-        _draw_temperature_lines(add_axes(figure, right, BOTTOM, WIDTH, HEIGHT), stresses, scale)
-    add_headline(figure, view, f", {body} body" if view.title else f"{body} body")
-    _add_legend(figure, 0.5 * width, elastic="von_mises_elastic" in stresses.below_stressed, hot=hot)
-    remark = "material flows to the right, z points into the body; ×: the largest stress"
-    add_text(figure, 0.5 * width, 0.06, remark, ha="center", va="bottom", color="0.25", fontsize=7.0)
+        rise = frame.scale(TEMPERATURE, float(np.abs(plane["temperature_rise"]).max()))
+        _draw_plane(grid[1, 0], frame, stresses, plane["temperature_rise"], "inferno", rise)
+        _draw_lines(grid[1, 1], frame, stresses, "temperature_rise", rise)
+        for axes in grid[1]:
+            axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
+    place = length_scale(abs(y), "y")
+    at = minus(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
+    title = frame.result.problem.title
+    add_headline(figure, ", ".join(filter(None, (title, f"{body} body", at))), frame.result.converged)
+    handles = [Line2D([], [], color=STRESSED, label="below the largest stress")]
+    handles += [Line2D([], [], color=HEATED, label="below the hottest point")] if stresses.below_heated else []
+    handles += [Line2D([], [], color="0.3", linestyle=DASHED, label="without thermal stresses")] if elastic else []
+    handles += [Line2D([], [], color="white", marker="x", linestyle="none", markersize=5.0, label="largest stress",
+                       path_effects=[withStroke(linewidth=2.6, foreground="black")])]
+    add_legend(figure, list(handles))
     return figure
 
 
-def _scale_of(view: RunView, normalised: bool) -> _Scale:
-    (x_factor, x_label), _ = axes_scales(view, normalised)
-    peak = view.peak_pressure
-    over_hertz = math.isfinite(peak)
-    if not over_hertz:
-        peak = view.summary["pressure_max_MPa"] * 1e6
-    z_label = x_label.replace("x", "z")
-    return _Scale(x_factor, x_label, x_factor, z_label, 1.0 / peak,
-                  r"$\sigma_{\mathrm{vM}}/p_0$" if over_hertz else r"$\sigma_{\mathrm{vM}}/p_{\max}$")
+def _stress_scale(frame: RunFrame) -> AxisScale:
+    """Stresses over Hertz's peak pressure, or the largest pressure of bodies with profiles."""
+    peak = frame.result.hertz["hertz_p0_MPa"]
+    if math.isfinite(peak):
+        return AxisScale(1e-6 / peak, "", r"von Mises stress $\sigma_\mathrm{vM}/p_0$")
+    return AxisScale(1e-6 / frame.result.coupled.scalars["pressure_max_MPa"], "",
+                     r"von Mises stress $\sigma_\mathrm{vM}/p_\mathrm{max}$")
 
 
-def _plane(view: RunView, stresses: BodyStresses) -> tuple[float, Mapping[str, Array]]:
-    """Where the plane lies and its fields (nz, nx): through the largest stress, where fields are kept everywhere."""
+def _plane(frame: RunFrame, stresses: BodyStresses) -> tuple[float, Mapping[str, Array]]:
+    """Place of the plane and its fields (nz, nx): through the largest stress, where fields are kept everywhere."""
     if "von_mises" not in stresses.fields:
         return stresses.plane_y, stresses.plane
-    row = int(np.argmin(np.abs(view.y - stresses.most_stressed.y)))
-    y = 0.0 if abs(stresses.most_stressed.y) < 0.01 * (view.y[1] - view.y[0]) else float(view.y[row])
+    rows = frame.result.y
+    row = int(np.argmin(np.abs(rows - stresses.most_stressed.y)))
+    y = 0.0 if abs(stresses.most_stressed.y) < 0.01 * (rows[1] - rows[0]) else float(rows[row])
     return y, {name: values[:, :, row] for name, values in stresses.fields.items()}
 
 
 def _draw_plane(
-    figure: Figure, bottom: float, view: RunView, stresses: BodyStresses, values: Array, colours: str, scale: _Scale,
-    title: str, strongest: Peak | None,
+    axes: Axes, frame: RunFrame, stresses: BodyStresses, values: Array, colours: str, scale: AxisScale
 ) -> None:
-    """A map over x and depth with isolines, its colour bar, and a cross where the largest value is."""
-    axes = add_axes(figure, LEFT, bottom, WIDTH, HEIGHT)
-    x, z = view.x * scale.x, stresses.depths * scale.z
-    top = float(values.max())
-    levels = np.linspace(min(0.0, float(values.min())), top if top > 0.0 else 1.0, LEVELS + 1)
-    image = axes.contourf(x, z, values, levels=levels, cmap=colours)
-    axes.contour(x, z, values, levels=levels[:: LEVELS // LINES][1:-1], colors="white", linewidths=0.35, alpha=0.7)
-    if strongest is not None:
-        axes.plot([strongest.x * scale.x], [strongest.z * scale.z], "x", color=STRONGEST, markersize=5.0,
-                  markeredgewidth=1.2, clip_on=False)
-    axes.set_xlim(x[0], x[-1])
-    _into_the_depth(axes, _heated_depth(stresses) * scale.z if strongest is None else z[-1], scale)
-    axes.set_xlabel(scale.x_label)
-    axes.set_title(title)
+    """A map over x and depth with isolines and its colour bar."""
+    lengths = frame.lengths[0]
+    x, z, shown = frame.result.x * lengths.factor, stresses.depths * lengths.factor, values * scale.factor
+    top = float(shown.max())
+    levels = np.linspace(min(0.0, float(shown.min())), top if top > 0.0 else 1.0, LEVELS + 1)
+    image = axes.contourf(x, z, shown, levels=levels, cmap=colours)
+    axes.contour(x, z, shown, levels=levels[:: LEVELS // LINES][1:-1], colors="white", linewidths=0.35, alpha=0.7)
+    axes.set_ylim(z[-1], 0.0)
+    axes.set(xlabel=flow_label(frame), ylabel=lengths.label.replace("x", "z"))
     few_ticks(axes, 5, 5)
-    bar = add_axes(figure, LEFT + WIDTH + BAR_GAP, bottom, BAR, HEIGHT)
-    figure.colorbar(image, cax=bar)
-    few_ticks(bar, y=6)
+    bar = axes.figure.colorbar(image, ax=axes, label=scale.label, pad=0.02)
+    few_ticks(bar.ax, y=6)
 
 
-def _draw_stress_lines(axes: Axes, stresses: BodyStresses, scale: _Scale) -> None:
-    """Von Mises stress along the lines into the depth, and its elastic part where heat adds to it."""
-    z = stresses.depths * scale.z
-    lines = [(fields[name], colour, dashes)
-             for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED))
-             for name, dashes in (("von_mises", "solid"), ("von_mises_elastic", ELASTIC)) if fields and name in fields]
-    for values, colour, dashes in lines:
-        axes.plot(values * scale.stress, z, color=colour, linestyle=dashes)
-    axes.set_xlim(0.0, 1.08 * scale.stress * max(float(values.max()) for values, *_ in lines))
-    _finish_lines(axes, z[-1], scale, scale.stress_label)
-
-
-def _draw_temperature_lines(axes: Axes, stresses: BodyStresses, scale: _Scale) -> None:
-    """Temperature rise along the same lines."""
-    z = stresses.depths * scale.z
+def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, scale: AxisScale) -> bool:
+    """A field and its elastic part along the lines into the depth; whether there is such a part."""
+    lengths = frame.lengths[0]
+    z, elastic = stresses.depths * lengths.factor, False
     for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED)):
-        axes.plot(fields["temperature_rise"], z, color=colour)
-    rises = [fields["temperature_rise"] for fields in (stresses.below_stressed, stresses.below_heated)]
-    low, high = min(0.0, *(float(rise.min()) for rise in rises)), max(float(rise.max()) for rise in rises)
-    axes.set_xlim(1.08 * low, 1.08 * high if high > 0.0 else 1.0 if low == 0.0 else 0.0)
-    _finish_lines(axes, _heated_depth(stresses) * scale.z, scale, "temperature rise (K)")
+        for part, dashes in ((name, "solid"), (f"{name}_elastic", DASHED)):
+            if part in fields:
+                axes.plot(fields[part] * scale.factor, z, color=colour, linestyle=dashes)
+                elastic |= part != name
+    axes.set_ylim(z[-1], 0.0)
+    axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))
+    axes.grid(visible=True)
+    few_ticks(axes, 5, 5)
+    return elastic
 
 
 def _heated_depth(stresses: BodyStresses) -> float:
-    """Depth (m) that shows where heat gets to: behind a fast source that is a skin of the depth of the stresses."""
+    """Depth (m) that heat reaches: behind a fast source that is a skin of the depth of the stresses."""
     rise = np.abs(stresses.plane["temperature_rise"]).max(axis=1)
     warm = int(np.flatnonzero(rise > COOL * rise.max()).max(initial=1))
     deepest = float(stresses.depths[-1])
     return min(deepest, ROOM * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
-
-
-def _finish_lines(axes: Axes, deepest: float, scale: _Scale, label: str) -> None:
-    _into_the_depth(axes, deepest, scale)
-    few_ticks(axes, 5, 5)
-    axes.grid(color="0.9", linewidth=0.5)
-    axes.set_axisbelow(True)
-    axes.set_xlabel(label)
-
-
-def _add_legend(figure: Figure, middle: float, *, elastic: bool, hot: bool) -> None:
-    """What the lines are, below all diagrams: inside it would lie over one of them."""
-    kinds: list[tuple[str, dict[str, Any]]] = [("below the largest stress", {"color": STRESSED})]
-    kinds += [("below the hottest point", {"color": HEATED})] if hot else []
-    kinds += [("elastic part", {"color": "0.3", "linestyle": ELASTIC})] if elastic else []
-    draw_lines_legend(figure, kinds, (middle, 0.19))
-
-
-def _into_the_depth(axes: Axes, deepest: float, scale: _Scale) -> None:
-    """z downwards, into the body."""
-    axes.set_ylim(deepest, 0.0)
-    axes.set_ylabel(scale.z_label)

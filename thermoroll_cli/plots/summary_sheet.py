@@ -1,220 +1,186 @@
-"""One sheet per run: the maps of the final state, the centre line, and all scalars."""
+"""One sheet per run: the maps of the final state, the cut, and all scalars with their errors."""
 
 from __future__ import annotations
 
 import math
+import re
 import textwrap
+from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from matplotlib.figure import Figure, SubFigure
 
-from thermoroll_cli.plots.centreline import centreline_words, curves_of, draw_diagram, draw_legend
-from thermoroll_cli.plots.colour_bar import draw_colour_bar
-from thermoroll_cli.plots.field_figures import colours_of, limits_of, temperatures
-from thermoroll_cli.plots.headline import add_headline
-from thermoroll_cli.plots.lettering import Column
-from thermoroll_cli.plots.maps import Frame, draw_arrows, draw_map
-from thermoroll_cli.plots.sheet import add_axes, add_text, new_figure, one_line
-from thermoroll_cli.plots.ticks import draw_sides
-from thermoroll_cli.plots.units import HEAT_FLUX, LONGEST_ASPECT, PRESSURE, TEMPERATURE, TRACTION, scale_of
-from thermoroll_cli.plots.view import RunView
+from thermoroll_cli.plots.cuts import curves_of, draw_diagram, line_handles
+from thermoroll_cli.plots.maps import (
+    border_handles,
+    colours_of,
+    draw_arrows,
+    draw_map,
+    flow_label,
+    lives_everywhere,
+    scale_note,
+    shape_of,
+)
+from thermoroll_cli.plots.run_frame import (
+    HEAT_FLUX,
+    PRESSURE,
+    TEMPERATURE,
+    TRACTION,
+    Array,
+    RunFrame,
+    limits_of,
+    unit_for,
+)
+from thermoroll_cli.plots.style import MM, add_headline, add_legend, few_ticks, new_figure, number, one_line, with_error
 from thermoroll_cli.problem.error_scale import absolute_error
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
 
-LEFT, MAPS_WIDTH, MAPS_BOTTOM, TITLE_ROOM, BAR_ROOM = 0.62, 5.4, 2.4, 0.35, 0.65
-DIAGRAM_WIDTH, DIAGRAM_HEIGHT, DIAGRAM_STEP, DIAGRAM_BOTTOM = 2.05, 1.15, 2.75, 0.65
-WIDTH, TOP = 10.6, 0.4
-TABLE_LEFT, TABLE_SIZE, ROW, REMARK_ROW = 6.2, 7.5, 0.194, 0.17
-REMARK_LENGTH, REMARK_LINES = 76, 5
-"""Characters on a line below the table, and lines that one remark may take."""
-COLUMNS = (0.0, 2.75, 3.5, 4.25)
-"""Where the table's columns are aligned: the words at their left end, the numbers at their right ends."""
+PICTURES, TABLE = 150.0 * MM, 112.0 * MM
+"""Widths of both halves of the sheet."""
+LONGEST_MAP, TALLEST_MAP, AROUND_MAP, CUTS = 52.0 * MM, 60.0 * MM, 16.0 * MM, 58.0 * MM
+"""Largest width and height of a map, room for what is around it, and height of the diagrams of the cut."""
+FLAT = 0.4
+LETTERS, ROW, FOOT = 7.0, 3.65 * MM, 3.4 * MM
+"""Size of the letters of the table in points, distances of its rows and of the lines of remarks."""
+COLUMNS = (0.0, 0.68, 0.86, 0.87)
+"""Places of the words, of the values without deformation, the values (right ends) and the errors, over the table's width."""
+LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
+"""Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
 
-Rows = list[tuple[str, str, str, str]]
+Row = tuple[str, str, str, str]
 
 
-def summary_figure(view: RunView, frame: Frame, normalised: bool) -> Figure:
-    """The summary sheet. Maps show the final (coupled) state; the table has both states and the error estimates."""
-    maps = _maps(view)
-    # Both bodies in the colours of one scale, whichever of them cools.
-    warm = limits_of([values for quantity, values, _ in maps if quantity is TEMPERATURE] or [np.zeros(1)], 1.0)
-    rows, remarks = _rows(view), _remarks(view)
-    aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
-    columns, box = _arrangement(len(maps), aspect)
-    step_x, step_y = MAPS_WIDTH / columns, box[1] + TITLE_ROOM
-    height = max(
-        MAPS_BOTTOM + -(-len(maps) // columns) * step_y + TOP,
-        TOP + (len(rows) + 1) * ROW + len(remarks) * REMARK_ROW,
-    )
-    # A long table leaves room below the diagrams, not between them and the maps.
-    foot = height - MAPS_BOTTOM - -(-len(maps) // columns) * step_y - TOP
-    figure = new_figure(WIDTH, height)
-    for place, (quantity, values, body) in enumerate(maps):
-        row, column = divmod(place, columns)
-        corner = (LEFT + column * step_x, height - TOP - 0.15 - box[1] - row * step_y)
-        limits = warm if quantity is TEMPERATURE else limits_of([values], 1.0)
-        axes = _draw_map(figure, view, frame, quantity, values, limits, body, (*corner, *box), normalised)
-        leftmost, lowest = column == 0, place + columns >= len(maps)
-        sizes = (axes.bbox.width / figure.dpi, axes.bbox.height / figure.dpi)
-        # Flat maps below each other share their axis.
-        draw_sides(axes, (max(1, int(sizes[0] / 0.5)), max(1, int(sizes[1] / 0.5))), numbered=(lowest or columns > 1, leftmost),
-                   labels=(frame.x_label if lowest else "", frame.y_label if leftmost else ""), pad=1.5)
-    curves = [(quantity, curves_of(view, quantity)) for quantity in (PRESSURE, TRACTION)]
-    for place, (quantity, lines) in enumerate(item for item in curves if item[1]):
-        axes = add_axes(figure, LEFT + place * DIAGRAM_STEP, foot + DIAGRAM_BOTTOM, DIAGRAM_WIDTH, DIAGRAM_HEIGHT)
-        draw_diagram(axes, view, quantity, lines, normalised, title=f" on {centreline_words(view)}")
-    middle = LEFT + 0.5 * (DIAGRAM_STEP + DIAGRAM_WIDTH)
-    draw_legend(figure, [curve for _, lines in curves for curve in lines], (middle, foot + 0.02))
-    _write_table(figure, rows, remarks, height)
-    add_headline(figure, view)
+def summary_figure(frame: RunFrame) -> Figure:
+    """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
+    maps = list(_maps(frame))
+    rows, remarks = _merged(list(_rows(frame))), _remarks(frame)
+    shape = shape_of(frame, whole=False)
+    columns = 1 if shape < FLAT else 2
+    lines = -(-len(maps) // columns)
+    map_height = min(LONGEST_MAP * (2.0 if columns == 1 else 1.0) * shape, TALLEST_MAP) + AROUND_MAP
+    height = max(lines * map_height + CUTS + 12.0 * MM, (len(rows) + 2) * ROW + len(remarks) * FOOT + 10.0 * MM)
+    figure = new_figure(PICTURES + TABLE, height)
+    left, right = figure.subfigures(1, 2, width_ratios=(PICTURES, TABLE))
+    top, bottom = left.subfigures(2, 1, height_ratios=(height - CUTS, CUTS))
+    grid = top.subplots(lines, columns, squeeze=False)
+    for axes in grid.flat[len(maps):]:
+        axes.set_visible(False)
+    for axes, (quantity, values, body) in zip(grid.flat, maps, strict=False):
+        limits = limits_of([v for q, v, _ in maps if q is quantity], quantity.from_zero)
+        if quantity is HEAT_FLUX or quantity.unit == "Pa":
+            limits = limits[0], min(limits[1], frame.last.maximum(quantity))
+        scale = frame.scale(quantity, max(np.abs(limits)))
+        colours = colours_of(quantity, limits[0] * scale.factor, limits[1] * scale.factor)
+        image = draw_map(axes, frame, frame.last, values * scale.factor, colours, open_ended=lives_everywhere(quantity))
+        if quantity is TRACTION:
+            draw_arrows(axes, frame, frame.last, (LONGEST_MAP, LONGEST_MAP * shape))
+        few_ticks(axes, 4, 4 if shape > FLAT else 2)
+        bar = top.colorbar(image, ax=axes, pad=0.02)
+        few_ticks(bar.ax, y=5)
+        axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
+        if columns == 1:
+            axes.label_outer()
+    add_legend(top, border_handles(frame), 4)
+    _draw_cuts(bottom, frame)
+    _write_table(right, rows, remarks, height)
+    add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole=False))
     return figure
 
 
-def _maps(view: RunView) -> list[tuple[Quantity, NDArray[np.float64], str]]:
-    """Quantity, values and body of the maps worth drawing."""
-    state = view.states[-1]
-    # Two bodies that both get warmer look alike: the hotter one tells enough.
-    fields = [(values, body) for name, body in temperatures(view.states) if (values := state.field(name)) is not None]
-    cools = any(limits_of([values], 1.0)[0] < 0.0 for values, _ in fields)
-    thermal = fields if cools else sorted(fields, key=lambda field: -float(field[0].max()))[:1]
-    found = [
-        (PRESSURE, state.field("pressure"), ""),
-        (TRACTION, state.magnitude("shear"), ""),
-        (HEAT_FLUX, state.field("heat_flux"), ""),
-        *((TEMPERATURE, values, body) for values, body in thermal),
-    ]
-    return [(quantity, values, body) for quantity, values, body in found if values is not None and values.any()]
+def _maps(frame: RunFrame) -> Iterator[tuple[Quantity, Array, str]]:
+    """Quantity, values and body of the maps worth drawing; of two bodies that both get warmer, the hotter one."""
+    for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE):
+        found = [(values, body) for body in frame.bodies(quantity)
+                 if (values := frame.last.values(quantity, body)) is not None and values.any()]
+        if len(found) > 1 and all(limits_of([values], from_zero=True)[0] >= 0.0 for values, _ in found):
+            found = [max(found, key=lambda each: float(each[0].max()))]
+        for values, body in found:
+            yield quantity, values, body
 
 
-def _arrangement(count: int, aspect: float) -> tuple[int, tuple[float, float]]:
-    """Columns of maps and the box (width, height) for each: below each other if flat, in one row if tall."""
-    if aspect < 0.5:
-        return 1, (MAPS_WIDTH - BAR_ROOM, min(0.8, (MAPS_WIDTH - BAR_ROOM) * aspect))
-    if aspect > 3.5:
-        return max(count, 1), (MAPS_WIDTH / max(count, 2) - BAR_ROOM, 4.0)
-    return 2, (1.95, 1.95)
+def _draw_cuts(figure: SubFigure, frame: RunFrame) -> None:
+    """Pressure and traction along the cut."""
+    found = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
+    if not found:
+        return
+    grid = figure.subplots(1, len(found), squeeze=False)
+    for axes, (quantity, curves) in zip(grid.flat, found, strict=True):
+        draw_diagram(axes, frame, quantity, curves)
+        axes.set_title(frame.cut_words)
+        axes.set_xlabel(flow_label(frame))
+    add_legend(figure, line_handles(grid.flat), 3)
 
 
-def _draw_map(
-    figure: Figure,
-    view: RunView,
-    frame: Frame,
-    quantity: Quantity,
-    values: NDArray[np.float64],
-    span: tuple[float, float],
-    body: str,
-    box: tuple[float, float, float, float],
-    normalised: bool,
-) -> Axes:
-    """One map, centred in `box` (left, bottom, width, height in inches), with its colour bar to the right of it; the colours
-    tell the values of `span` (SI) apart."""
-    number = len(view.states) - 1
-    aspect = min(max(frame.aspect(False), 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
-    width, height = min(box[2], box[3] / aspect), min(box[3], box[2] * aspect)
-    x, y = box[0] + (box[2] - width) / 2, box[1] + (box[3] - height) / 2
-    axes = add_axes(figure, x, y, width, height)
-    scale, label = scale_of(quantity, view, max(span[1], -span[0]), normalised)
-    colours, limits = colours_of(quantity, (span[0] * scale.factor, span[1] * scale.factor))
-    draw_map(
-        axes,
-        frame,
-        values * scale.factor,
-        state=number,
-        colours=colours,
-        limits=limits,
-        clipped=quantity is not TEMPERATURE,
-    )
-    if quantity is TRACTION:
-        draw_arrows(axes, view, frame, number, (width, height))
-    words = ", ".join(filter(None, (label, body)))
-    # Maps that stand close together have short names.
-    axes.set_title(words if box[2] > 1.5 else words.removeprefix(quantity.words).strip(), y=1.0, pad=3.0)
-    draw_colour_bar(figure, (x + width + 0.1, y, 0.1, height), colours, limits, max(2, min(8, int(height / 0.4))))
-    return axes
-
-
-def _rows(view: RunView) -> Rows:
-    """The table: words, isothermal and final value, estimated error in the unit of the value."""
-    two, has_hertz = len(view.states) > 1, math.isfinite(view.summary.get("hertz_p0_MPa", math.nan))
-    rows: Rows = [("", "isothermal", "coupled", "± est. error") if two else ("", "", "value", "± est. error")]
-    for name in SCALARS:
-        values = [state.scalars.get(name, math.nan) for state in view.states]
-        if any(math.isfinite(value) for value in values):
-            first = _number(values[0]) if two else ""
-            error = _error(absolute_error(name, view.summary))
-            words = (not has_hertz and SCALARS[name].without_hertz) or SCALARS[name].meaning
-            rows.append((_words(words, name), first, _number(values[-1]), error))
-    rows.append(("", "", "", ""))
-    for name in HERTZ_SCALARS:
+def _rows(frame: RunFrame) -> Iterator[Row]:
+    """Rows of the table: words, the value without thermal deformation, the value, and its error. Rows of zeros are left out."""
+    result, two = frame.result, len(frame.states) > 1
+    summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
+    yield ("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")
+    for scalar in SCALARS.values():
+        values = [state.state.scalars.get(scalar.name, math.nan) for state in frame.states]
+        if not any(math.isfinite(value) and value != 0.0 for value in values):
+            continue
+        shown, error = with_error(values[-1], absolute_error(scalar.name, summary))
+        first = with_error(values[0], absolute_error(scalar.name, summary))[0] if two else ""
+        yield _words(scalar, hertz), first, shown, f"± {error}" if error else ""
+    yield ("", "", "", "")
+    for scalar in HERTZ_SCALARS.values():
+        value = result.hertz.get(scalar.name, math.nan)
         # The speed stands below the table; here only where a lower one had to be solved.
-        asked = name == "speed_solved_m_s" and view.summary.get(name) == view.problem.get("motion", {}).get("speed")
-        if math.isfinite(view.summary.get(name, math.nan)) and not asked:
-            rows.append((_words(HERTZ_SCALARS[name].meaning, name), "", _number(view.summary[name]), ""))
-    return rows
+        asked = scalar.name == "speed_solved_m_s" and value == result.problem.motion.speed
+        if math.isfinite(value) and value != 0.0 and not asked:
+            yield _words(scalar, hertz), "", number(value), ""
 
 
-def _write_table(figure: Figure, rows: Rows, remarks: list[str], height: float) -> None:
-
-    for number, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "right"), strict=True)):
-        text = "\n".join(row[number] for row in rows)
-        figure.add_artist(Column((TABLE_LEFT + place) / WIDTH, 1.0 - TOP / height, text, size=TABLE_SIZE, pitch=ROW, ha=side,
-                                 transform=figure.transFigure))
-    y = height - TOP - (len(rows) + 1) * ROW
-    for text in remarks:
-        add_text(figure, TABLE_LEFT, y, text, va="baseline", fontsize=7.0, color="0.25")
-        y -= REMARK_ROW
-
-
-_UNITS = ("W_mm2", "rad_mm", "m_s", "mm2", "Nmm", "MPa", "mm", "um", "W", "K", "N", "s")
-_SHORT = {
-    "partition_mean": "heat share of the lower body",
-    "thermal_displacement_max_um": "maximum thermal displacement",
-    "power_balance_error": "power balance error",
-    "T_gamma_N": "wear number Tγ",
-    "surface_temperature_max_lower_K": "max. surface temperature, lower body",
-    "surface_temperature_max_upper_K": "max. surface temperature, upper body",
-    "temperature_rise_max_lower_K": "max. temperature rise, lower body",
-    "temperature_rise_max_upper_K": "max. temperature rise, upper body",
-}
+def _merged(rows: list[Row]) -> list[Row]:
+    """Rows of both bodies with equal numbers as one."""
+    lower = {words.replace("lower body", "both bodies"): numbers for words, *numbers in rows if "lower body" in words}
+    both = {words.replace("upper body", "both bodies") for words, *numbers in rows
+            if "upper body" in words and lower.get(words.replace("upper body", "both bodies")) == numbers}
+    merged = []
+    for row in rows:
+        words = row[0].replace("lower body", "both bodies").replace("upper body", "both bodies")
+        if words not in both or "both bodies" in row[0]:
+            merged.append(row)
+        elif "lower body" in row[0]:
+            merged.append((words, *row[1:]))
+    return merged
 
 
-def _words(long_name: str, name: str) -> str:
-    unit = next((unit for unit in _UNITS if name.endswith("_" + unit)), "")
-    shown = {"W_mm2": "W/mm²", "rad_mm": "rad/mm", "m_s": "m/s", "mm2": "mm²", "Nmm": "N mm", "um": "µm"}.get(unit, unit)
-    words = _SHORT.get(name, long_name)
-    return f"{words} ({shown})" if shown else words
+def _words(scalar: Scalar, hertz: bool) -> str:
+    words = (not hertz and scalar.without_hertz) or scalar.meaning
+    words = scalar.brief or words if len(words) > LONGEST_WORDS else words
+    return f"{words} ({scalar.unit})" if scalar.unit else words
 
 
-def _number(value: float) -> str:
-    if not math.isfinite(value):
-        return "–"
-    return f"{value:.5g}" if value == 0.0 or 1e-2 <= abs(value) < 1e6 else f"{value:.3e}"
+def _write_table(figure: SubFigure, rows: list[Row], remarks: list[str], height: float) -> None:
+    """Columns as blocks of text, and the remarks below them."""
+    top = 1.0 - 7.0 * MM / height
+    for column, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "left"), strict=True)):
+        for line, row in enumerate(rows):
+            if row[column]:
+                figure.text(place, top - line * ROW / height, row[column], ha=side, va="baseline", fontsize=LETTERS,
+                            parse_math=False)
+    below = top - (len(rows) + 0.5) * ROW / height
+    for line, text in enumerate(remarks):
+        figure.text(0.0, below - line * FOOT / height, text, va="baseline", fontsize=6.5, color="0.25", parse_math=False)
 
 
-def _error(value: float) -> str:
-    if not (math.isfinite(value) and value > 0.0):
-        return "–"
-    rounded = float(f"{value:.1g}")
-    return f"{rounded:.0f}" if 10.0 <= rounded < 1e6 else f"{rounded:g}"
+def _remarks(frame: RunFrame) -> list[str]:
+    """Load, friction, speed and grid; the reason if it has not converged, and warnings."""
+    problem, result = frame.result.problem, frame.result
+    factor, unit = unit_for("N", problem.normal_force)
+    grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
+    remarks = [f"W = {number(problem.normal_force * factor)} {unit}, μ = {number(problem.friction)}, "
+               f"V = {number(problem.motion.speed)} m/s, grid {grid}"]
+    if frame.last.values(TRACTION) is not None:
+        remarks.append("arrows: traction on the upper body")
+    remarks += [result.reason] if result.reason else []
+    remarks += [f"Warning: {text}" for text in result.warnings[:3]]
+    return [line for text in remarks for line in _wrapped(re.sub(r"(?<!\w)-(?=\d)", "−", text))]
 
 
-def _remarks(view: RunView) -> list[str]:
-    problem, motion = view.problem, view.problem.get("motion", {})
-    grid = view.summary.get("work", {}).get("grid", [view.x.size, view.y.size])
-    remarks = [
-        f"W = {problem.get('normal_force', math.nan):.4g} N,  μ = {problem.get('friction', math.nan):.4g},  "
-        f"V = {motion.get('speed', math.nan):.4g} m/s,  grid {' × '.join(str(n) for n in grid)}",
-        "material flows to the right; arrows: traction on the upper body",
-    ]
-    if view.summary.get("reason"):
-        remarks.append(str(view.summary["reason"]))
-    remarks += [f"Warning: {text}" for text in view.summary.get("warnings", [])][:3]
-    return [line for text in remarks for line in _lines(text)]
-
-
-def _lines(text: str) -> list[str]:
+def _wrapped(text: str) -> list[str]:
     """A remark on a few lines as wide as the table."""
     lines = textwrap.wrap(one_line(text, 2000), REMARK_LENGTH, subsequent_indent="   ")
     return lines if len(lines) <= REMARK_LINES else [*lines[: REMARK_LINES - 1], lines[REMARK_LINES - 1] + " …"]

@@ -1,118 +1,163 @@
-"""Scalars against the swept quantity (the article's Fig. 13; creep curves, speed curves)."""
+"""Scalars against the swept quantities: curves, creep curves beside simplified theories, heat maps (the article's Fig. 13)."""
 
 from __future__ import annotations
 
 import math
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib import colormaps
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
-from thermoroll_cli.plots.sheet import add_axes, few_ticks, new_figure, one_line, save, style
+from thermoroll_cli.plots.run_frame import WITHOUT
+from thermoroll_cli.plots.style import (
+    ALERT,
+    DASHED,
+    DOTTED,
+    DOUBLE,
+    MM,
+    NOT_CONVERGED,
+    SINGLE,
+    add_headline,
+    add_legend,
+    few_ticks,
+    new_figure,
+    save,
+    style,
+)
 from thermoroll_cli.plots.sweep_columns import (
+    THEORIES,
     Column,
+    Table,
+    errors,
     failed_points,
+    isothermal,
     merged,
     numbers,
-    summary_of_row,
+    places,
+    summaries,
+    theory_forces,
     unbounded_points,
+    with_value,
     words_of,
 )
-from thermoroll_cli.plots.sweep_lines import ENDLESS, FAILED, Line, draw_legend, legend_entries, lines_of
-from thermoroll_cli.problem.error_scale import absolute_error
-
-WIDTH, HEIGHT = 2.5, 1.75
-LEFT, BOTTOM, TOP, GAP_X, GAP_Y, RIGHT = 0.7, 0.5, 0.2, 1.08, 0.28, 0.5
-LEGEND_ROW = 0.19
-COLUMNS = 3
-
-FLAT = 3.0
-"""An axis spans at least this many times the estimated error: what is smaller is no change."""
-
-DIAGRAMS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("frictional heat $Q_F$ (W)", ("Q_F_W",)),
-    ("contact area ratio $\\gamma_c$", ("gamma_c",)),
-    ("stick area ratio $\\gamma_{st}$", ("gamma_st",)),
-    ("pressure ratio $\\gamma_p$", ("gamma_p",)),
-    ("max. pressure (MPa)", ("pressure_max_MPa",)),
-    ("max. temperature rise $\\Delta T$ (K)", ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K")),
-    ("creep force $F_x$ (N)", ("force_x_N",)),
-    ("creep force $F_y$ (N)", ("force_y_N",)),
-    ("spin moment $M_z$ (N mm)", ("spin_moment_Nmm",)),
-    ("creepage $\\xi_x$", ("creepage_longitudinal",)),
-    ("creepage $\\xi_y$", ("creepage_lateral",)),
-    ("max. von Mises stress (MPa)", ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa")),
-    ("max. tensile stress (MPa)", ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa")),
-)
-"""Label and columns of each diagram; where several columns hold values, the largest is drawn."""
-
-PREFIXES = ("isothermal.", "isothermal_")
-"""How the columns of the isothermal state may be called."""
-
-NEGLIGIBLE = 1e-9
-"""A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
-
-STEADY = 1e-6
-"""A creepage that is given, and ratios that only heat could change, get no diagram while they change by no more than this."""
 
 FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
 
 
+@dataclass(frozen=True)
+class Diagram:
+    """Label and columns of a diagram; where several columns hold values, the largest is drawn."""
+
+    label: str
+    names: tuple[str, ...]
+
+
+DIAGRAMS = (
+    Diagram("frictional heat $Q_F$ (W)", ("Q_F_W",)),
+    Diagram(r"contact area ratio $\gamma_\mathrm{c}$", ("gamma_c",)),
+    Diagram(r"stick area ratio $\gamma_\mathrm{st}$", ("gamma_st",)),
+    Diagram(r"pressure ratio $\gamma_\mathrm{p}$", ("gamma_p",)),
+    Diagram("max. pressure (MPa)", ("pressure_max_MPa",)),
+    Diagram(r"max. temperature rise $\Delta T$ (K)", ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K")),
+    Diagram("creep force $F_x$ (N)", ("force_x_N",)),
+    Diagram("creep force $F_y$ (N)", ("force_y_N",)),
+    Diagram("spin moment $M_z$ (N mm)", ("spin_moment_Nmm",)),
+    Diagram(r"creepage $\xi_x$", ("creepage_longitudinal",)),
+    Diagram(r"creepage $\xi_y$", ("creepage_lateral",)),
+    Diagram("max. von Mises stress (MPa)", ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa")),
+    Diagram("max. tensile stress (MPa)", ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa")),
+)
+"""Diagrams of a sweep; one more scalar is one more line."""
+
+HEIGHT, COLUMNS = 44.0 * MM, 3
+"""Height of a diagram, and how many stand side by side at most."""
+MANY = 8
+"""More lines than the colours of the style take theirs in order from a colour map."""
+LISTED = 24
+"""Lines that the legend names; of more, every second, third … one."""
+GRID = 5
+"""Two swept quantities of at least so many values each are drawn as maps."""
+FLAT = 3.0
+"""An axis spans at least this many times the estimated error on each side: smaller changes mean nothing."""
+NEGLIGIBLE = 1e-9
+"""A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
+STEADY = 1e-6
+"""A given creepage, and ratios that only heat could change, get no diagram while they change by no more than this."""
+VISIBLE = 3e-3
+"""Share of the range of a diagram by which two curves differ at least to be drawn both."""
+ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
+"""Look of a peak that has no limit."""
+THEORY_LOOKS = {"linear": DOTTED, "fastsim": DASHED, "polach": (0, (5.0, 1.4, 1.0, 1.4))}
+
+
+@dataclass(frozen=True)
+class Line:
+    """The rows of one combination of the further swept quantities, in the order of the first one, and the places of those that
+    did not converge."""
+
+    rows: NDArray[np.int_]
+    missed: Column
+    label: str
+    colour: str
+
+
 def write_sweep_figure(
-    table: Mapping[str, Sequence[Any]], over: Sequence[str], path: pathlib.Path, *, title: str = ""
+    table: Table, over: Sequence[str], path: pathlib.Path, *, title: str = "", compare: Sequence[str] = (),
+    dpi: float | None = None,
 ) -> pathlib.Path:
-    """Draw the scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
+    """Draw the figure of a sweep (`sweep_figure`) into `path`; its ending is the format. Raises ValueError, OSError."""
+    with style():
+        return save(sweep_figure(table, over, title=title, compare=compare), path, dpi)
 
-    There is one line for each combination of the further quantities. Columns with the prefix `isothermal.` (or
-    `isothermal_`) are dashed beside the solid coupled ones where they differ. Points whose `status` is not "converged" are
-    left out, and marked at the foot. The axis is logarithmic where the values are spaced so. Quantities that do not change
-    or were not computed get no diagram. The format follows from the ending of `path`.
 
-    Raises ValueError (nothing swept, a column missing, unknown format), OSError.
+def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = ()) -> Figure:
+    """The scalars of `table` (a column per name, a value per point) against the first quantity of `over`.
+
+    There is one line for each combination of the further quantities, with a band of ± the estimated error; two quantities of
+    many values are drawn as maps. Columns with the prefix `isothermal.` are dashed where they differ visibly. Points whose
+    `status` is not "converged" are left out and marked. The axis is logarithmic where the values are spaced so. Quantities that
+    do not change or were not computed get no diagram. Creep forces stand beside those of the theories to `compare` with.
+
+    Raises ValueError: nothing swept, a column missing, an unknown theory, or a table that lacks what it needs.
     """
     failed = failed_points(table)
     if not over or any(name not in table for name in over):
         raise ValueError(f"a sweep figure needs the swept quantities as columns, got {list(over)}")
-    x = numbers(table[over[0]])
-    if not np.any(np.isfinite(x) & ~failed):
+    x, words = places(table[over[0]])
+    if not np.any(np.isfinite(x) & ~failed) or (words and over[0] == "status"):
         raise ValueError(f"the column {over[0]} holds no numbers")
-    lines = lines_of(table, over, x, failed)
-    x = x[~failed]
-    table = {name: [value for value, bad in zip(column, failed, strict=True) if not bad] for name, column in table.items()}
-    diagrams = [(label, names) for label, names in DIAGRAMS if _worth_drawing(table, names, over)]
+    theories = {theory: theory_forces(table, theory) for theory in compare}
+    good = {name: [math.nan if bad and name not in over else value for value, bad in zip(column, failed, strict=True)]
+            for name, column in table.items()}
+    diagrams = [diagram for diagram in DIAGRAMS if _worth_drawing(good, diagram.names, over)]
     columns = min(COLUMNS, max(1, len(diagrams)))
     rows = max(1, -(-len(diagrams) // columns))
-    states = _states(table, [name for _, names in diagrams for name in names])
-    endless = any(unbounded_points(table, names).any() for _, names in diagrams)
-    legend = legend_entries(lines, states, endless=endless)
-    legend_rows = -(-len(legend) // columns)
-    width = LEFT + columns * WIDTH + (columns - 1) * GAP_X + RIGHT
-    bottom = BOTTOM + legend_rows * LEGEND_ROW
-    height = bottom + rows * HEIGHT + (rows - 1) * GAP_Y + TOP + (0.15 if title else 0.0)
-    with style():
-        figure = new_figure(width, height)
-        for place, (label, names) in enumerate(diagrams):
-            row, column = divmod(place, columns)
-            left = LEFT + column * (WIDTH + GAP_X)
-            axes = add_axes(figure, left, bottom + (rows - 1 - row) * (HEIGHT + GAP_Y), WIDTH, HEIGHT)
-            for prefix in states:
-                values = merged(table, [prefix + name for name in names])
-                if values is not None:
-                    _draw(axes, x, values, lines, unbounded_points(table, names), dashed=bool(prefix))
-            _not_closer_than(axes, _uncertainty(table, names))
-            _mark_failed(axes, lines)
-            if names[0] in FORCES:
-                label += _add_share_of_limit(axes, table)
-            _finish(axes, x, label, over[0] if place + columns >= len(diagrams) else "")
-        if legend:
-            draw_legend(figure, legend, columns)
-        if title:
-            figure.text(0.1 / width, 1.0 - 0.08 / height, one_line(title, int(width * 12)), va="top", parse_math=False)
-        return save(figure, path)
+    figure = new_figure((SINGLE, SINGLE * 1.5, DOUBLE)[columns - 1], rows * HEIGHT + 20.0 * MM)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    for axes in grid.flat[len(diagrams) or 1:]:
+        axes.set_visible(False)
+    if len(over) == 2 and _is_grid(table, over):
+        for axes, diagram in zip(grid.flat, diagrams, strict=False):
+            _draw_map(axes, good, diagram, over, failed)
+    else:
+        lines = list(_lines_of(table, over, x, failed))
+        handles, scalars = _line_handles(lines), summaries(good)
+        for place, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
+            handles += _draw_diagram(axes, x, good, diagram, errors(scalars, diagram.names), lines, theories)
+            _finish(axes, x, words, words_of(over[0]) if place + columns >= len(diagrams) else "")
+        add_legend(figure, handles, columns)
+    add_headline(figure, title)
+    return figure
 
 
 def is_logarithmic(values: Column) -> bool:
@@ -128,7 +173,7 @@ def is_logarithmic(values: Column) -> bool:
     return unevenness(np.log(points)) < unevenness(points)
 
 
-def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], over: Sequence[str]) -> bool:
+def _worth_drawing(table: Table, names: tuple[str, ...], over: Sequence[str]) -> bool:
     values = merged(table, names)
     if values is None:
         return False
@@ -136,15 +181,15 @@ def _worth_drawing(table: Mapping[str, Sequence[Any]], names: tuple[str, ...], o
     if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and np.ptp(finite) <= STEADY * np.abs(finite).max():
         return False
     if names == ("pressure_max_MPa",) and np.isfinite(numbers(table.get("hertz_p0_MPa", ()))).any():
-        # γ_p over Hertz's pressure tells it.
+        # γ_p over Hertz's pressure has it.
         return False
     if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
         # The swept creepage against itself.
         return False
-    return float(np.abs(finite).max()) > NEGLIGIBLE * _scale_of(table, names)
+    return float(np.abs(finite).max()) > NEGLIGIBLE * _family_scale(table, names)
 
 
-def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
+def _family_scale(table: Table, names: tuple[str, ...]) -> float:
     """The largest value in the family that the quantity belongs to; of a moment, the largest force times sqrt(a0 b0)."""
 
     def largest(*columns: str) -> float:
@@ -158,94 +203,138 @@ def _scale_of(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> flo
     return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
 
 
-def _draw(
-    axes: Axes, x: Column, values: Column, lines: list[Line], endless: NDArray[np.bool_], *, dashed: bool
-) -> None:
-    """The `values` of all lines over `x`; open circles where they are `endless`."""
+def _is_grid(table: Table, over: Sequence[str]) -> bool:
+    """Whether two swept quantities have many values each, and a point for most pairs."""
+    counts = [np.unique(found[np.isfinite(found)]).size for found in (numbers(table[name]) for name in over)]
+    return min(counts) >= GRID and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
+
+
+def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
+    """A line for each combination of the further quantities."""
+    keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
+    distinct = list(dict.fromkeys(keys))
+    for key, colour in zip(distinct, _colours(len(distinct)), strict=True):
+        own = np.array([other == key for other in keys]) & np.isfinite(x)
+        rows = np.flatnonzero(own & ~failed)
+        label = ", ".join(with_value(name, value) for name, value in zip(over[1:], key, strict=True))
+        yield Line(rows[np.argsort(x[rows], kind="stable")], np.unique(x[own & failed]), label, colour)
+
+
+def _colours(count: int) -> list[str]:
+    """A colour for each line, none of them twice."""
+    if count <= MANY:
+        return [f"C{place}" for place in range(count)]
+    # Not to the end of the map: its yellow hardly shows on white.
+    return [to_hex(colormaps["viridis"](0.92 * place)) for place in np.linspace(0.0, 1.0, count)]
+
+
+def _line_handles(lines: list[Line]) -> list[Artist]:
+    handles: list[Artist] = []
+    if len(lines) > 1:
+        handles += [Line2D([], [], color=line.colour, label=line.label) for line in lines[:: -(-len(lines) // LISTED)]]
+    if any(line.missed.size for line in lines):
+        handles.append(Line2D([], [], color="0.2" if len(lines) > 1 else ALERT, linestyle="none", marker="x", markersize=4.0,
+                              label=NOT_CONVERGED))
+    return handles
+
+
+def _draw_diagram(
+    axes: Axes, x: Column, table: Table, diagram: Diagram, error: Column, lines: list[Line],
+    theories: dict[str, dict[str, Column]],
+) -> list[Artist]:
+    """The curves of a diagram; returns handles for the legend of all but the lines themselves."""
+    values, error = merged(table, diagram.names), np.nan_to_num(error)
+    assert values is not None
+    handles: list[Artist] = []
+    endless = unbounded_points(table, diagram.names)
+    cold = isothermal(table, diagram.names)
+    largest = float(np.nanmax(np.abs(values)))
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
-        look: dict[str, Any] = {"linestyle": (0, (4.0, 1.6)), "linewidth": 0.9} if dashed else {"linewidth": 1.3}
-        marker: dict[str, Any] = {} if dashed or rows.size > 30 else {"marker": "o", "markersize": 2.2}
-        axes.plot(x[rows], values[rows], color=line.colour, **look, **marker)
-        if not dashed and endless[rows].any():
+        axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
+        if error[rows].any():
+            axes.fill_between(x[rows], values[rows] - error[rows], values[rows] + error[rows], color=line.colour, alpha=0.25,
+                              linewidth=0.0)
+        if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > VISIBLE * largest:
+            axes.plot(x[rows], cold[rows], color=line.colour, linestyle=DASHED, linewidth=0.9)
+            handles += [Line2D([], [], color="0.2", linestyle=DASHED, linewidth=0.9, label=WITHOUT)]
+        if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
+            handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit: a free end")]
+    _not_closer_than(axes, float(error.max(initial=0.0)))
+    for theory, forces in theories.items():
+        for line in lines if diagram.names[0] in forces else ():
+            axes.plot(x[line.rows], forces[diagram.names[0]][line.rows], color=line.colour, linestyle=THEORY_LOOKS[theory],
+                      linewidth=0.9, scaley=theory != "linear")
+            handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
+    _mark_failed(axes, lines)
+    axes.set_ylabel(diagram.label)
+    if diagram.names[0] in FORCES:
+        _add_share_of_limit(axes, table, diagram.names[0])
+    return handles
 
 
-def _finish(axes: Axes, x: Column, label: str, x_label: str) -> None:
-    if is_logarithmic(x):
+def _draw_map(axes: Axes, table: Table, diagram: Diagram, over: Sequence[str], failed: NDArray[np.bool_]) -> None:
+    """A quantity over two swept ones as a map; crosses where points failed."""
+    x, y, values = numbers(table[over[0]]), numbers(table[over[1]]), merged(table, diagram.names)
+    assert values is not None
+    columns, rows = (np.unique(found[np.isfinite(found)]) for found in (x, y))
+    cells = np.full((rows.size, columns.size), math.nan)
+    cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
+    image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True)
+    for axis, found in ((axes.xaxis, columns), (axes.yaxis, rows)):
+        if is_logarithmic(found):
+            axis._set_axes_scale("log")
+    axes.plot(x[failed], y[failed], "x", color=ALERT, markersize=4.0)
+    axes.set(xlabel=words_of(over[0]), ylabel=words_of(over[1]))
+    bar = axes.figure.colorbar(image, ax=axes, pad=0.02)
+    few_ticks(bar.ax, y=5)
+    axes.set_title(diagram.label)
+
+
+def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
+    """Ticks and label of the swept axis, which diagrams above each other share."""
+    if words:
+        axes.set_xticks(range(len(words)), words, parse_math=False)
+        few_ticks(axes, y=5)
+    elif is_logarithmic(x):
         axes.set_xscale("log")
-        _few_logarithmic_ticks(axes, x)
+        decades = math.log10(float(np.nanmax(x)) / float(np.nanmin(x)))
+        steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
+        axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=7))
+        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
         few_ticks(axes, y=5)
     else:
         few_ticks(axes, 5, 5)
-    axes.set_ylabel(label)
-    axes.grid(color="0.9", linewidth=0.5)
-    axes.set_axisbelow(True)
-    axes.tick_params(labelbottom=bool(x_label))
-    if x_label:
-        axes.set_xlabel(words_of(x_label), parse_math=False)
-
-
-def _few_logarithmic_ticks(axes: Axes, x: Column) -> None:
-    """Numbers at 1, 2, 5 of each decade, at 1 and 3 or at 1 alone, as many as have room; small ticks without numbers."""
-
-    points = x[np.isfinite(x) & (x > 0.0)]
-    decades = math.log10(float(points.max()) / float(points.min()))
-    steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
-    axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=7))
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-
-
-def _uncertainty(table: Mapping[str, Sequence[Any]], names: tuple[str, ...]) -> float:
-    """Largest estimated error of the quantity over the sweep, in its own unit; 0 where there is none."""
-    rows = range(len(next(iter(table.values()), ())))
-    errors = (absolute_error(name, summary_of_row(table, row)) for name in names if "error." + name in table for row in rows)
-    return max((error for error in errors if math.isfinite(error)), default=0.0)
+    axes.grid(visible=True)
+    axes.tick_params(labelbottom=bool(label))
+    axes.set_xlabel(label, parse_math=False)
 
 
 def _not_closer_than(axes: Axes, error: float) -> None:
-    """Widen the vertical axis where what it shows is smaller than the error of the numbers."""
+    """Widen the vertical axis where all that it shows is smaller than the error of the numbers."""
     low, high = axes.get_ylim()
     middle, half = 0.5 * (low + high), max(0.5 * (high - low), FLAT * error, 5e-4 * max(abs(low), abs(high)))
     axes.set_ylim(middle - half, middle + half)
 
 
-def _add_share_of_limit(axes: Axes, table: Mapping[str, Sequence[Any]]) -> str:
-    """Numbers at the right that tell the force over μW, if μW is the same for all points, and words for it."""
+def _add_share_of_limit(axes: Axes, table: Table, name: str) -> None:
+    """An axis at the right with the force over μW, if μW is the same for all points."""
     limits = numbers(table.get("friction_limit_N", ()))
-    if limits.size == 0 or not np.ptp(limits) <= STEADY * limits[0]:
-        return ""
-
+    limits = limits[np.isfinite(limits)]
+    if limits.size == 0 or not 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
+        return
     limit = float(limits[0])
-
-    def over_limit(force: Any) -> Any:
-        return force / limit
-
-    def in_newtons(share: Any) -> Any:
-        return share * limit
-
-    right = axes.secondary_yaxis("right", functions=(over_limit, in_newtons))
-    right.yaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 2.5, 5, 10]))
-    return "; right: over $\\mu W$"
+    right = axes.secondary_yaxis("right", functions=(lambda force: force / limit, lambda share: share * limit))
+    right.set_ylabel(rf"$F_{name[6]}/(\mu W)$")
 
 
 def _mark_failed(axes: Axes, lines: list[Line]) -> None:
-    """At the foot of the diagram, whatever its scale: a point that failed has no value there. In the colour of its line, and
-    where several lines fail at one place, above each other."""
+    """At the foot of the diagram, since a point that failed has no value: in the colour of its line, and above each other where
+    several lines fail at one place."""
     failed = [line for line in lines if line.missed.size]
     for place, line in enumerate(failed):
         height = 0.04 + 0.3 * place / max(len(failed), 6)
         axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
-                  color=line.colour if len(lines) > 1 else FAILED, transform=axes.get_xaxis_transform())
-
-
-def _states(table: Mapping[str, Sequence[Any]], names: list[str]) -> list[str]:
-    """Prefixes of the states that differ from each other in what is drawn."""
-    states = [""]
-    for prefix in PREFIXES:
-        both = [name for name in names if name in table and prefix + name in table]
-        pairs = ((numbers(table[name]), numbers(table[prefix + name])) for name in both)
-        if any(not np.allclose(one, other, rtol=1e-9, atol=0.0, equal_nan=True) for one, other in pairs):
-            states.append(prefix)
-    return states
+                  color=line.colour if len(lines) > 1 else ALERT, transform=axes.get_xaxis_transform())

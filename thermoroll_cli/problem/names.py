@@ -85,6 +85,7 @@ MULTIPLES: dict[str, tuple[int, tuple[tuple[str, float], ...]]] = {
     "Pa": (2, (("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9))),
     "W/m2": (2, (("W/m²", 1.0), ("kW/m²", 1e3), ("W/mm²", 1e6), ("kW/mm²", 1e9), ("MW/mm²", 1e12))),
     "K": (2, (("µK", 1e-6), ("mK", 1e-3), ("K", 1.0))),
+    "N": (0, (("N", 1.0), ("kN", 1e3), ("MN", 1e6))),
     "m/s": (3, (("nm/s", 1e-9), ("µm/s", 1e-6), ("mm/s", 1e-3), ("m/s", 1.0))),
 }
 """Multiples of the SI units of fields in rising order, and the place of the one that this field of engineering uses."""
@@ -165,7 +166,7 @@ SCALARS = _scalars(
     Scalar("force_x_N", "longitudinal creep force", "force", listed=True),
     Scalar("force_y_N", "lateral creep force", "force", listed=True),
     Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True),
-    Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed"),
+    Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", brief="wear number Tγ"),
     Scalar("creepage_longitudinal", "longitudinal creepage", "creepage"),
     Scalar("creepage_lateral", "lateral creepage", "creepage"),
     Scalar("creepage_spin_rad_mm", "spin", "spin"),
@@ -177,10 +178,11 @@ SCALARS = _scalars(
     Scalar("stick_area_mm2", "stick area", "stick area"),
     Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
            brief="thermal displacement, both bodies"),
-    Scalar("partition_mean", "share of the frictional heat that enters the lower body"),
+    Scalar("partition_mean", "share of the frictional heat that enters the lower body", brief="heat share of the lower body"),
     Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element"),
-    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch"),
+    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch",
+           brief="power balance error"),
 )  # fmt: skip
 """Scalars of a state, in the order they are reported."""
 
@@ -193,6 +195,7 @@ HERTZ_SCALARS = _scalars(
     Scalar("kalker_C11", "Kalker's longitudinal creepage coefficient"),
     Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
+    Scalar("shear_modulus_GPa", "combined shear modulus of both bodies"),
     Scalar("speed_solved_m_s", "rolling speed of the state"),
     Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip"),
     Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve"),

@@ -55,14 +55,15 @@ def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
 
 
 def _kalker(derived: DerivedQuantities) -> dict[str, float]:
-    """Kalker's coefficients, which are those of ellipses."""
+    """Kalker's coefficients, which are those of ellipses, and the shear modulus that goes with them."""
     if derived.problem.geometry.has_profile:
-        return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23"), math.nan)
+        return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23", "shear_modulus_GPa"), math.nan)
     lower, upper, hertz = derived.problem.lower, derived.problem.upper, derived.hertz
-    _, poisson_ratio = combined_constants(
+    shear_modulus, poisson_ratio = combined_constants(
         lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
     kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
-    return {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23}
+    return {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23,
+            "shear_modulus_GPa": shear_modulus * 1e-9}
 
 
 def _reference(discretisation: Discretisation) -> tuple[float, float]:

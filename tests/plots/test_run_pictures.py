@@ -1,0 +1,398 @@
+"""Pictures of runs: which there are, the units, words and limits they show, and what must not break them."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import pathlib
+import subprocess
+import sys
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+
+from tests.support import synthetic
+from tests.support.command_line import PATIENCE
+from tests.support.scenes import solved
+from tests.support.tracks import wheel_on_rail
+from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.plots import style as plot_style
+from thermoroll_cli.plots.borders import borders_of
+from thermoroll_cli.plots.pictures import KINDS, draw, figure
+from thermoroll_cli.plots.run_frame import WITH, WITHOUT, frame_of, limits_of, unit_for
+from thermoroll_cli.plots.style import number, with_error
+from thermoroll_cli.problem.names import QUANTITIES
+from thermoroll_cli.problem.result import Result
+
+ALL = ["pressure", "traction", "heat_flux", "temperature", "centreline", "summary"]
+
+
+@pytest.fixture(autouse=True)
+def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few pixels: rendering is what takes the time."""
+    monkeypatch.setattr(plot_style, "DPI", 40)
+
+
+def kinds(paths: list[pathlib.Path], stem: str) -> list[str]:
+    return [path.stem.removeprefix(stem + "_") for path in paths]
+
+
+def shown(result: Result, kind: str, **options: Any) -> Figure:
+    picture = figure(result, kind, **options)
+    assert picture is not None
+    return picture
+
+
+def titles(picture: Figure) -> list[str]:
+    return [axes.get_title() for axes in picture.axes if axes.get_title()]
+
+
+def legend(picture: Figure) -> list[str]:
+    return [text.get_text() for text in picture.legends[0].get_texts()]
+
+
+def with_fields(result: Result, **fields: Any) -> Result:
+    state = dataclasses.replace(result.coupled, fields={**result.coupled.fields, **fields})
+    return dataclasses.replace(result, coupled=state, isothermal=state)
+
+
+# Which pictures there are, and their files
+
+
+@pytest.mark.parametrize(
+    ("options", "missing"),
+    [
+        ({}, set()),
+        ({"heat": False}, {"heat_flux", "temperature"}),
+        ({"tangential": False}, {"heat_flux", "temperature", "traction"}),
+        ({"upper_heating": 0.5, "deformation": False}, set()),
+    ],
+)
+def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missing: set[str]) -> None:
+    result = synthetic.result((24, 24), **options)
+    assert [kind for kind in KINDS if figure(result, kind) is not None] == [name for name in ALL if name not in missing]
+
+
+def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((24, 20), aspect=1.5)
+    write_result(tmp_path / "r.h5", result, case_text="", case_json="{}", command_line="")
+    direct = draw(result, tmp_path / "direct")
+    assert kinds(direct, "direct") == ALL and sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])
+    stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored")
+    assert [path.read_bytes() for path in direct] == [path.read_bytes() for path in stored]
+
+
+def test_every_format_is_reproducible(tmp_path: pathlib.Path) -> None:
+    result = synthetic.result((16, 16), deformation=False)
+    wanted: dict[str, Any] = {"kinds": ["traction", "summary"], "formats": ["png", "svg", "pdf"]}
+    for first, second in zip(draw(result, tmp_path / "a", **wanted), draw(result, tmp_path / "b", **wanted), strict=True):
+        content = first.read_bytes()
+        assert content.startswith({".png": b"\x89PNG", ".svg": b"<?xml", ".pdf": b"%PDF"}[first.suffix])
+        assert content == second.read_bytes()
+
+
+def test_text_in_svg_is_text(tmp_path: pathlib.Path) -> None:
+    (path,) = draw(synthetic.result((16, 16)), tmp_path / "a", kinds=["pressure"], formats=["svg"])
+    assert f"{WITHOUT}, max" in path.read_text() and "pressure p (MPa)" in path.read_text()
+
+
+@pytest.mark.parametrize(("options", "said"), [
+    ({"formats": ["gif"]}, "png, svg, pdf"), ({"kinds": ["presure"]}, "pressure, profile"),
+    ({"cut_y": 1.0}, "cut y = 1000 mm is outside the domain"),
+])  # fmt: skip
+def test_wrong_wishes_write_nothing(tmp_path: pathlib.Path, options: dict[str, Any], said: str) -> None:
+    with pytest.raises(ValueError, match=said):
+        draw(synthetic.result((8, 8)), tmp_path / "a", **options)
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_picture_that_cannot_be_written_says_so(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(OSError, match=r"cannot write .*a_pressure\.png: No such file or directory"):
+        draw(synthetic.result((8, 8)), tmp_path / "absent" / "a")
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(plot_style.os, "replace", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        draw(synthetic.result((8, 8)), tmp_path / "a")
+    assert os.listdir(tmp_path) == []
+
+
+def test_the_resolution_and_size_for_print(tmp_path: pathlib.Path) -> None:
+    from PIL import Image
+
+    result = synthetic.result((16, 16), deformation=False)
+    for options, dpi in (({}, 40), ({"dpi": 120}, 120)):
+        with Image.open(draw(result, tmp_path / "a", kinds=["pressure"], **options)[0]) as image:
+            assert image.info["dpi"] == pytest.approx((dpi, dpi), abs=0.1)
+            assert image.width == pytest.approx(90 / 25.4 * dpi, abs=1), "one column"
+    assert shown(synthetic.result((16, 16)), "pressure").get_size_inches()[0] == pytest.approx(180 / 25.4), "two columns"
+
+
+# What must not break them
+
+
+@pytest.mark.parametrize(
+    ("normalised", "options"),
+    [
+        (False, {"shape": (64, 16), "aspect": 0.02, "title": "$\\frac{ 100 % _x^ 漢字 😀 \x07\n\t"}),
+        (True, {"shape": (16, 64), "aspect": 50.0, "upper_heating": 0.4, "converged": False, "title": "a long title " * 30}),
+        (False, {"shape": (8, 8), "size": 1e-5, "extent": 6.0, "slip_share": 1.0}),
+        (False, {"shape": (24, 24), "size": 1e4, "extent": 1.6, "slip_share": 0.0}),
+    ],
+)
+def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options: dict[str, Any]) -> None:
+    assert draw(synthetic.result(**options), tmp_path / "odd", normalised=normalised)
+
+
+def test_nan_fields_are_no_fields() -> None:
+    result = with_fields(synthetic.result((16, 16), deformation=False), heat_flux=np.full((16, 16), np.nan))
+    assert figure(result, "heat_flux") is None and figure(result, "temperature") is not None
+
+
+def test_pictures_do_not_depend_on_the_users_settings(tmp_path: pathlib.Path) -> None:
+    """Neither a matplotlibrc with LaTeX and another size, nor a missing home, may change or break them; the package
+    loads no pyplot ever."""
+    (tmp_path / "matplotlibrc").write_text("text.usetex: True\nfont.size: 30\nfigure.facecolor: red\n")
+    script = (
+        "import sys, pathlib, warnings\n"
+        "warnings.simplefilter('error')\n"
+        "sys.path.insert(0, sys.argv[1])\n"
+        "from thermoroll_cli.plots.pictures import draw\n"
+        "from tests.support import synthetic\n"
+        "draw(synthetic.result((16, 16), tangential=False), pathlib.Path(sys.argv[2]), dpi=40)\n"
+        "assert 'matplotlib.pyplot' not in sys.modules\n"
+    )
+    here = str(pathlib.Path(__file__).parents[2])
+    environment = {key: value for key, value in os.environ.items() if key not in ("HOME", "MPLBACKEND")}
+    settings = [{}, {"MATPLOTLIBRC": str(tmp_path / "matplotlibrc"), "MPLBACKEND": "module://no_such_backend"}]
+    contents = []
+    for place, setting in enumerate(settings):
+        stem = tmp_path / str(place)
+        arguments = [sys.executable, "-c", script, here, str(stem)]
+        done = subprocess.run(arguments, env={**environment, **setting}, capture_output=True, text=True, timeout=PATIENCE)
+        assert done.returncode == 0, done.stderr
+        contents.append(stem.with_name(f"{place}_summary.png").read_bytes())
+    assert contents[0] == contents[1]
+
+
+# What they show
+
+
+def test_titles_have_the_maxima_of_the_table_with_their_unit() -> None:
+    result = synthetic.result((16, 16))
+    maxima = {"pressure": ("pressure_max_MPa", "MPa"), "traction": ("shear_max_MPa", "MPa"),
+              "heat_flux": ("heat_flux_max_W_mm2", "W/mm²")}  # fmt: skip
+    for kind, (scalar, unit) in maxima.items():
+        expected = [f"{words}, max {number(state.scalars[scalar])} {unit}"
+                    for words, state in ((WITHOUT, result.isothermal), (WITH, result.coupled))]
+        assert titles(shown(result, kind)) == expected
+
+
+def test_both_states_share_a_scale_that_begins_where_values_do() -> None:
+    """Zero means something for a pressure; a temperature between 72 and 86 K is shown between these."""
+    result = synthetic.result((24, 24), deformation=False)
+    rise = result.coupled.fields["temperature_rise_lower"]
+    lifted = 72.0 + 14.0 * rise / rise.max()
+    warm = with_fields(result, temperature_rise_lower=lifted, temperature_rise_upper=lifted)
+    (image,) = shown(warm, "temperature").axes[0].get_images()
+    assert image.get_clim()[0] == pytest.approx(lifted.min())
+    both = synthetic.result((24, 24))
+    for axes in shown(both, "pressure").axes[:2]:
+        assert axes.get_images()[0].get_clim() == pytest.approx((0.0, both.coupled.scalars["pressure_max_MPa"]))
+
+
+def test_a_body_that_cools_has_diverging_colours_about_zero() -> None:
+    picture = shown(synthetic.result((24, 24), upper_heating=-0.8, deformation=False), "temperature")
+    for axes in picture.axes[:2]:
+        low, high = axes.get_images()[0].get_clim()
+        assert low == -high
+    assert "min −" in titles(picture)[1]
+
+
+@pytest.mark.parametrize(("fields", "from_zero", "expected"), [
+    ([72.0, 86.0], False, (72.0, 86.0)), ([72.0, 86.0], True, (0.0, 86.0)), ([1.0, 86.0], False, (0.0, 86.0)),
+    ([-1e-5, 86.0], False, (0.0, 86.0)), ([-20.0, 5.0], True, (-20.0, 5.0)), ([-86.0, -72.0], False, (-86.0, -72.0)),
+])  # fmt: skip
+def test_limits(fields: list[float], from_zero: bool, expected: tuple[float, float]) -> None:
+    assert limits_of([np.array(fields)], from_zero) == expected
+
+
+def test_wide_contacts_are_turned_and_long_ones_are_said_not_to_be_to_scale() -> None:
+    for aspect, turned, note in ((1.0, False, False), (0.3, False, False), (3.0, True, False), (50.0, True, True),
+                                 (0.02, False, True)):  # fmt: skip
+        result = synthetic.result((24, 24), aspect=aspect, deformation=False)
+        picture = shown(result, "pressure")
+        along = picture.axes[0].get_ylabel() if turned else picture.axes[0].get_xlabel()
+        assert along.startswith("x (") and ("material flow ↑" in picture.axes[0].get_xlabel()) == turned
+        assert ("axes not to scale" in picture.get_suptitle()) == note
+        assert picture.axes[0].get_box_aspect() <= 1.6
+
+
+def test_borders_are_drawn_over_the_map_and_named() -> None:
+    result = synthetic.result((48, 48), angle=0.3)
+    picture = shown(result, "traction")
+    lines = [[c for c in axes.collections if isinstance(c, LineCollection)] for axes in picture.axes[:2]]
+    # Stick and contact, each on its casing; beside those of the other state.
+    assert [len(found) for found in lines] == [4, 8]
+    assert legend(picture) == ["contact border", "stick border", WITHOUT, "traction on the upper body"]
+    assert "stick border" not in legend(shown(synthetic.result((48, 48), slip_share=1.0), "traction"))
+
+
+def test_arrows_of_a_weak_patch_are_as_long_as_those_of_a_strong_one() -> None:
+    result = synthetic.result((96, 32), deformation=False)
+    x = np.arange(96)
+    gap = ((x < 44) | (x > 52))[:, None]
+    factor = np.where(x > 48, 0.05, 1.0)[:, None] * gap
+    fields = {name: result.coupled.fields[name] * factor for name in ("pressure", "shear_x", "shear_y")}
+    fields |= {name: result.coupled.fields[name] * gap for name in ("covered", "stick_share", "state")}
+    picture = shown(with_fields(result, **fields), "traction")
+    longest = [np.hypot(arrows.U, arrows.V).max() for arrows in picture.axes[0].collections if hasattr(arrows, "U")]
+    assert len(longest) == 2 and longest[1] > 0.7 * longest[0]
+    assert legend(picture)[-1] == "traction on the upper body, scaled in each patch"
+
+
+def test_a_result_that_has_not_converged_is_marked() -> None:
+    for title in ("A case", ""):
+        result = synthetic.result((16, 16), converged=False, title=title)
+        for kind in ALL:
+            assert "NOT CONVERGED" in [text.get_text() for text in shown(result, kind).texts]
+
+
+def test_the_cut_passes_the_maxima() -> None:
+    """Along y = 0 where that passes them, through them elsewhere, or where it is asked for."""
+    result = synthetic.result((48, 48), deformation=False)
+    assert frame_of(result).cut_y == 0.0
+    moved = {name: np.roll(values, 12, axis=1) for name, values in result.coupled.fields.items()}
+    aside = with_fields(result, **moved)
+    assert frame_of(aside).cut_y == pytest.approx(12 * (result.y[1] - result.y[0]), rel=0.05)
+    picture = shown(aside, "centreline")
+    peaks = {axes.get_ylabel(): max(line.get_ydata().max() for line in axes.get_lines()) for axes in picture.axes}
+    assert peaks["pressure p (MPa)"] == pytest.approx(result.coupled.fields["pressure"].max() * 1e-6, rel=1e-6)
+    assert "y = 0.05" in shown(aside, "centreline", cut_y=5e-5).get_suptitle()
+
+
+def test_curves_have_the_local_friction_limit_in_words() -> None:
+    picture = shown(synthetic.result((24, 24)), "centreline")
+    assert legend(picture) == [WITHOUT, WITH, "friction limit μp"]
+
+
+def test_any_field_can_be_drawn() -> None:
+    result = synthetic.result((24, 24))
+    assert shown(result, "gap").axes[-1].get_ylabel().startswith("distance between the deformed surfaces")
+    assert "slip velocity" in shown(result, "slip").axes[-1].get_ylabel()
+    assert figure(result, "friction_coefficient") is None
+
+
+def test_the_summary_has_digits_as_the_errors_have() -> None:
+    result = synthetic.result((24, 24))
+    problem = dataclasses.replace(result.problem, normal_force=80e3)
+    picture = shown(dataclasses.replace(result, problem=problem), "summary")
+    texts = [text.get_text() for part in picture.subfigs for text in part.texts]
+    assert "W = 80 kN, μ = 0.3, V = 200 m/s, grid 24 × 24" in texts
+    value, error = with_error(result.coupled.scalars["pressure_max_MPa"], 1.3e-4 * result.coupled.scalars["pressure_max_MPa"])
+    assert value in texts and f"± {error}" in texts
+    assert "spin (rad/mm)" not in texts, "rows of zeros are left out"
+    assert not any("-" in text for text in texts if text[:1].isdigit() or text[:1] in "−-")
+    bars = [axes.get_ylim() for axes in shown(result, "heat_flux").axes[2:]]
+    assert bars[0][1] in [axes.get_ylim()[1] for part in picture.subfigs[0].subfigs for axes in part.axes], "alike in both"
+
+
+@pytest.mark.parametrize(("value", "error", "expected"), [
+    (0.65, 0.003, ("0.650", "0.003")), (0.65, 0.0012, ("0.6500", "0.0012")), (898.61, 0.17, ("898.61", "0.17")),
+    (898.61, 2.3, ("899", "2")), (-0.5, 0.02, ("−0.50", "0.02")), (65.0, np.nan, ("65", "")), (80e3, 0.0, ("80000", "")),
+    (123456.0, 300.0, ("123456", "300")),
+])  # fmt: skip
+def test_values_with_errors(value: float, error: float, expected: tuple[str, str]) -> None:
+    assert with_error(value, error) == expected
+
+
+@pytest.mark.parametrize(("value", "expected"), [
+    (0.0, "0"), (-1234.6, "−1235"), (0.00012346, "0.0001235"), (4.171e-5, "4.171 × 10⁻⁵"), (2.5e9, "2.5 × 10⁹"), (np.nan, "–"),
+])  # fmt: skip
+def test_numbers(value: float, expected: str) -> None:
+    assert number(value) == expected
+
+
+@pytest.mark.parametrize(("unit", "maximum", "expected"), [
+    ("m", 2e-4, "mm"), ("m", 6e-3, "mm"), ("m", 5e-7, "nm"), ("m", 50.0, "m"), ("Pa", 1.4e9, "MPa"), ("Pa", 3e2, "Pa"),
+    ("Pa", 3e10, "GPa"), ("W/m2", 4e8, "W/mm²"), ("K", 300.0, "K"), ("K", 1e-3, "mK"), ("K", 0.0, "K"), ("N", 80e3, "kN"),
+    ("1", 0.3, ""),
+])  # fmt: skip
+def test_units_keep_numbers_readable(unit: str, maximum: float, expected: str) -> None:
+    assert unit_for(unit, maximum)[1] == expected
+
+
+def test_every_quantity_of_the_pictures_has_a_picture_of_its_own() -> None:
+    assert set(QUANTITIES) <= set(KINDS)
+
+
+# Borders
+
+
+@pytest.mark.parametrize("elements", [16, 32, 64, 128])
+def test_borders_run_between_the_elements(elements: int) -> None:
+    result = synthetic.result((elements, elements))
+    state, radius = result.isothermal, result.hertz["hertz_a_mm"] * 1e-3
+    spacing = state.x[1] - state.x[0]
+    borders = borders_of(state.x, state.y, state.fields)
+    assert len(borders.contact) == len(borders.stick) == 1
+    distance = np.abs(np.hypot(*borders.contact[0].T) - radius)
+    assert distance.max() < 0.25 * spacing
+    # Carter's stick strips have their middle half the slip length towards the leading edge.
+    slip = 0.4 * 2 * radius
+    line = borders.stick[0][np.hypot(*borders.stick[0].T) < 0.8 * radius]
+    expected = np.sqrt(radius**2 - line[:, 1] ** 2) - slip
+    assert np.abs(line[:, 0] - expected).max() < 0.3 * spacing
+    assert np.abs(np.hypot(*borders.stick[0][[0, -1]].T) - radius).min() > -1.0 and line.size
+
+
+def test_borders_of_contacts_without_slip_or_stick() -> None:
+    for share in (0.0, 1.0):
+        state = synthetic.result((32, 32), slip_share=share).isothermal
+        borders = borders_of(state.x, state.y, state.fields)
+        assert len(borders.contact) == 1 and borders.stick == []
+
+
+def test_a_lone_stick_element_has_no_border() -> None:
+    state = synthetic.result((32, 32), slip_share=1.0).isothermal
+    stick = np.zeros((32, 32))
+    stick[14, 17] = 1.0
+    assert borders_of(state.x, state.y, {**state.fields, "stick_share": stick}).stick == []
+
+
+def test_stick_borders_reach_the_border_of_the_contact() -> None:
+    state = synthetic.result((48, 48)).isothermal
+    borders = borders_of(state.x, state.y, state.fields)
+    (line,) = borders.stick
+    assert borders.outline is not None
+    assert not borders.outline.contains_points(line[[0, -1]]).any(), "cut off there when drawn"
+
+
+def test_a_contact_at_the_rim_of_the_domain_is_closed_beyond_it() -> None:
+    state = synthetic.result((32, 32), extent=1.6).isothermal
+    (line,) = borders_of(state.x, state.y, state.fields).contact
+    np.testing.assert_array_equal(line[0], line[-1])
+
+
+# Temperatures across the track
+
+
+def test_the_track_shows_both_bodies_where_one_returns() -> None:
+    result = solved(wheel_on_rail(16, bulk_lower=20.0, bulk_upper=20.0))
+    axes = shown(result, "track").axes[0]
+    lines = {str(line.get_label()): np.asarray(line.get_ydata(), dtype=float) for line in axes.lines}
+    assert set(lines) == {"lower: hottest along rolling", "upper: hottest along rolling", "upper: as it enters",
+                          "upper: mean of the surface"}  # fmt: skip
+    s = result.coupled.scalars
+    assert abs(lines["upper: hottest along rolling"].max() - s["surface_temperature_max_upper_K"]) < 2.0
+    assert abs(lines["upper: as it enters"].max() - s["entry_temperature_max_upper_K"]) < 1.0
+    assert lines["lower: hottest along rolling"].min() >= 20.0
+
+
+def test_without_a_track_there_is_no_picture_of_it() -> None:
+    assert figure(solved(wheel_on_rail(16, upper_track=None)), "track") is None

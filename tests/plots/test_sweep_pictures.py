@@ -1,0 +1,267 @@
+"""Pictures of sweeps: diagrams, curves, bands, maps, marks of failed points, comparison with simplified theories."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import pathlib
+import typing
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from pydantic import BaseModel
+
+from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forces
+from thermoroll_cli.files.case_model import Settings
+from thermoroll_cli.plots import style as plot_style
+from thermoroll_cli.plots.run_frame import WITHOUT
+from thermoroll_cli.plots.sweep_columns import with_value, words_of
+from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, write_sweep_figure
+
+OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
+
+
+def table(**columns: Any) -> dict[str, list[Any]]:
+    speeds = [10.0, 20.0, 50.0, 100.0]
+    radii = [15.0, 30.0]
+    rows = [(radius, speed) for radius in radii for speed in speeds]
+    made: dict[str, list[Any]] = {
+        "rolling.speed_m_s": [speed for _, speed in rows],
+        "geometry.lower_radius_y_mm": [radius for radius, _ in rows],
+        "status": ["converged"] * len(rows),
+        "Q_F_W": [0.01 * speed * radius**0.2 for radius, speed in rows],
+        "isothermal.Q_F_W": [0.011 * speed * radius**0.2 for radius, speed in rows],
+        "gamma_c": [1.0 - speed / 1000.0 for _, speed in rows],
+        "isothermal.gamma_c": [1.0] * len(rows),
+        "temperature_rise_max_lower_K": [speed / radius for radius, speed in rows],
+        "force_x_N": [15.0] * len(rows),
+        # Rounding noise gets no diagram.
+        "force_y_N": [1e-16] * len(rows),
+        "spin_moment_Nmm": [1e-15] * len(rows),
+        "hertz_a_mm": [0.2] * len(rows),
+        "hertz_b_mm": [0.2] * len(rows),
+    }
+    return {**made, **columns}
+
+
+def drawn(columns: dict[str, list[Any]], over: list[str], **options: Any) -> Figure:
+    with plot_style.style():
+        return sweep_figure(columns, over, **options)
+
+
+def diagram(figure: Figure, words: str) -> Axes:
+    (axes,) = (axes for axes in figure.axes if words in axes.get_ylabel())
+    return axes
+
+
+def legend(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()] if figure.legends else []
+
+
+def test_diagrams_and_legend() -> None:
+    figure = drawn(table(), OVER, title="A sweep_of $two")
+    assert [axes.get_ylabel().split("$")[0].split(" (")[0].strip() for axes in figure.axes if axes.get_visible()] == [
+        "frictional heat", "contact area ratio", "max. temperature rise", "creep force"]  # fmt: skip
+    assert legend(figure) == ["lower radius y = 15 mm", "lower radius y = 30 mm", WITHOUT]
+    assert figure.axes[-1].get_xlabel() == "rolling speed (m/s)" or figure.axes[3].get_xlabel() == "rolling speed (m/s)"
+
+
+def test_every_line_of_a_sweep_has_a_colour_of_its_own() -> None:
+    radii = [float(k) for k in range(1, 31)]
+    rows = [(radius, speed) for radius in radii for speed in (10.0, 20.0, 50.0)]
+    columns = {OVER[0]: [v for _, v in rows], OVER[1]: [r for r, _ in rows], "Q_F_W": [r * v for r, v in rows]}
+    figure = drawn(columns, OVER)
+    assert len({line.get_color() for line in figure.axes[0].get_lines()}) == 30
+    assert len(legend(figure)) == 15
+
+
+def test_two_keys_of_many_values_are_a_map() -> None:
+    rows = list(itertools.product(np.geomspace(1.0, 100.0, 6), np.linspace(0.1, 0.5, 5)))
+    columns: dict[str, Any] = {OVER[0]: [v for v, _ in rows], "load.friction_coefficient": [f for _, f in rows],
+                               "Q_F_W": [v * f for v, f in rows], "status": ["converged"] * 30}  # fmt: skip
+    columns["status"][7] = "not_converged"
+    figure = drawn(columns, [OVER[0], "load.friction_coefficient"])
+    axes = figure.axes[0]
+    (mesh,) = (found for found in axes.collections if hasattr(found, "get_coordinates"))
+    values = np.ma.filled(np.ma.asarray(mesh.get_array()).reshape(5, 6), np.nan)
+    assert values[4, 5] == pytest.approx(50.0) and np.isnan(values).sum() == 1
+    (marks,) = (line for line in axes.get_lines() if line.get_marker() == "x")
+    assert [marks.get_xdata()[0], marks.get_ydata()[0]] == list(rows[7])
+    assert axes.get_xscale() == "log" and axes.get_yscale() == "linear"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("rolling speed (m/s)", "friction coefficient")
+
+
+def test_failed_points_are_marked_where_they_were_asked_for() -> None:
+    columns = table()
+    columns["status"][3] = columns["status"][7] = "not_converged"
+    figure = drawn(columns, OVER)
+    axes = figure.axes[0]
+    marks = [line for line in axes.get_lines() if line.get_marker() == "x"]
+    curves = [line for line in axes.get_lines() if line not in marks]
+    assert [list(line.get_xdata()) for line in marks] == [[100.0], [100.0]]
+    assert [mark.get_color() for mark in marks] == list(dict.fromkeys(curve.get_color() for curve in curves))
+    assert marks[0].get_ydata()[0] < marks[1].get_ydata()[0], "one cross covers the other"
+    assert max(x for line in curves for x in line.get_xdata()) == 50.0
+    assert "not converged" in legend(figure)
+
+
+def test_peaks_without_a_limit_are_marked() -> None:
+    columns = table(pressure_max_MPa=[100.0 * row for row in range(1, 9)])
+    columns["unbounded"] = ["", "pressure_max_MPa shear_max_MPa", *[""] * 6]
+    figure = drawn(columns, OVER)
+    rings = {axes.get_ylabel(): [list(line.get_ydata()) for line in axes.get_lines() if line.get_markerfacecolor() == "white"]
+             for axes in figure.axes}
+    assert rings.pop("max. pressure (MPa)") == [[200.0]] and not any(rings.values())
+    assert "no limit: a free end" in legend(figure)
+
+
+def test_errors_are_bands() -> None:
+    columns = table(gamma_st=[0.5] * 8, **{"error.gamma_st": [0.01] * 8, "error.Q_F_W": [0.02] * 8})
+    figure = drawn(columns, OVER)
+    for words, low, high in (("gamma_\\mathrm{st}", 0.49, 0.51), ("frictional heat", 0.98 * columns["Q_F_W"][0], None)):
+        band = diagram(figure, words).collections[0].get_paths()[0].vertices
+        assert band[:, 1].min() == pytest.approx(low)
+        assert high is None or band[:, 1].max() == pytest.approx(high)
+
+
+def test_an_axis_does_not_zoom_into_the_error_of_its_numbers() -> None:
+    wobbling = [0.5 + 1e-3 * (-1) ** row for row in range(8)]
+    figure = drawn(table(gamma_st=wobbling, **{"error.gamma_st": [0.01] * 8}), OVER)
+    low, high = diagram(figure, "gamma_\\mathrm{st}").get_ylim()
+    assert high - low >= 6.0 * 0.01
+
+
+def test_states_that_coincide_are_one_curve() -> None:
+    """Ratios that only heat can change, and a state without heat equal to the one with it, are not drawn."""
+    columns = table(gamma_c=[1.0] * 8, gamma_p=[1.0] * 8)
+    columns["isothermal.Q_F_W"] = [1.0005 * value for value in columns["Q_F_W"]]
+    figure = drawn(columns, OVER)
+    assert not any("gamma" in axes.get_ylabel() for axes in figure.axes)
+    assert WITHOUT not in legend(figure) and len(diagram(figure, "frictional heat").get_lines()) == 2
+
+
+def test_forces_are_also_shown_over_the_friction_limit() -> None:
+    columns = table(force_x_N=[float(row) for row in range(8)], friction_limit_N=[20.0] * 8)
+    figure = drawn(columns, OVER)
+    axes = diagram(figure, "F_x")
+    figure.draw_without_rendering()
+    (right,) = axes.child_axes
+    assert right.get_ylim() == pytest.approx([limit / 20.0 for limit in axes.get_ylim()])
+    assert right.get_ylabel() == r"$F_x/(\mu W)$"
+    varying = drawn(columns | {"friction_limit_N": [20.0 + row for row in range(8)]}, OVER)
+    assert not any(axes.child_axes for axes in varying.axes)
+
+
+def creep_curve() -> dict[str, list[Any]]:
+    c = creepage_coefficients(1.5, 0.28)
+    creepage = [1e-4, 1e-3, 3e-3, 1e-2]
+    ones = {"hertz_a_mm": 6.0, "hertz_b_mm": 4.0, "shear_modulus_GPa": 82.0, "friction_limit_N": 25e3, "kalker_C11": c.c11,
+            "kalker_C22": c.c22, "kalker_C23": c.c23, "creepage_lateral": 0.0, "creepage_spin_rad_mm": 0.0}  # fmt: skip
+    return {"creepage.longitudinal": creepage, "creepage_longitudinal": creepage, "force_x_N": [8e2, 7e3, 1.7e4, 2.5e4],
+            "status": ["converged"] * 4, **{name: [value] * 4 for name, value in ones.items()}}  # fmt: skip
+
+
+def test_creep_curves_stand_beside_simplified_theories() -> None:
+    columns = creep_curve()
+    figure = drawn(columns, ["creepage.longitudinal"], compare=["linear", "polach", "fastsim"])
+    assert legend(figure) == ["Kalker's linear theory", "Polach", "FASTSIM"]
+    axes = diagram(figure, "F_x")
+    _, linear, polach, fastsim = axes.get_lines()
+    expected = [linear_creep_forces(creepage_coefficients(1.5, 0.28), 6e-3, 4e-3, 82e9, x).force_x
+                for x in columns["creepage.longitudinal"]]
+    assert list(linear.get_ydata()) == pytest.approx(expected)
+    for curve in (polach, fastsim):
+        assert curve.get_ydata()[0] == pytest.approx(expected[0], rel=0.1) and max(curve.get_ydata()) <= 25e3 * (1.0 + 1e-12)
+    assert axes.get_ylim()[1] < max(expected), "the linear law does not stretch the axis"
+
+
+def test_comparisons_that_cannot_be_made_say_why() -> None:
+    with pytest.raises(ValueError, match="linear, fastsim, polach, not 'contact'"):
+        drawn(creep_curve(), ["creepage.longitudinal"], compare=["contact"])
+    without = creep_curve() | {"hertz_a_mm": [float("nan")] * 4}
+    with pytest.raises(ValueError, match="no numbers in hertz_a_mm"):
+        drawn(without, ["creepage.longitudinal"], compare=["linear"])
+
+
+def test_words_are_places_on_the_axis() -> None:
+    columns = {"rolling.peclet": ["rolling", "sliding", "stationary"], "Q_F_W": [1.0, 2.0, 3.0]}
+    figure = drawn(columns, ["rolling.peclet"])
+    assert [text.get_text() for text in figure.axes[0].get_xticklabels()] == columns["rolling.peclet"]
+    assert list(figure.axes[0].get_lines()[0].get_xdata()) == [0.0, 1.0, 2.0]
+
+
+def test_a_table_read_from_csv_gives_the_same_picture() -> None:
+    words = {name: [str(value) for value in column] for name, column in table().items()}
+    one, other = (drawn(columns, OVER) for columns in (table(), words))
+    for axes, same in zip(one.axes, other.axes, strict=True):
+        assert [list(line.get_ydata()) for line in axes.get_lines()] == [list(line.get_ydata()) for line in same.get_lines()]
+
+
+def test_every_key_with_a_unit_can_be_swept_under_its_unit() -> None:
+    def keys(model: type[BaseModel]) -> Iterator[tuple[str, str]]:
+        for name, field in model.model_fields.items():
+            for part in (field.annotation, *typing.get_args(field.annotation)):
+                if isinstance(part, type) and issubclass(part, BaseModel):
+                    yield from keys(part)
+            extra = field.json_schema_extra
+            yield name, str(extra.get("unit", "1")) if isinstance(extra, dict) else "1"
+
+    units = {name: unit for name, unit in keys(Settings) if unit != "1"}
+    assert len(units) > 20
+    assert [name for name in units if not words_of(f"table.{name}").endswith(")")] == []
+    assert with_value("load.normal_N", 150e3) == "normal load = 150000 N"
+    assert with_value("load.friction_coefficient", 0.25) == "friction coefficient = 0.25"
+
+
+@pytest.mark.parametrize("top", [40.0, 300.0, 5000.0, 1e6])
+def test_numbers_on_a_logarithmic_axis_keep_apart(top: float) -> None:
+    columns = {OVER[0]: list(np.geomspace(2.0, top, 5)), "Q_F_W": [1.0, 2.0, 3.0, 4.0, 5.0]}
+    figure = drawn(columns, OVER[:1])
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    left, right = axes.get_xlim()
+    boxes = [label.get_window_extent() for label, place in zip(axes.get_xticklabels(), axes.get_xticks(), strict=True)
+             if left <= place <= right and label.get_text()]
+    assert len(boxes) >= 2
+    assert all(a.x1 < b.x0 for a, b in itertools.pairwise(boxes))
+
+
+def test_points_without_numbers_are_left_out(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plot_style, "DPI", 40)
+    columns = table()
+    columns["Q_F_W"][1:4] = [None, "", "nan"]
+    columns["gamma_c"] = [None] * 8
+    columns["isothermal.gamma_c"] = [float("nan")] * 8
+    assert write_sweep_figure(columns, ["rolling.speed_m_s"], tmp_path / "a.svg").exists()
+    only_failures = {"rolling.speed_m_s": [1.0, 2.0], "Q_F_W": [None, None]}
+    assert write_sweep_figure(only_failures, ["rolling.speed_m_s"], tmp_path / "b.png").exists()
+    one_point = {"rolling.speed_m_s": ["1.0"], "Q_F_W": ["2.5"]}
+    assert write_sweep_figure(one_point, ["rolling.speed_m_s"], tmp_path / "c.png").exists()
+
+
+def test_a_sweep_over_nothing_is_refused(tmp_path: pathlib.Path) -> None:
+    for over in ([], ["load.normal_N"], ["status"]):
+        with pytest.raises(ValueError):
+            write_sweep_figure(table(), over, tmp_path / "a.png")
+    assert os.listdir(tmp_path) == []
+
+
+def test_axes_are_logarithmic_where_the_points_are() -> None:
+    assert is_logarithmic(np.geomspace(1e-5, 1e-2, 7))
+    assert not is_logarithmic(np.linspace(1.0, 100.0, 7))
+    assert not is_logarithmic(np.array([1.0, 100.0]))
+    assert not is_logarithmic(np.array([-1.0, 0.0, 10.0]))
+
+
+def test_case_keys_become_words() -> None:
+    assert words_of("rolling.speed_m_s") == "rolling speed (m/s)"
+    assert words_of("creepage.longitudinal") == "longitudinal creepage"
+    assert words_of("creepage.spin_rad_mm") == "spin (rad/mm)"
+    assert words_of("material.lower.diffusivity_mm2_s") == "diffusivity (mm²/s)"
+    assert words_of("load.normal_N") == "normal load (N)"
+    assert words_of("load.friction_coefficient") == "friction coefficient"
+    assert words_of("force.lateral_N") == "lateral force (N)"

@@ -1,0 +1,193 @@
+"""Fields along lines of the surface: along rolling, without and with thermal deformation (the article's Fig. 10), and the
+temperatures across the track of bodies that bring heat back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from thermoroll_cli.plots.maps import flow_label
+from thermoroll_cli.plots.run_frame import (
+    ALIKE,
+    HEAT_FLUX,
+    PRESSURE,
+    TEMPERATURE,
+    TRACTION,
+    Array,
+    RunFrame,
+    limits_of,
+    unit_for,
+)
+from thermoroll_cli.plots.style import (
+    AFTER,
+    BEFORE,
+    DASHED,
+    DOTTED,
+    DOUBLE,
+    MM,
+    SINGLE,
+    add_headline,
+    add_legend,
+    few_ticks,
+    new_figure,
+)
+from thermoroll_cli.problem.names import Quantity
+from thermoroll_cli.problem.problem import BODIES
+
+LOOKS: tuple[tuple[str, Any], ...] = ((BEFORE, "solid"), (AFTER, DASHED))
+"""Colour and dashes of the states without and with thermal deformation."""
+OF_UPPER_BODY = {BEFORE: "#56b4e9", AFTER: "#e69f00"}
+LIMIT = "friction limit μp"
+ROOM = 1.06
+"""Height of a diagram over the largest value."""
+DIAGRAM = 45.0 * MM
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a diagram: `values` (SI) at `x` (m)."""
+
+    x: Array
+    values: Array
+    colour: str
+    dashes: Any
+    label: str
+    width: float = 1.3
+
+
+def centreline_figure(frame: RunFrame) -> Figure | None:
+    """Heat flux, temperature, pressure and shear traction along the cut, whichever exist; None without pressure."""
+    found = [(quantity, curves_of(frame, quantity)) for quantity in (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)]
+    diagrams = [(quantity, curves) for quantity, curves in found if curves]
+    if not diagrams:
+        return None
+    columns = min(2, len(diagrams))
+    rows = -(-len(diagrams) // columns)
+    figure = new_figure(DOUBLE if columns == 2 else SINGLE, rows * DIAGRAM + 22.0 * MM)
+    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
+    for axes in grid.flat[len(diagrams):]:
+        axes.set_visible(False)
+    for axes, (quantity, curves) in zip(grid.flat, diagrams, strict=False):
+        draw_diagram(axes, frame, quantity, curves)
+    for axes in grid[-1]:
+        axes.set_xlabel(flow_label(frame))
+    title = frame.result.problem.title
+    add_headline(figure, f"{title}, {frame.cut_words}" if title else frame.cut_words, frame.result.converged)
+    add_legend(figure, line_handles(grid.flat))
+    return figure
+
+
+def line_handles(diagrams: Iterable[Axes]) -> list[Artist]:
+    """Lines of all diagrams for the legend."""
+    lines = [line for axes in diagrams for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
+    limit = [Line2D([], [], color="0.2", linestyle=DOTTED, linewidth=0.9, label=LIMIT)]
+    return [line for line in lines if line.get_label() != LIMIT] + (limit if any(
+        line.get_label() == LIMIT for line in lines) else [])
+
+
+def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
+    """Draw `curves` of a quantity against x."""
+    low, high = limits_of([curve.values for curve in curves], from_zero=True)
+    scale, x = frame.scale(quantity, max(high, -low)), frame.lengths[0]
+    for curve in curves:
+        axes.plot(curve.x * x.factor, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes,
+                  linewidth=curve.width, label=curve.label or "_")
+    axes.set_xlim(min(curve.x[0] for curve in curves) * x.factor, max(curve.x[-1] for curve in curves) * x.factor)
+    axes.set_ylim(ROOM * low * scale.factor, ROOM * high * scale.factor)
+    axes.set_ylabel(scale.label)
+    axes.grid(visible=True)
+    few_ticks(axes, 5, 5)
+
+
+def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
+    """The lines of a quantity along the cut; empty where it was not computed or vanishes."""
+    curves = []
+    bodies = frame.bodies(quantity)
+    for drawn, (colour, dashes) in zip(frame.states, LOOKS, strict=False):
+        for body in bodies:
+            values = drawn.values(quantity, body)
+            if values is not None:
+                # The lower body's line is the one that all other diagrams have, so only the upper body's is named.
+                named = body == "upper" or (body and not drawn.label)
+                label = ", ".join(filter(None, (drawn.label, f"{body} body" if named else "")))
+                shade = OF_UPPER_BODY[colour] if body == "upper" else colour
+                curves.append(Curve(drawn.state.x, frame.on_cut(drawn, values), shade, dashes, label))
+    if not any(curve.values.any() for curve in curves):
+        return []
+    return curves + (list(_friction_limits(frame)) if quantity is TRACTION else [])
+
+
+def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
+    """μp along the cut, with the local coefficient where there is one."""
+    for drawn, (colour, _) in zip(frame.states, LOOKS, strict=False):
+        pressure = drawn.values(PRESSURE)
+        if pressure is not None and frame.result.problem.friction > 0.0:
+            friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction)
+            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), colour, DOTTED, LIMIT, 0.9)
+
+
+TRACK_LOOKS: dict[str, tuple[Any, float]] = {
+    "hottest along rolling": ("solid", 1.4),
+    "as it enters": (DASHED, 1.4),
+    "mean of the surface": (DOTTED, 1.0),
+}
+"""Dashes and width of each kind of temperature."""
+
+
+def track_figure(frame: RunFrame) -> Figure | None:
+    """Surface temperatures of both bodies against y, surroundings included; None where no body brings heat back."""
+    drawn = frame.last
+    fields, y = drawn.state.fields, frame.lengths[1]
+    if not any(f"entry_temperature_{body}" in fields for body in BODIES):
+        return None
+    curves = {body: _across(frame, body) for body in BODIES if f"temperature_rise_{body}" in fields}
+    largest = max(float(np.abs(values).max()) for kinds in curves.values() for values in kinds.values())
+    names = {body: body for body in curves}
+    if len(curves) == 2 and _alike(*curves.values(), largest):
+        names = {BODIES[0]: "both bodies"}
+    figure = new_figure(SINGLE, 70.0 * MM)
+    axes = figure.subplots()
+    factor, unit = unit_for("K", largest)
+    for body, colour in zip(BODIES, (BEFORE, AFTER), strict=True):
+        for kind, values in curves.get(body, {}).items() if body in names else ():
+            dashes, width = TRACK_LOOKS[kind]
+            axes.plot(drawn.state.y * y.factor, values * factor, color=colour, linestyle=dashes, linewidth=width,
+                      label=f"{names[body]}: {kind}")
+    inside = drawn.state.y[(fields["state"] > 0).any(axis=0)]
+    half = drawn.half[1]
+    axes.axvspan((inside[0] - half) * y.factor, (inside[-1] + half) * y.factor, color="0.93", linewidth=0, zorder=0,
+                 label="contact")
+    axes.set_xlim(drawn.domain[2] * y.factor, drawn.domain[3] * y.factor)
+    axes.set_xlabel(y.label)
+    axes.set_ylabel(f"surface temperature ({unit})")
+    axes.grid(visible=True)
+    few_ticks(axes, 5, 5)
+    add_headline(figure, frame.result.problem.title, frame.result.converged)
+    handles: list[Artist] = axes.get_legend_handles_labels()[0]
+    add_legend(figure, handles, 2)
+    return figure
+
+
+def _across(frame: RunFrame, body: str) -> Mapping[str, Array]:
+    """Temperatures of a body over y, in K above 0."""
+    fields, scalars = frame.last.state.fields, frame.last.state.scalars
+    around = scalars[f"surface_temperature_max_{body}_K"] - scalars[f"temperature_rise_max_{body}_K"]
+    rise, entry = fields[f"temperature_rise_{body}"], fields.get(f"entry_temperature_{body}")
+    curves = {"hottest along rolling": rise.max(axis=0) + around}
+    if entry is not None:
+        curves["as it enters"] = entry[0] + around
+        curves["mean of the surface"] = np.full(rise.shape[1], scalars[f"bulk_temperature_{body}_K"])
+    return curves
+
+
+def _alike(one: Mapping[str, Array], other: Mapping[str, Array], largest: float) -> bool:
+    """Whether the curves of both bodies would lie on each other."""
+    return one.keys() == other.keys() and all(
+        np.allclose(one[kind], other[kind], rtol=0.0, atol=ALIKE * largest) for kind in one)

@@ -1,0 +1,87 @@
+"""All kinds of pictures of a run, and how they get into files. A new kind is a function and a line in `KINDS`."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from matplotlib.figure import Figure
+
+from thermoroll_cli.interruption import safe_point
+from thermoroll_cli.plots.cuts import centreline_figure, track_figure
+from thermoroll_cli.plots.maps import field_figure
+from thermoroll_cli.plots.profile_figure import profile_figure
+from thermoroll_cli.plots.run_frame import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, RunFrame, frame_of
+from thermoroll_cli.plots.style import FORMATS, save, style
+from thermoroll_cli.plots.subsurface_figure import subsurface_figure
+from thermoroll_cli.plots.summary_sheet import summary_figure
+from thermoroll_cli.problem.names import FIELDS, Quantity
+from thermoroll_cli.problem.result import Result
+
+Draw = Callable[[RunFrame], Figure | None]
+
+KINDS: dict[str, Draw] = {
+    "pressure": partial(field_figure, quantity=PRESSURE),
+    "profile": profile_figure,
+    "traction": partial(field_figure, quantity=TRACTION),
+    "heat_flux": partial(field_figure, quantity=HEAT_FLUX),
+    "temperature": partial(field_figure, quantity=TEMPERATURE),
+    "centreline": centreline_figure,
+    "track": track_figure,
+    "summary": summary_figure,
+    "subsurface_lower": partial(subsurface_figure, body="lower"),
+    "subsurface_upper": partial(subsurface_figure, body="upper"),
+}
+"""Pictures of a run by the end of their file names (`STEM_pressure.png`, …). A function returns None where there is nothing to
+show: where a stage was skipped, or a field vanishes everywhere."""
+
+
+def figure(
+    result: Result, kind: str, *, normalised: bool = False, cut_y: float | None = None
+) -> Figure | None:
+    """The picture of this kind (`KINDS`, or any field of the result); None where there is nothing to show.
+
+    `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0. `cut_y` (m) is the
+    line of the picture "centreline". Raises ValueError for an unknown kind or a cut outside the domain.
+    """
+    draw = _kind(kind)
+    with style():
+        return draw(frame_of(result, normalised, cut_y))
+
+
+def draw(
+    result: Result, stem: pathlib.Path, *, kinds: Sequence[str] = tuple(KINDS), formats: Sequence[str] = ("png",),
+    dpi: float | None = None, normalised: bool = False, cut_y: float | None = None,
+) -> list[pathlib.Path]:
+    """Write the pictures of `result` as `STEM_pressure.png`, … in each of the `formats`, and return their paths.
+
+    `kinds` and the other options are those of `figure`; `dpi` is the resolution of PNG files. Raises ValueError for an unknown
+    kind or format and for a cut outside the domain, OSError where a file cannot be written.
+    """
+    if unknown := set(formats).difference(FORMATS):
+        raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {', '.join(sorted(unknown))!r}")
+    drawing = {kind: _kind(kind) for kind in kinds}
+    written = []
+    with style():
+        frame = frame_of(result, normalised, cut_y)
+        for kind, draw_kind in drawing.items():
+            safe_point()
+            picture = draw_kind(frame)
+            if picture is not None:
+                written += [save(picture, stem.with_name(f"{stem.name}_{kind}.{ending}"), dpi) for ending in formats]
+    return written
+
+
+def _kind(name: str) -> Draw:
+    """How a picture is drawn: that of a kind, or a map of any field (vectors by their length). Raises ValueError."""
+    if name in KINDS:
+        return KINDS[name]
+    parts = tuple(field for field in FIELDS if field in (name, f"{name}_x", f"{name}_y"))
+    if not parts:
+        vectors = dict.fromkeys(field[:-2] for field in FIELDS if field.endswith("_x"))
+        raise ValueError(f"there is no picture {name!r}; there are {', '.join(KINDS)}, and maps of the fields "
+                         f"{', '.join((*FIELDS, *vectors))}")
+    first = FIELDS[parts[0]]
+    words = first.meaning.removesuffix(" along x") if len(parts) == 2 else first.meaning
+    return partial(field_figure, quantity=Quantity(name, parts, words, "", "", "viridis", "", from_zero=False))

@@ -1,0 +1,256 @@
+"""All that the pictures of one run share: its states, units and axes, borders, the part that maps show, and the cut."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thermoroll_cli.plots.borders import Borders, borders_of
+from thermoroll_cli.plots.style import minus
+from thermoroll_cli.problem.names import MULTIPLES, QUANTITIES, Quantity
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.result import Result, State
+
+Array = NDArray[np.float64]
+
+PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE = QUANTITIES.values()
+
+WITHOUT, WITH = "without thermal deformation", "with thermal deformation"
+
+READABLE = (0.03, 1e4)
+"""The usual unit is kept while the largest number lies in here."""
+MARGIN = 0.06
+"""Room around the contacts, over their size."""
+LONGEST_ASPECT = 5.0
+"""Maps whose sides differ by more are drawn with this ratio instead of the true one."""
+TURNED_ASPECT = 1.6
+"""Contacts that are wider than long by more are drawn with y to the right."""
+NEGLIGIBLE = 1e-3
+"""Share of the largest value below which a value is drawn as zero."""
+ALIKE = 5e-3
+"""Share of the largest temperature by which those of both bodies differ at most where one picture stands for both."""
+SHOWN_ON_AXIS = 0.9
+"""The cut runs along y = 0 if it passes this share of the maxima that the best cut passes."""
+
+
+@dataclass(frozen=True)
+class AxisScale:
+    """`factor` turns SI values into the drawn ones, `unit` is their unit ("" for none), `words` and `symbol` the quantity."""
+
+    factor: float
+    unit: str
+    words: str
+    symbol: str = ""
+
+    @property
+    def label(self) -> str:
+        words = f"{self.words} {self.symbol}".strip()
+        return f"{words} ({self.unit})" if self.unit else words
+
+    @property
+    def brief(self) -> str:
+        """A label of the symbol alone."""
+        return f"{self.symbol} ({self.unit})" if self.symbol and self.unit else self.symbol or self.unit
+
+
+@dataclass(frozen=True)
+class DrawnState:
+    """A state, what pictures call it ("" if there is only one), and its borders in m."""
+
+    label: str
+    state: State
+    borders: Borders
+
+    def values(self, quantity: Quantity, body: str = "") -> Array | None:
+        """The quantity at the element centres (SI), the length of a vector; None where it was not computed."""
+        vector = quantity.fields[0].endswith("_x")
+        names = quantity.fields if vector or not body else [name for name in quantity.fields if name.endswith(body)]
+        found = [self.state.fields.get(name) for name in names]
+        arrays = [np.nan_to_num(np.asarray(values, dtype=float)) for values in found
+                  if values is not None and np.isfinite(values).any()]
+        if not arrays or (vector and len(arrays) < len(names)):
+            return None
+        return np.hypot(*arrays) if vector and len(arrays) > 1 else arrays[0]
+
+    def maximum(self, quantity: Quantity, body: str = "") -> float:
+        """The largest value as it is reported among the scalars, in SI units; that of the field where it is not."""
+        reported = self.state.scalars.get(quantity.maximum.format(body or "lower"), math.nan)
+        if math.isfinite(reported):
+            return float(reported) * (1.0 if quantity.unit == "K" else 1e6)
+        values = self.values(quantity, body)
+        return math.nan if values is None else float(values.max())
+
+    @property
+    def half(self) -> tuple[float, float]:
+        """Half of an element."""
+        return 0.5 * float(self.state.x[1] - self.state.x[0]), 0.5 * float(self.state.y[1] - self.state.y[0])
+
+    @property
+    def domain(self) -> tuple[float, float, float, float]:
+        """Smallest and largest x, y (m) to the rims of the elements."""
+        (dx, dy), x, y = self.half, self.state.x, self.state.y
+        return float(x[0]) - dx, float(x[-1]) + dx, float(y[0]) - dy, float(y[-1]) + dy
+
+
+@dataclass(frozen=True)
+class RunFrame:
+    """One result as its pictures see it. The last of `states` is the one with all that feeds back.
+
+    `normalised` pictures have the article's dimensionless quantities. `cut_y` is the line (m) along which fields are drawn over
+    x. `turned` maps have y to the right and x upwards.
+    """
+
+    result: Result
+    normalised: bool
+    states: tuple[DrawnState, ...]
+    cut_y: float
+    window: tuple[float, float, float, float]
+    turned: bool = field(default=False)
+
+    @property
+    def last(self) -> DrawnState:
+        return self.states[-1]
+
+    @property
+    def domain(self) -> tuple[float, float, float, float]:
+        """The domains of all states together, as `window`: smallest and largest x, y in m."""
+        return _around([state.domain for state in self.states])
+
+    @property
+    def lengths(self) -> tuple[AxisScale, AxisScale]:
+        """Scales of x and y: over the Hertz semi-axes, or in one unit for both unless the domain is so long that it cannot be
+        drawn to scale anyway."""
+        hertz = self.result.hertz
+        if self.normalised and math.isfinite(hertz["hertz_a_mm"]):
+            return AxisScale(1e3 / hertz["hertz_a_mm"], "", "x/a₀"), AxisScale(1e3 / hertz["hertz_b_mm"], "", "y/b₀")
+        left, right, bottom, top = self.domain
+        sizes = [max(-left, right), max(-bottom, top)]
+        if max(sizes) < LONGEST_ASPECT * min(sizes):
+            sizes = [max(sizes)] * 2
+        x, y = (length_scale(size, words) for size, words in zip(sizes, "xy", strict=True))
+        return x, y
+
+    @property
+    def cut_words(self) -> str:
+        """Where the cut is."""
+        scale = length_scale(abs(self.cut_y), "y")
+        return minus(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
+
+    def scale(self, quantity: Quantity, largest: float) -> AxisScale:
+        """The scale of a quantity with values up to `largest` (SI)."""
+        divisor = {"Pa": self.result.hertz["hertz_p0_MPa"] * 1e6, "W/m2": self.heat_scale}.get(quantity.unit, math.nan)
+        if self.normalised and math.isfinite(divisor):
+            return AxisScale(1.0 / divisor, "", quantity.words, quantity.normalised)
+        factor, unit = unit_for(quantity.unit, largest)
+        return AxisScale(factor, unit, quantity.words, quantity.symbol)
+
+    @property
+    def heat_scale(self) -> float:
+        """k/(α l) with l = 1 mm, by which the article divides heat fluxes; nan without thermal constants."""
+        lower = self.result.problem.lower
+        return lower.conductivity / (lower.expansion * 1e-3) if lower.conductivity and lower.expansion else math.nan
+
+    def bodies(self, quantity: Quantity) -> list[str]:
+        """Bodies whose fields of `quantity` are worth drawing: "" for one that is of no body or alike for both."""
+        named = [body for body in BODIES if any(name.endswith(body) for name in quantity.fields)]
+        if not named:
+            return [""]
+        found = {body: [state.values(quantity, body) for state in self.states] for body in named}
+        there = {body: [v for v in values if v is not None] for body, values in found.items()}
+        shown = [body for body in named if there[body]]
+        if len(shown) < 2:
+            return shown
+        largest = max(float(np.abs(v).max()) for values in there.values() for v in values)
+        alike = all(np.allclose(one, other, rtol=0.0, atol=ALIKE * largest)
+                    for one, other in zip(*(there[body] for body in shown), strict=True))
+        return [""] if alike else shown
+
+    def on_cut(self, drawn: DrawnState, values: Array) -> Array:
+        """`values` of a state along the cut: with an even number of elements y = 0 lies between two rows."""
+        return on_line(drawn.state.y, values, self.cut_y)
+
+
+def frame_of(result: Result, normalised: bool = False, cut_y: float | None = None) -> RunFrame:
+    """The frame of a result; the cut, if not given (m), runs along y = 0, or passes as much as it can of all maxima where y = 0
+    misses them.
+
+    Raises ValueError for a cut outside the domain.
+    """
+    states = [result.coupled] if result.coupled is result.isothermal else [result.isothermal, result.coupled]
+    labels = [""] if len(states) == 1 else [WITHOUT, WITH]
+    drawn = tuple(DrawnState(label, state, borders_of(state.x, state.y, state.fields))
+                  for label, state in zip(labels, states, strict=True))
+    domain = _around([state.domain for state in drawn])
+    points = [line for state in drawn for line in state.borders.contact]
+    window = domain
+    if points:
+        low, high = np.min(np.vstack(points), axis=0), np.max(np.vstack(points), axis=0)
+        rim = MARGIN * (high - low)
+        window = (max(domain[0], low[0] - rim[0]), min(domain[1], high[0] + rim[0]),
+                  max(domain[2], low[1] - rim[1]), min(domain[3], high[1] + rim[1]))
+    if cut_y is None:
+        cut_y = _best_cut(drawn[-1])
+    elif not domain[2] <= cut_y <= domain[3]:
+        raise ValueError(f"the cut y = {1e3 * cut_y:g} mm is outside the domain, "
+                         f"{1e3 * domain[2]:.4g} mm to {1e3 * domain[3]:.4g} mm")
+    turned = window[3] - window[2] > TURNED_ASPECT * (window[1] - window[0])
+    return RunFrame(result, normalised, drawn, cut_y, window, turned)
+
+
+def on_line(rows: Array, values: Array, y: float) -> Array:
+    """`values` (nx, ny) along x at `y`, linear between the `rows` of element centres."""
+    above = int(np.clip(np.searchsorted(rows, y), 1, rows.size - 1))
+    share = float(np.clip((y - rows[above - 1]) / (rows[above] - rows[above - 1]), 0.0, 1.0))
+    return np.asarray((1.0 - share) * values[:, above - 1] + share * values[:, above])
+
+
+def limits_of(fields: Iterable[Array], from_zero: bool) -> tuple[float, float]:
+    """Smallest and largest value of a scale: from zero if that means something or is near; values that are rounding beside the
+    largest count as zero."""
+    fields = list(fields)
+    low, high = min(float(f.min()) for f in fields), max(float(f.max()) for f in fields)
+    rounding = NEGLIGIBLE * max(high, -low)
+    near = 0.15 * (high - low)
+    if abs(low) <= rounding or (low > 0.0 and (from_zero or low < near)):
+        low = 0.0
+    if abs(high) <= rounding or (high < 0.0 and (from_zero or -high < near)):
+        high = 0.0
+    return low, high
+
+
+def unit_for(unit: str, largest: float) -> tuple[float, str]:
+    """Factor and name of the multiple of the SI `unit` in which `largest` reads well: the usual one if it does."""
+    if unit not in MULTIPLES:
+        return 1.0, "" if unit == "1" else unit
+    usual, ladder = MULTIPLES[unit]
+    name, size = ladder[usual]
+    if largest > 0.0 and math.isfinite(largest) and not READABLE[0] <= largest / size < READABLE[1]:
+        name, size = next((step for step in reversed(ladder) if largest >= step[1]), ladder[0])
+    return 1.0 / size, name
+
+
+def length_scale(largest: float, words: str) -> AxisScale:
+    """The scale of an axis in space."""
+    return AxisScale(*unit_for("m", largest), words)
+
+
+def _best_cut(drawn: DrawnState) -> float:
+    """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes much less."""
+    rows = drawn.state.y
+    found = [drawn.values(quantity) for quantity in QUANTITIES.values()]
+    fields: list[Any] = [values for values in found if values is not None and values.any()]
+    if not fields:
+        return 0.0
+    shares = np.min([np.abs(values).max(axis=0) / np.abs(values).max() for values in fields], axis=0)
+    middle = min(float(np.abs(on_line(rows, values, 0.0)).max() / np.abs(values).max()) for values in fields)
+    return 0.0 if middle >= SHOWN_ON_AXIS * shares.max() else float(rows[int(shares.argmax())])
+
+
+def _around(boxes: Iterable[tuple[float, float, float, float]]) -> tuple[float, float, float, float]:
+    left, right, bottom, top = zip(*boxes, strict=True)
+    return min(left), max(right), min(bottom), max(top)
