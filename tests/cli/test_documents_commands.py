@@ -1,0 +1,148 @@
+"""Every command and script of docs/, as printed; smaller sweeps and coarser cases make it cheap."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.support.command_line import PATIENCE, call
+from thermoroll_cli import Case, solve
+
+ROOT = Path(__file__).parents[2]
+SMALLER = (
+    (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
+    (r" --jobs \d+", ""),
+    (r"table -o kalker.h5", "table -o kalker.h5 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 6,5,7 --checks 2"),
+    (r"numerics.grid=\d+", "numerics.grid=16"),
+)
+"""What is replaced in the commands: more would only take longer."""
+
+
+def page(name: str) -> str:
+    return (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")
+
+
+def blocks(name: str, kind: str) -> list[str]:
+    found = re.findall(rf"```{kind}\n(.*?)```", page(name), re.DOTALL)
+    assert found
+    return found
+
+
+def smaller(text: str) -> str:
+    for pattern, replacement in SMALLER:
+        text = re.sub(pattern, replacement, text)
+    return text
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> Path:
+    """An empty folder beside the cases, which have few elements."""
+    (tmp_path / "cases").mkdir()
+    for path in (ROOT / "cases").iterdir():
+        if path.suffix == ".toml":
+            coarse = re.sub(r"(?m)^grid = .*", "grid = 16", path.read_text(encoding="utf-8"))
+            (tmp_path / "cases" / path.name).write_text(coarse, encoding="utf-8")
+        else:
+            shutil.copy(path, tmp_path / "cases")
+    return tmp_path
+
+
+def shell(script: str, place: Path, *, codes: tuple[int, ...] = (0,)) -> str:
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    env = {**os.environ, "PATH": path, "NO_COLOR": "1"}
+    done = subprocess.run(["bash", "-c", script], cwd=place, env=env, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode in codes, (script, done.stdout, done.stderr)
+    return done.stdout
+
+
+def run(script: str, place: Path) -> None:
+    """A block of commands: those that need a shell by bash, the others in this process, which saves the imports."""
+    if re.search(r"[|&;]|^set|^for|^case|^python", script, re.MULTILINE):
+        shell(script, place)
+        return
+    for line in script.replace("\\\n", " ").splitlines():
+        words = shlex.split(line, comments=True)
+        if words:
+            assert words[0] == "thermoroll", line
+            done = call(*words[1:], cwd=place)
+            assert done.returncode == 0, (line, done.stderr)
+
+
+def python(script: str, place: Path) -> None:
+    done = subprocess.run([sys.executable, "-c", script], cwd=place, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, (script, done.stderr)
+
+
+def session(block: str) -> Iterator[tuple[str, str]]:
+    """Commands of a session with the output below them."""
+    for entry in block.removeprefix("$ ").split("\n$ "):
+        command, _, shown = entry.partition("\n")
+        yield command, shown
+
+
+def test_tutorial(place: Path) -> None:
+    """Messages and exit codes are those shown."""
+    for block in blocks("tutorial", "console"):
+        for command, shown in session(block):
+            if re.search(r"[|&;]", command) or not command.startswith("thermoroll"):
+                printed = shell(smaller(command), place, codes=(0, 3))
+                wanted = (line for line in shown.splitlines() if re.search("error|exit code|allowed", line))
+                assert all(line in printed for line in wanted), printed
+            else:
+                run(smaller(command), place)
+    assert (place / "results" / "my_contact_pressure.png").exists() and (place / "creep" / "sweep.png").exists()
+    (script,) = blocks("tutorial", "python")
+    python(script.replace('"numerics.grid": 64', '"numerics.grid": 16'), place)
+
+
+def test_sweeps_and_tables(place: Path) -> None:
+    """The reference that the job in CI compares with is made first; `jq` is left out where there is none."""
+    drift = "thermoroll sweep cases/table1.toml --over creepage.longitudinal=0.0005:0.004:2 --set numerics.grid=16"
+    run(f"{drift} --no-plots -q -o reference/creep_curve", place)
+    for block in blocks("sweeps_and_tables", "sh"):
+        script = smaller(block)
+        if shutil.which("jq") is None:
+            script = re.sub(r" \|\n\s*jq .*", "", script)
+        run(script, place)
+    assert (place / "loads" / "sweep.csv").read_text().count("\n") == 1 + 3 * 2
+    opened, simulated = blocks("sweeps_and_tables", "python")
+    python(opened, place)
+    python(simulated.replace('"kalker.h5"', f'"{ROOT / "cases" / "creep_forces_circle.h5"}"'), place)
+
+
+def test_package_page(place: Path) -> None:
+    (script,) = blocks("package", "sh")
+    install, _, rest = script.partition("\n")
+    assert install == "pip install ./thermoroll"
+    run(smaller(rest).replace("-o creep", "-o creep --set numerics.accuracy=0.03"), place)
+    (script,) = blocks("package", "python")
+    python(script, place)
+    assert (place / "my_case.h5").exists()
+
+
+def test_scripts_of_the_other_pages(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = solve(Case.read(place / "cases" / "table1.toml"))
+    (place / "results").mkdir()
+    result.save(place / "results" / "my_contact.h5")
+    monkeypatch.chdir(place)
+    for name in ("cases_and_files", "developing"):
+        for script in blocks(name, "python"):
+            exec(compile(script, f"{name}.md", "exec"), {"result": result, "problem": result.problem})
+
+
+def test_tables_of_a_case(place: Path) -> None:
+    """What physics.md shows of case files is valid."""
+    profile, tracks, below = blocks("physics", "toml")
+    wheel = (ROOT / "cases" / "wheel_rail.toml").read_text(encoding="utf-8")
+    for name, shown in (("thermal", tracks), ("subsurface", below), ("geometry", profile)):
+        without = re.sub(rf"(?ms)^\[{name}\]\n.*?(?=^\[|\Z)", "", wheel) if f"\n[{name}]" in wheel else wheel
+        assert Case.parse(f"{without}\n{shown}").problem
+    assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("physics")
