@@ -14,6 +14,7 @@ import time
 from scripts.figures import (
     figures_borders,
     figures_creep_table,
+    figures_declared,
     figures_manchester,
     figures_numerics,
     figures_overview,
@@ -30,9 +31,11 @@ from scripts.figures import (
 from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import style
 
-MODULES = (figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-           figures_borders, figures_subsurface, figures_surfaces, figures_manchester, figures_verification, figures_tutorial,
-           figures_creep_table)
+MODULES = (
+    figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
+    figures_borders, figures_subsurface, figures_surfaces, figures_manchester, figures_verification, figures_tutorial,
+    figures_creep_table,
+)  # fmt: skip
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 
@@ -53,7 +56,7 @@ def main() -> None:
     text = json.dumps({name: numbers[name] for name in FIGURES if name in numbers}, indent=1, ensure_ascii=False)
     record.write_text(text + "\n", encoding="utf-8")
     if options.output == ROOT / "docs" / "figures":
-        figures_tables.fill(ROOT / "docs", numbers)
+        figures_tables.fill(ROOT / "docs", {**numbers, "declared": figures_declared.declared()})
         if not options.only:
             figures_tutorial.run_commands(ROOT / "docs" / "tutorial.md")
 

@@ -240,17 +240,17 @@ def differences(folder: Folder, grid: int) -> Numbers:
 
 
 def leading(folder: Folder, grid: int) -> Numbers:
-    """Lateral force of pure spin: K alone at the leading edge, the known gradient there, and only on elements cut by it."""
+    """Lateral force of pure spin: K alone at the leading edge, and the known gradient there."""
     best = rolled(problem_of("article_3_1_case_3", REFERENCE_SIDE)).reported[1]
     rows: Rows = []
     for n in (32, 64, 128, 256):
         problem = problem_of("article_3_1_case_3", n)
         found = []
         # Nothing of the known gradient is taken where the deepest deficit counts as infinite.
-        for options in (RollingOptions(deepest=math.inf), RollingOptions(), RollingOptions(leading_ring=0)):
+        for options in (RollingOptions(deepest=math.inf), RollingOptions()):
             found.append(rolled(problem, options).summed[1] - best)
         rows.append([str(n), *(f"{value:+.1e}" for value in found)])
-    return {"table": table(["N", "K alone", "gradient known", "known on partly covered elements only"], rows)}
+    return {"table": table(["N", "K alone", "gradient known"], rows)}
 
 
 def newton(folder: Folder, grid: int) -> Numbers:

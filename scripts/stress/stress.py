@@ -105,16 +105,15 @@ def told(outcome: Outcome) -> str:
 
 
 def table(outcomes: list[Outcome]) -> str:
-    """The table of outcomes, in Markdown."""
+    """The table of outcomes by what the kind of a case begins with, in Markdown."""
     groups: dict[str, list[Outcome]] = collections.defaultdict(list)
     for o in outcomes:
-        groups[o.kind].append(o)
-    header = ["kind of case", "cases", "converged below the limit", "converged beyond", "told why not", "crashes",
+        groups[o.kind.partition(",")[0]].append(o)
+    header = ["kind of case", "cases", "converged below the limit", "converged beyond", "reason given", "crashes",
               "broken invariants", "work: median", "99th percentile"]  # fmt: skip
-    lines = [header, ["---", *["---:"] * (len(header) - 1)]]
-    lines += [row(kind, groups[kind]) for kind in sorted(groups)]
-    lines.append(row("**all**", outcomes))
-    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+    rows = [row(kind, groups[kind]) for kind in sorted(groups)] if len(groups) > 1 else []
+    head, *body = ("| " + " | ".join(cells) + " |\n" for cells in (header, *rows, row("**all**", outcomes)))
+    return "".join([head, "|---|" + "---:|" * (len(header) - 1) + "\n", *body])
 
 
 def row(name: str, outcomes: list[Outcome]) -> list[str]:

@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from scripts import closed_forms
+from scripts.figures import figures_declared
+from scripts.figures.figures_tables import markdown
 from tests.support.command_line import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -78,3 +80,10 @@ def test_closed_forms_are_met() -> None:
     for check in closed_forms.checks(32):
         assert f"| {check.name} | {check.quantity} |" in page
         assert check.computed == pytest.approx(check.exact, rel=0.04), check
+
+
+def test_tables_of_what_is_declared_are_those_of_the_package() -> None:
+    """`python -m scripts.figures.figures_declared` writes them."""
+    page = (ROOT / "docs" / "cases_and_files.md").read_text(encoding="utf-8")
+    for name, found in figures_declared.declared().items():
+        assert f"<!-- table declared {name} -->\n{markdown(found)}<!-- end -->" in page, name
