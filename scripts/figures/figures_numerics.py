@@ -21,7 +21,6 @@ from scripts.figures.figures_drawing import (
     Numbers,
     diagrams,
     letter,
-    solve_case,
     table,
     write,
 )
@@ -30,20 +29,14 @@ from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS
-from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Numerics, Problem
-from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.solver_options import SolverOptions, Tolerances
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 Folder = pathlib.Path
 Rows = list[list[str]]
@@ -71,7 +64,7 @@ def normal(folder: Folder, grid: int) -> Numbers:
     curvature, modulus, force = 1.0 / 0.015, 210e9 / (2.0 * (1.0 - 0.28**2)), 65.0
     for ratio in (1.0, 10.0):
         hertz = hertz_contact(curvature, curvature / ratio, modulus, force)
-        for n in (32, 64, 128, 256):
+        for n in (32, 128):
             mesh = Grid.over((n, n), 2.2 * hertz.semi_axis_x, 2.2 * hertz.semi_axis_y)
             gap = hertz.undeformed_gap(mesh.x[:, None], mesh.y[None, :])
             edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((mesh.x, mesh.dx), (mesh.y, mesh.dy))]
@@ -152,14 +145,11 @@ def forces(folder: Folder, grid: int) -> Numbers:
         theirs = {int(n): v for n, v in contact[name]["grids"].items()}
         their_errors = {n: error((v["force_x_N"] / limit, v["force_y_N"] / limit)) for n, v in theirs.items()}
         their_heat = {n: v["dissipation_from_forces_W"] / limit for n, v in theirs.items()}
-        for n in SIDES:
-            r, other = runs[n], n in their_errors
-            rows.append([words, str(n), *(f"{round(f, 5) + 0.0:.5f}" for f in r.reported), f"{error(r.summed):.1e}",
-                         f"{error(r.reported):.1e}", f"{r.estimate:.1e}", f"{r.heat / best.heat - 1:+.1e}",
-                         f"{r.power_error:.1e}", f"{r.stick:.4f}", str(r.applications), f"{r.seconds:.2f}",
-                         f"{their_errors[n]:.1e}" if other else "", f"{theirs[n]['cpu_s']:.1f}" if other else ""])
-        rows.append([words, str(REFERENCE_SIDE), *(f"{round(f, 5) + 0.0:.5f}" for f in best.reported), "", "reference", "", "",
-                     f"{best.power_error:.1e}", f"{best.stick:.4f}", str(best.applications), f"{best.seconds:.2f}", "", ""])
+        for n in (32, 64, 128, 256):
+            r = runs[n]
+            rows.append([words, str(n), f"{error(r.summed):.1e}", f"{error(r.reported):.1e}", f"{r.estimate:.1e}",
+                         f"{r.heat / best.heat - 1:+.1e}", f"{r.power_error:.1e}", str(r.applications), f"{r.seconds:.2f}",
+                         f"{their_errors[n]:.1e}" if n in their_errors else ""])
         sides = list(SIDES)
         axes[0].loglog(sides, [error(runs[n].summed) for n in sides], color=colour, marker="o", markersize=2.5)
         axes[0].loglog(sides, [error(runs[n].reported) for n in sides], color=colour, marker="o", markersize=2.5,
@@ -187,8 +177,8 @@ def forces(folder: Folder, grid: int) -> Numbers:
     ]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.4, columnspacing=1.3, borderpad=0.2)
     write(figure, folder, "convergence")
-    header = ["case", "N", "F_x/μW", "F_y/μW", "error of the sum", "error as reported", "its estimate", "Q_F", "power balance",
-              "γ_st", "applications", "CPU s", "CONTACT: error", "CPU s"]
+    header = ["case", "N", "error of the sum", "error as reported", "its estimate", "Q_F", "power balance", "applications",
+              "CPU s", "CONTACT: error"]
     return {"table": table(header, rows)}
 
 
@@ -253,64 +243,8 @@ def leading(folder: Folder, grid: int) -> Numbers:
     return {"table": table(["N", "K alone", "gradient known"], rows)}
 
 
-def newton(folder: Folder, grid: int) -> Numbers:
-    """The factor in ρ, and starting from the coarser grid, for the case of Sec. 3.1 that is hardest from cold."""
-    rows: Rows = []
-    for factor in (0.1, RollingOptions.relaxation, 1.0, 3.0):
-        row = [f"{factor:g}"]
-        for case in ("article_3_1_case_1", "article_3_1_case_5"):
-            alone = _one_grid(problem_of(case, 128), RollingOptions(relaxation=factor))
-            row += [str(alone.newton_steps), str(alone.applications), f"{alone.residual:.0e}"]
-        rows.append(row)
-    starts: Rows = []
-    for n in (64, 128, 256):
-        alone = _one_grid(problem_of("article_3_1_case_5", n))
-        climbed = solve_case("article_3_1_case_5", grid=n).work["levels"]
-        finest = climbed[-1]
-        equivalent = sum(level["applications"] * (level["grid"][0] / n) ** 2 for level in climbed)
-        starts.append([str(n), str(alone.newton_steps), str(alone.applications), str(finest["newton_steps"]),
-                       str(finest["applications"]), f"{equivalent:.0f}"])
-    return {"rho": table(["ρ × own compliance", "case 1: steps", "applications", "residual", "case 5: steps", "applications",
-                          "residual"], rows),
-            "starts": table(["N", "alone: steps", "applications", "from the coarser grid: steps", "applications",
-                             "all grids, in applications of the finest"], starts)}
-
-
-def _one_grid(problem: Problem, rolling: RollingOptions | None = None) -> Any:
-    options = SolverOptions(rolling=rolling or RollingOptions())
-    shape, extent = problem.numerics.grid or (0, 0), problem.numerics.extent
-    discretisation = Discretisation(DerivedQuantities(problem), shape, extent, options=options)
-    start = Traction.unknown(discretisation.grid.shape)
-    return discretisation.roll(discretisation.isothermal_pressure, start, Tolerances().tangential)
-
-
-# --- heat ------------------------------------------------------------------------------------------------------------
-
-
-def kernels(folder: Folder, grid: int) -> Numbers:
-    """Thermal tables: error against the reference, cost; terms of the expansion in the Péclet number."""
-    rows: Rows = []
-    for peclet in (0.0, 0.1, 1.0, 10.0, 100.0, 1000.0):
-        row = [f"{peclet:g}"]
-        for make in (temperature_table, displacement_table):
-            make(16, 16, 1.0, peclet)
-            start = time.process_time()
-            make(128, 128, 1.0, peclet)
-            row.append(f"{1e3 * (time.process_time() - start):.0f}")
-        rows.append(row)
-    terms: Rows = []
-    for peclet_a in (1.0, 20.0, 200.0):
-        row = [f"{peclet_a:g}"]
-        for kind in ("temperature", "displacement"):
-            kernel = variable_peclet_kernel(128, 128, 1.0, peclet_a * 2.2 / 128, kind, 1e-5)  # type: ignore[arg-type]
-            row += [str(kernel.terms), f"{kernel.error:.0e}"]
-        terms.append(row)
-    return {"cost": table(["P = V dx/κ", "temperature (ms)", "expansion (ms)"], rows),
-            "terms": table(["largest V a0/κ", "temperature: terms", "error", "expansion: terms", "error"], terms)}
-
-
 def coupling(folder: Folder, grid: int) -> Numbers:
-    """Outer iterations of the fixed point against heat, and coupled scalars against N."""
+    """Outer iterations of the fixed point against heat."""
     rows: Rows = []
     for speed in (25.0, 50.0, 100.0, 200.0, 400.0, 800.0):
         problem = problem_of("article_4_1", 64, **{"rolling.speed_m_s": speed})
@@ -320,36 +254,8 @@ def coupling(folder: Folder, grid: int) -> Numbers:
         rows.append([f"{speed:g}", f"{bulge:.2f}", f"{s['gamma_p']:.3f}", f"{s['gamma_c']:.3f}",
                      str(level["coupling_iterations"]), str(level["coupled_normal_iterations"]),
                      str(level["coupled_applications"]), "yes" if result.converged else "no"])
-    sides: Rows = []
-    for n in (32, 64, 128, 256):
-        result = Solver().solve(problem_of("article_4_1", n))
-        sides.append([str(n), *(_with_error(result, k) for k in ("Q_F_W", "gamma_c", "gamma_st", "gamma_p",
-                                                                  "temperature_rise_max_lower_K"))])
     return {"heat": table(["V (m/s)", "bulge / approach", "γ_p", "γ_c", "outer iterations", "CG iterations", "applications",
-                           "converged"], rows),
-            "grids": table(["N", "Q_F (W)", "γ_c", "γ_st", "γ_p", "ΔT_max (K)"], sides)}
-
-
-def _with_error(result: Result, name: str) -> str:
-    return f"{result.coupled.scalars[name]:.5g} ({result.error[name]:.0e})"
-
-
-def cost(folder: Folder, grid: int) -> Numbers:
-    """CPU time of whole solves on one thread."""
-    rows: Rows = []
-    for n in (32, 64, 128, 256):
-        row = [str(n)]
-        for name, changes in (("table1", {"thermal.heat": False}), ("article_4_1", {})):
-            problem = problem_of(name, n, **changes)
-            times = []
-            for _ in range(3):
-                start = time.process_time()
-                result = Solver().solve(problem)
-                times.append(time.process_time() - start)
-            transforms = sum(level["transforms"] * (level["grid"][0] / n) ** 2 for level in result.work["levels"])
-            row += [f"{sorted(times)[1]:.2f}", f"{transforms:.0f}"]
-        rows.append(row)
-    return {"table": table(["N", "isothermal: CPU s", "transforms", "coupled: CPU s", "transforms"], rows)}
+                           "converged"], rows)}
 
 
 FIGURES = {
@@ -358,9 +264,6 @@ FIGURES = {
     "border": border,
     "differences": differences,
     "leading": leading,
-    "newton": newton,
-    "kernels": kernels,
     "coupling": coupling,
-    "cost": cost,
 }
 

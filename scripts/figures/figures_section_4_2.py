@@ -73,14 +73,7 @@ def linear_creepages(folder: Folder, grid: int) -> Numbers:
                 Line2D([], [], color="0.45", linestyle=DOTTED, linewidth=0.9, label="Hertz")]
     figure.legend(handles=handles, loc="lower center", ncols=8, handlelength=1.9, columnspacing=1.1, borderpad=0.2)
     write(figure, folder, "fig_11_linear_creepages")
-    rows = []
-    for creepage in numbers["longitudinal"]:
-        pair = [numbers[family][creepage] for family in ("longitudinal", "lateral")]
-        keys = ("gamma_p", "gamma_c", "gamma_st", "temperature_rise_max_lower_K", "force_x_N", "force_y_N", "Q_F_without_W",
-                "Q_F_W")
-        rows.append([creepage, *(" / ".join(f"{n[key]:.4g}" for n in pair) for key in keys)])
-    header = ["ξ", "γ_p", "γ_c", "γ_st", "ΔT_max (K)", "F_x (N)", "F_y (N)", "Q_F without (W)", "Q_F with (W)"]
-    return {"runs": numbers, "table": table(header, rows)}
+    return {"runs": numbers}
 
 
 def spin(folder: Folder, grid: int) -> Numbers:
@@ -107,12 +100,9 @@ def spin(folder: Folder, grid: int) -> Numbers:
             Row(lower, max(float(p.values.max()) for p in lower), r"$|\tau|/p_0$", "viridis")]
     write(map_figure(rows, 1.95, legend=True), folder, "fig_12_spin")
     labels = ("(a, d) ξ_φ = −0.01", "(b, e) ξ_φ = −0.03", "(c, f) ξ_x = ξ_y = 0.001, ξ_φ = −0.03", "the same, ξ_φ = 0.03")
-    keys = ("force_x_N", "force_y_N", "spin_moment_Nmm", "gamma_st_without", "gamma_st", "gamma_c", "gamma_p",
-            "Q_F_without_W", "Q_F_W")
+    keys = ("force_x_N", "force_y_N", "gamma_st", "gamma_c", "gamma_p", "Q_F_W")
     lines = [[words, *(plain(n[key]) for key in keys)] for words, n in zip(labels, numbers.values(), strict=True)]
-    header = ["case", "F_x (N)", "F_y (N)", "spin moment (N mm)", "γ_st without", "γ_st with", "γ_c", "γ_p", "Q_F without (W)",
-              "Q_F with (W)"]
-    return {"runs": numbers, "table": table(header, lines)}
+    return {"runs": numbers, "table": table(["case", "F_x (N)", "F_y (N)", "γ_st", "γ_c", "γ_p", "Q_F (W)"], lines)}
 
 
 def _asymmetry(values: Array) -> float:

@@ -62,7 +62,6 @@ def speed_and_conformity(folder: Folder, grid: int) -> Numbers:
             "speeds_m_s": list(SPEEDS), **{k: [rounded(float(v), 5) for v in column] for k, column in columns.items()},
             "isothermal_at_last": some(iso, *MAIN[:5], "creepage_longitudinal"),
             "bulge_over_approach_at_last": rounded(_bulge(results[-1])),
-            "at_creepage": _at_creepage(name, changes, grid),
         }
     labels = ("total frictional heat $Q_F$ (W)", "maximum temperature rise (K)", r"$\gamma_c$", r"$\gamma_{st}$", r"$\gamma_p$")
     for axes, mark, label in zip((heat, hot, contact, stick, peak), ("(a)", "(b)", "", "(c)", "(d)"), labels, strict=True):
@@ -79,7 +78,7 @@ def speed_and_conformity(folder: Folder, grid: int) -> Numbers:
     handles, words = heat.get_legend_handles_labels()
     figure.legend(handles, words, loc="lower center", ncols=2, handlelength=2.6, borderpad=0.2)
     write(figure, folder, "fig_13_speed_conformity")
-    return {"runs": numbers, "table": _trends(numbers), "creepage": _creepage_table(numbers)}
+    return {"runs": numbers, "table": _trends(numbers)}
 
 
 def _bulge(result: Result) -> float:
@@ -88,45 +87,18 @@ def _bulge(result: Result) -> float:
     return float(np.ptp(result.coupled.fields["displacement_thermal"][inside])) * 1e6 / result.isothermal.scalars["approach_um"]
 
 
-def _at_creepage(name: str, changes: dict[str, float], grid: int) -> Numbers:
-    """The same bodies with a given creepage of 0.003 instead of the force."""
-    out = {}
-    for speed in (SPEEDS[0], SPEEDS[-1]):
-        given = {**changes, "creepage.longitudinal": 0.003, "creepage.lateral": 0.0, "rolling.speed_m_s": speed}
-        result = solve_case(name, given, grid=grid)
-        out[f"{speed:g}"] = some(result.coupled.scalars, *MAIN[:6]) | {"bulge_over_approach": rounded(_bulge(result))}
-    return out
-
-
 def _trends(numbers: Numbers) -> Numbers:
     """First and last speed of each body."""
     rows = []
     for words, n in numbers.items():
         ends = [{key: n[key][i] for key in (*MAIN[:5], "creepage_longitudinal")} for i in (0, -1)]
         first, last = ends
-        ratio = SPEEDS[-1] / SPEEDS[0]
         rows.append([
-            words, f"{n['R_y_mm']:g}", f"{n['hertz_a_mm']:.3f} × {n['hertz_b_mm']:.3f}",
+            words, f"{n['R_y_mm']:g}",
             *(f"{first[key]:.3g} → {last[key]:.3g}" for key in ("Q_F_W", "temperature_rise_max_lower_K")),
             *(f"{first[key]:.4f} → {last[key]:.4f}" for key in ("gamma_c", "gamma_st", "gamma_p")),
-            f"{1e3 * first['creepage_longitudinal']:.4f} → {1e3 * last['creepage_longitudinal']:.4f}",
-            *(f"{last[key] / first[key] / ratio:.3f}" for key in ("Q_F_W", "temperature_rise_max_lower_K")),
-            f"{(last['gamma_p'] - 1.0) / (first['gamma_p'] - 1.0) / ratio:.2f}",
-            f"{n['bulge_over_approach_at_last']:.3f}",
         ])
-    return table(["bodies", "R′_y (mm)", "a₀ × b₀ (mm)", "Q_F (W)", "ΔT_max (K)", "γ_c", "γ_st", "γ_p", "10³ ξ_x",
-                  "Q_F: ratio / 10", "ΔT: ratio / 10", "γ_p − 1: ratio / 10", "bulge / approach at 200 m/s"], rows)
-
-
-def _creepage_table(numbers: Numbers) -> Numbers:
-    rows = []
-    for words, n in numbers.items():
-        first, last = n["at_creepage"].values()
-        rows.append([words, f"{n['R_y_mm']:g}", f"{first['force_x_N']:.2f} → {last['force_x_N']:.2f}",
-                     *(f"{first[key]:.4g} → {last[key]:.4g}" for key in MAIN[:5]),
-                     f"{last['Q_F_W'] / first['Q_F_W'] * SPEEDS[0] / SPEEDS[-1]:.3f}", f"{last['bulge_over_approach']:.3f}"])
-    return table(["bodies", "R′_y (mm)", "F_x (N)", "Q_F (W)", "γ_c", "γ_st", "γ_p", "ΔT_max (K)", "Q_F: ratio / 10",
-                  "bulge / approach at 200 m/s"], rows)
+    return table(["bodies", "R′_y (mm)", "Q_F (W)", "ΔT_max (K)", "γ_c", "γ_st", "γ_p"], rows)
 
 
 def _lower_half(figure: Any, axes: Any) -> Any:
