@@ -40,8 +40,8 @@ def first_page() -> str:
 
 def reference() -> str:
     """A section for each public name of the package, from its docstring."""
-    names = (getattr(thermoroll_cli, name) for name in thermoroll_cli.__all__ if name != "__version__")
-    sections = "".join(f"::: {thing.__module__}.{thing.__qualname__}\n\n" for thing in names)
+    places = thermoroll_cli._PLACES
+    sections = "".join(f"::: {places[name]}.{name}\n\n" for name in sorted(places))
     return f"# Reference\n\nAll names are imported from `thermoroll_cli`; [python.md](python.md) shows their use.\n\n{sections}"
 
 
