@@ -1,24 +1,23 @@
-"""Stopping in good order: a signal is noted when it comes, and acted upon where the program can be left.
+"""Stopping in good order: a signal is noted when it comes, and acted upon at the next safe point.
 
-A handler that raises an exception does so wherever the program happens to be: inside a callback whose exceptions are
-dropped, or halfway through clearing something up. So the handler only takes a note, and long work calls `safe_point` at every
-step. Where the program waits for the outside world (`waiting`) and nothing would be damaged, the handler may raise.
+A handler that raised an exception would do so wherever the program happens to be: in a callback whose exceptions are dropped,
+or halfway through clearing up. So the handler only sets a flag, and long work calls `safe_point` once per iteration. A second
+signal ends the process at once; so does the alarm that the first one sets, where no safe point comes because the program waits
+for a pipe or a terminal.
 """
 
 from __future__ import annotations
 
 import contextlib
-import importlib
 import os
-import sys
-import threading
-import time
+import signal
 from collections.abc import Iterator
 from types import FrameType
+from typing import Any
 
-INSIST_SECONDS = 0.5
-"""A second signal this much later means it: the process ends at once. Sooner ones belong to the first: a terminal that is
-closed, or an impatient hand, sends several."""
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+PATIENCE_SECONDS = 2.5
+"""Time from a signal to the next safe point, after which the process ends without."""
 
 
 class Interrupted(BaseException):
@@ -28,83 +27,49 @@ class Interrupted(BaseException):
         super().__init__(number)
         self.number = number
 
-    @property
-    def exit_code(self) -> int:
-        return 128 + self.number
 
-
-class _Noted:
-    """The signal that came first (0: none) and when, whether it was raised already, and whether a handler may raise it."""
-
-    number = 0
-    since = 0.0
-    raised = False
-    waits = False
+_noted = 0
+_raised = False
 
 
 def note_signal(number: int, frame: FrameType | None = None) -> None:
-    """Handler of signals: ask for a stop at the next safe point."""
-    if not _Noted.number:
-        _Noted.number, _Noted.since = number, time.monotonic()
-    elif time.monotonic() - _Noted.since > INSIST_SECONDS:
-        end_at_once(number)
-    if _Noted.waits and not _Noted.raised:
-        _Noted.waits = False
-        raise Interrupted(_Noted.number)
+    """Handler of signals, and of the alarm."""
+    global _noted
+    if _noted:
+        os._exit(128 + _noted)
+    _noted = number
+    signal.setitimer(signal.ITIMER_REAL, PATIENCE_SECONDS)
 
 
-def end_at_once(number: int, frame: FrameType | None = None) -> None:
-    """Handler of signals: end the process here and now, with nothing cleared up."""
-    os._exit(128 + number)
-
-
-def forget() -> None:
-    """As if no signal had come yet."""
-    _Noted.number, _Noted.raised, _Noted.waits = 0, False, False
+def noted() -> int:
+    """The signal that has come since `stoppable` began; 0 if none has."""
+    return _noted
 
 
 def safe_point() -> None:
     """Raises Interrupted if a signal has come. Once: what is done on the way out is not disturbed."""
-    if _Noted.number and not _Noted.raised:
-        _Noted.raised = True
-        raise Interrupted(_Noted.number)
-
-
-def import_in_steps(*modules: str) -> None:
-    """Import `modules` one after the other, with a safe point behind each: libraries take some tenths of a second."""
-    safe_point()
-    for module in modules:
-        if module not in sys.modules:
-            importlib.import_module(module)
-            safe_point()
-
-
-def last_point() -> None:
-    """Raises Interrupted if a signal has come at all, even if it was raised before and dropped by somebody."""
-    if _Noted.number:
-        _Noted.raised = True
-        raise Interrupted(_Noted.number)
-
-
-def noted() -> int:
-    """The signal that has come, 0 if none has."""
-    return _Noted.number
+    global _raised
+    if _noted and not _raised:
+        _raised = True
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        raise Interrupted(_noted)
 
 
 @contextlib.contextmanager
-def waiting() -> Iterator[None]:
-    """Around calls of the operating system that may take long, and nothing else: a signal ends them. On the way out of the
-    program they are not disturbed any more, and those of other threads never: handlers run in the first."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
+def stoppable() -> Iterator[None]:
+    """Inside, the signals that stop a program are noted. One that is being ignored (nohup, background jobs) stays so."""
+    global _noted, _raised
+    _noted, _raised = 0, False
+    previous: dict[signal.Signals, Any] = {}
+    with contextlib.suppress(ValueError):  # not the main thread: whoever embeds us handles signals
+        previous[signal.SIGALRM] = signal.signal(signal.SIGALRM, note_signal)
+        for number in SIGNALS:
+            if signal.getsignal(number) not in (signal.SIG_IGN, None):
+                previous[number] = signal.signal(number, note_signal)
     try:
-        _Noted.waits = True
-        safe_point()
         yield
-    except Interrupted:
-        _Noted.raised = True
-        raise
     finally:
-        _Noted.waits = False
-    safe_point()
+        if previous:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number, handler in reversed(previous.items()):
+            signal.signal(number, handler)

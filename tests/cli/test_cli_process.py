@@ -121,9 +121,9 @@ def test_colour_on_terminals_only_and_never_with_no_color(tmp_path: Path) -> Non
 def test_progress_redraws_on_terminals_only(tmp_path: Path) -> None:
     (tmp_path / "case.toml").write_text(MECHANICAL)
     arguments = ["run", "case.toml", "--no-plots"]
-    assert "\r\x1b[K" in on_terminal(arguments, tmp_path)
-    assert "\r\x1b[K" not in on_terminal([*arguments, "-q"], tmp_path)
-    assert "\r\x1b[K" not in on_terminal(arguments, tmp_path, TERM="dumb")
+    assert "\x1b[2K" in on_terminal(arguments, tmp_path)
+    assert "\x1b[2K" not in on_terminal([*arguments, "-q"], tmp_path)
+    assert "\x1b[2K" not in on_terminal(arguments, tmp_path, TERM="dumb")
     assert "\x1b" not in call(*arguments, cwd=tmp_path).stderr
 
 

@@ -96,7 +96,7 @@ def test_imports_point_in_one_direction(path: Path) -> None:
             assert own in FOREIGN[parts[0]], f"{parts[0]} does not belong in {own}"
 
 
-INSIDE_FUNCTIONS = {"cli", "", "interruption"}
+INSIDE_FUNCTIONS = {"cli", ""}
 OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 

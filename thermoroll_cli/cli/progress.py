@@ -15,7 +15,7 @@ SECONDS_BETWEEN_LINES = 10.0
 MOST_LINES = 200
 """Points that get a line each where there is no terminal; of more there is a line every few seconds."""
 WORTH_SHOWING_SECONDS = 2.0
-NARROW = 80
+NARROW = 100
 """A terminal with fewer columns shows words without a bar."""
 OVERHEAD = 3e5
 """Work of an iteration that does not grow with the grid, in operations: as much as the transforms of 64 × 64 elements."""

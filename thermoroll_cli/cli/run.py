@@ -107,7 +107,6 @@ def _check_names(cases: Sequence[Case]) -> None:
 
 def _attempt(case: Case, wishes: _Wishes) -> int:
     """Run one case; what goes wrong with it does not stop the others."""
-    from thermoroll_cli.cli.bug_report import report_bug
     from thermoroll_cli.problem.problem import Unsolvable
 
     try:
@@ -122,7 +121,7 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
     except OSError as cause:  # of standard output: those of files are met where they are written
         streams.error(f"{case.name}: {cause.strerror or cause}")
     except Exception as cause:
-        report_bug(cause)
+        streams.report_bug(cause)
         return ExitCode.BUG
     return ExitCode.INPUT_OUTPUT
 

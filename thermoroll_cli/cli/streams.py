@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sys
-from collections.abc import Iterable, Mapping
+import traceback
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TextIO
 
 from thermoroll_cli.cli.exits import ClosedOutput
-from thermoroll_cli.interruption import waiting
 
 
 def prepare() -> None:
@@ -27,8 +28,7 @@ def write(text: str) -> None:
     if sys.stdout is None:  # started with standard output closed
         return
     try:
-        with waiting():  # for whoever reads it
-            sys.stdout.write(text + "\n")
+        sys.stdout.write(text + "\n")
     except BrokenPipeError:
         raise ClosedOutput from None
     flush()
@@ -45,8 +45,7 @@ def flush() -> None:
     if sys.stdout is None:
         return
     try:
-        with waiting():
-            sys.stdout.flush()
+        sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None
 
@@ -55,16 +54,24 @@ def note(text: str) -> None:
     """Write `text` and a line end to standard error, if anybody can read it."""
     try:
         if sys.stderr is not None:
-            with waiting():  # for whoever reads it
-                sys.stderr.write(text + "\n")
-                sys.stderr.flush()
+            sys.stderr.write(text + "\n")
+            sys.stderr.flush()
     except OSError:
         pass
 
 
 def error(text: str) -> None:
-    """Tell what went wrong."""
+    """Say what went wrong."""
     note(f"thermoroll: error: {text}")
+
+
+def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> None:
+    """Say that `cause` should not have happened; with its trace if `-v` was given."""
+    error(f"this is a bug in thermoroll, please report it: {type(cause).__name__}: {' '.join(str(cause).split())}")
+    if {"-v", "--verbose"} & set(sys.argv[1:] if arguments is None else arguments):
+        note("".join(traceback.format_exception(cause)).rstrip())
+    else:
+        note("  -v shows where it happened")
 
 
 def abandon_output() -> None:
@@ -89,8 +96,6 @@ def is_terminal(stream: TextIO | None) -> bool:
 
 def width() -> int:
     """Characters of a line on standard output: of the terminal, or as COLUMNS says, or 80."""
-    import shutil
-
     return shutil.get_terminal_size((80, 24)).columns
 
 

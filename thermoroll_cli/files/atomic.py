@@ -11,8 +11,6 @@ import platform
 import secrets
 from collections.abc import Iterator
 
-from thermoroll_cli.interruption import waiting
-
 _EXPLANATIONS = {
     errno.ENOSPC: "no space left on the device",
     errno.EDQUOT: "the disk quota is used up",
@@ -67,7 +65,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, "Is a directory")
         yield temporary
-        with open(temporary, "rb+") as stream, waiting():
+        with open(temporary, "rb+") as stream:
             os.fsync(stream.fileno())
         os.replace(temporary, target)
     except OSError as cause:
@@ -105,5 +103,4 @@ def _write_all(descriptor: int, content: bytes | memoryview) -> None:
         rest = memoryview(content)
         while rest:
             # One call may write less than asked for: at most 2 GiB on Linux, or what still fitted on the disk.
-            with waiting():
-                rest = rest[stream.write(rest) :]
+            rest = rest[stream.write(rest) :]

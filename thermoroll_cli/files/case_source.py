@@ -15,7 +15,6 @@ from typing import Any
 
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, syntax_error
 from thermoroll_cli.files.case_model import EXCLUSIVE
-from thermoroll_cli.interruption import waiting
 
 SIZE_LIMIT = 1 << 16
 """Bytes a case file may have. Real ones have a thousand or two; anything larger is some other file given by mistake."""
@@ -182,10 +181,9 @@ def _read_bytes(path: str | os.PathLike[str], name: str) -> bytes:
         if os.fspath(path) == STANDARD_INPUT:
             if sys.stdin is None:
                 raise CaseError([Finding("standard input is closed", source=name)])
-            with waiting():
-                raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
+            raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
         else:
-            with waiting(), open(path, "rb") as stream:  # it may be a pipe
+            with open(path, "rb") as stream:
                 # One byte more than allowed tells a large file, and an endless one, without reading it.
                 raw = stream.read(SIZE_LIMIT + 1)
     except FileNotFoundError:
