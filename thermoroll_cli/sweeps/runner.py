@@ -163,13 +163,15 @@ class _Processes:
     def _new_pool(self) -> ProcessPoolExecutor:
         # spawn: a forked process hangs after a transform that used threads.
         context = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self.places, context, initializer=_end_with_parent, initargs=(self._leash,))
+        with _deaf_children():
+            # Python's own helper, which it starts with the first semaphore, must not die of a signal to all, either.
+            resource_tracker.ensure_running()
+            return ProcessPoolExecutor(self.places, context, initializer=_end_with_parent, initargs=(self._leash,))
 
     def submit(self, task: Task) -> Future[list[Item]]:
         one_thread()
         try:
             with _deaf_children():
-                resource_tracker.ensure_running()
                 return self._pool.submit(_work_off, task, self._path)
         except BrokenProcessPool as cause:  # a process died while it had nothing to do
             failed: Future[list[Item]] = Future()
