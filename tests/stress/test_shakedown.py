@@ -1,0 +1,75 @@
+"""Smallest balls, shakedown, alternating plasticity and Dang Van's stress against independent solutions."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from thermoroll_cli.stress.shakedown import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
+from thermoroll_cli.stress.smallest_ball import smallest_balls
+
+REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "life_shakedown_fatigue.json").read_text())
+SQRT3 = math.sqrt(3.0)
+
+
+@pytest.mark.parametrize("cloud", REFERENCE["clouds"])
+def test_random_histories_agree_with_an_interior_point_method(cloud: dict) -> None:
+    stress = np.array(cloud["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
+    tolerance = REFERENCE["meta"]["tolerance"]
+    fatigue = line_fatigue(stress, cloud["a_DV"])
+    assert layer_shakedown(stress).k * SQRT3 == pytest.approx(cloud["shakedown_xx_yy_xy"], rel=tolerance["clouds_balls"])
+    assert fatigue.alternating_k[0] * SQRT3 == pytest.approx(cloud["ball_5d"], rel=tolerance["clouds_balls"])
+    assert fatigue.dang_van[0] == pytest.approx(cloud["dang_van"], rel=tolerance["clouds_dang_van"])
+
+
+def test_the_residual_stress_brings_all_states_to_the_yield_stress() -> None:
+    stress = np.array(REFERENCE["clouds"][1]["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
+    found = layer_shakedown(stress)
+    residual = np.zeros((6, 1, 1))
+    residual[[0, 1, 3], 0, 0] = found.residual
+    loaded = np.linalg.norm(deviator(stress + residual), axis=-1)
+    unloaded = np.linalg.norm(deviator(residual), axis=-1)
+    assert max(loaded.max(), unloaded.max()) == pytest.approx(SQRT3 * found.k, rel=1e-9)
+
+
+def test_a_mirrored_state_needs_only_one_half() -> None:
+    half = np.random.default_rng(1).normal(size=(6, 20, 8))
+    signs = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None, None]
+    whole = np.concatenate([signs * half[:, :, ::-1], half], axis=2)
+    assert layer_shakedown(half, mirrored=True).k == pytest.approx(layer_shakedown(whole).k, rel=1e-9)
+
+
+def test_balls_of_many_sets_are_optimal_and_do_not_depend_on_the_start() -> None:
+    """Optimality: the centre is a convex combination of points on the ball, and no point lies outside."""
+    generator = np.random.default_rng(2)
+    points = np.cumsum(generator.normal(size=(30, 40, 5)), axis=1)
+    cold = smallest_balls(points)
+    warm = smallest_balls(points, start=smallest_balls(points + 0.1 * generator.normal(size=points.shape)))
+    distances = ((points - cold.centres[:, None]) ** 2).sum(axis=2)
+    assert np.allclose(distances.max(axis=1), cold.squared_radii, rtol=1e-9)
+    for number in range(len(points)):
+        on_it = cold.basis[number][cold.multipliers[number] > 1e-9]
+        assert np.allclose(distances[number, on_it], cold.squared_radii[number], rtol=1e-7)
+    assert np.allclose(np.einsum("bs,bsd->bd", cold.multipliers, np.take_along_axis(points, cold.basis[..., None], 1)),
+                       cold.centres)
+    assert np.allclose(warm.squared_radii, cold.squared_radii, rtol=1e-9)
+
+
+def test_tresca_shear_is_half_the_difference_of_principal_stresses() -> None:
+    tensors = np.random.default_rng(3).normal(size=(50, 3, 3))
+    tensors += tensors.transpose(0, 2, 1)
+    principal = np.linalg.eigvalsh(tensors)
+    stress = np.stack([tensors[:, i, j] for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))])
+    assert np.allclose(tresca_shear(deviator(stress)), 0.5 * (principal[:, 2] - principal[:, 0]))
+
+
+def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_out() -> None:
+    depths = np.array([0.0, 0.1, 0.25, 0.4, 0.7])
+    values = 2.0 - (depths - 0.3) ** 2
+    values[0] = 5.0
+    value, depth = largest_over_depth(depths, values)
+    assert value == pytest.approx(2.0) and depth == pytest.approx(0.3)
