@@ -29,6 +29,8 @@ POINTS_PER_ELEMENT = 1.0
 """Points of the profile over an element of the first solution."""
 ROOM = 1.3
 """Half-length of the profile that replaces a lateral radius, over the half-width expected in the end."""
+REACHED = 1e-6
+"""Part of the wanted depth that may be missing in the end: the largest depth is known after a step, not before."""
 LEAST_POINTS = 200
 """Points of the profile that replaces a lateral radius."""
 
@@ -140,7 +142,7 @@ def evolution(
         state = replace(state, result=result, line_load=fields["pressure"].sum(axis=0) * float(x[1] - x[0]))
         yield state
         deepest = max(float(depth.max()) for depth in state.worn.values())
-        if not result.converged or state.distance >= course.distance or deepest >= course.depth:
+        if not result.converged or state.distance >= course.distance or deepest >= (1.0 - REACHED) * course.depth:
             return
         touched = result.y[fields["pressure"].any(axis=0)]
         dy = float(result.y[1] - result.y[0])
@@ -164,4 +166,4 @@ def _step(course: WearCourse, state: WearState, result: Result, wear: dict[BodyN
     stable = STABLE_SHARE * 0.5 * math.pi * scalars["pressure_max_MPa"] * 1e6 / result.problem.contact_modulus
     depth = min(stable * float(result.y[1] - result.y[0]), course.step_fraction * scalars["approach_um"] * 1e-6)
     left = (course.depth - deepest) / max(float(w.max()) for w in wear.values())
-    return min(depth / fastest, course.distance - state.distance, left * (1.0 + 1e-12))
+    return min(depth / fastest, course.distance - state.distance, left * (1.0 + REACHED))
