@@ -8,7 +8,21 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
+from tests.support.command_line import MECHANICAL, call
+from thermoroll_cli import read_result
+from thermoroll_cli.problem.problem import (
+    Geometry,
+    Heating,
+    Material,
+    Motion,
+    Numerics,
+    Problem,
+    Strength,
+    SubsurfaceRequest,
+)
+from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.shakedown import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
 from thermoroll_cli.stress.smallest_ball import smallest_balls
 
@@ -73,3 +87,58 @@ def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_o
     values[0] = 5.0
     value, depth = largest_over_depth(depths, values)
     assert value == pytest.approx(2.0) and depth == pytest.approx(0.3)
+
+
+def circle(friction: float, grid: int = 64) -> Problem:
+    """Two steel spheres that slide as a whole, with the strength of the lower one asked for."""
+    steel = Material(210e9, 0.3)
+    return Problem(
+        steel, steel, Geometry(*(0.03,) * 4), 65.0, friction, Motion(1.0, 0.1), Heating(heat=False),
+        Numerics(grid=(grid, grid)),
+        subsurface=SubsurfaceRequest(("lower",), layers=28, lower_strength=Strength(200e6, 0.3)))
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(0.0, 4.632), (0.1, 4.129), (0.2, 3.683), (0.3, 3.315)])
+def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) -> None:
+    result = solve(circle(friction))
+    below = result.subsurface.scalars["shakedown_k_below_lower_MPa"]
+    assert result.hertz["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
+    """Against quadratures of Boussinesq's and Cerruti's stresses."""
+    wanted = next(h for h in REFERENCE["hertz"] if (h["a"], h["b"], h["mu_x"], h["mu_y"]) == (1, 1, friction, 0))
+    result = solve(circle(friction))
+    body, p0 = result.subsurface.bodies["lower"], result.hertz["hertz_p0_MPa"] * 1e6
+    depths = np.array(wanted["depths_over_smaller_semi_axis"][1:]) * result.hertz["hertz_a_mm"] * 1e-3
+    for name, factor, column in (("shakedown_k", SQRT3, "shakedown"), ("alternating_k", SQRT3, "ball_5d"),
+                                 ("dang_van", 1.0, "dang_van_0p3")):
+        values = body.strength[name]
+        values = values if values.ndim == 1 else values.max(axis=1)
+        found = CubicSpline(body.depths, values)(depths) * factor / p0
+        assert found == pytest.approx(wanted[column][1:], rel=6e-3), name
+
+
+def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
+    coarse, fine = solve(circle(0.2, 32)), solve(circle(0.2, 96))
+    scalars, error = coarse.subsurface.scalars, coarse.subsurface.error
+    assert scalars["shakedown_factor_lower"] == pytest.approx(200.0 / scalars["shakedown_k_lower_MPa"])
+    utilised = abs(coarse.coupled.scalars["force_x_N"]) / 65.0
+    assert scalars["fatigue_index_surface_lower"] == pytest.approx(utilised - 200.0 / coarse.hertz["hertz_p0_MPa"], rel=1e-9)
+    pressure = coarse.coupled.scalars["pressure_max_MPa"]
+    for name in ("shakedown_k_below_lower_MPa", "alternating_k_below_lower_MPa", "dang_van_max_below_lower_MPa",
+                 "shakedown_k_surface_lower_MPa", "dang_van_max_surface_lower_MPa"):
+        assert abs(scalars[name] - fine.subsurface.scalars[name]) <= error[name] * pressure, name
+
+
+def test_strength_needs_stresses_of_its_body(tmp_path: Path) -> None:
+    case = tmp_path / "case.toml"
+    case.write_text(MECHANICAL + "\n[strength.lower]\nshear_yield_MPa = 300.0\n")
+    done = call("run", case, "--no-plots", "-o", tmp_path)
+    assert done.returncode == 3 and "strength.lower" in done.stderr and "[subsurface]" in done.stderr
+    case.write_text(MECHANICAL + "\n[subsurface]\nlayers = 8\n[strength.lower]\nshear_yield_MPa = 300.0\n")
+    done = call("run", case, "--no-plots", "--json", "-o", tmp_path)
+    assert json.loads(done.stdout)["shakedown_factor_lower"] > 0.0
+    kept = read_result(tmp_path / "case.h5").subsurface.bodies["lower"].strength
+    assert kept["shakedown_k"].shape == (8,) and kept["dang_van"].shape[0] == 8

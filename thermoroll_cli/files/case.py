@@ -16,6 +16,7 @@ from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
 from thermoroll_cli.files.case_model import (
     MOVED,
+    BodyStrengthTable,
     Input,
     MaterialTable,
     ProfileTable,
@@ -247,7 +248,13 @@ def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:
         layers=table.layers,
         thermal=table.thermal is not False,
         fields=table.fields,
+        lower_strength=_strength(settings.strength.lower if settings.strength else None),
+        upper_strength=_strength(settings.strength.upper if settings.strength else None),
     )  # fmt: skip
+
+
+def _strength(table: BodyStrengthTable | None) -> si.Strength | None:
+    return None if table is None else si.Strength(table.si("shear_yield_MPa"), table.dang_van_coefficient)
 
 
 def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:

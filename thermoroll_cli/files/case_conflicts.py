@@ -270,7 +270,12 @@ def _contact_width(sections: Sections) -> float | None:
 
 
 def _subsurface(sections: Sections) -> Iterator[Conflict]:
-    subsurface = sections.get("subsurface")
+    subsurface, strength = sections.get("subsurface"), sections.get("strength")
+    asked = subsurface.bodies if subsurface is not None else ()
+    for body in BODIES if strength is not None and "subsurface" in sections else ():
+        if getattr(strength, body) is not None and body not in asked:
+            yield Conflict(("strength", body), f"the stresses inside the {body} body are not computed",
+                           f'[subsurface] with "{body}" among its bodies', at_key=True)
     if subsurface is None:
         return
     if len(set(subsurface.bodies)) < len(subsurface.bodies):

@@ -28,6 +28,7 @@ SI = {
     "mm2/s": ("m²/s", 1e-6),
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),
+    "MPa": ("Pa", 1e6),
     "um/GPa": ("m/Pa", 1e-15),
     "mm/s": ("m/s", 1e-3),
     "mrad": ("rad", 1e-3),
@@ -293,6 +294,21 @@ class SubsurfaceTable(Table):
     )
 
 
+class BodyStrengthTable(Table):
+    """What one body can stand: its shakedown and fatigue are computed below the surface."""
+
+    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress k; without it the yield stress needed is reported",
+                                             None, ge=1e-12, le=1e9)  # fmt: skip
+    dang_van_coefficient: float = quantity("1", "Weight of the hydrostatic stress in Dang Van's criterion", 0.3, ge=0, le=1)
+
+
+class StrengthTable(Table):
+    """Strength of the bodies, with [subsurface]."""
+
+    lower: BodyStrengthTable | None = None
+    upper: BodyStrengthTable | None = None
+
+
 class OutputTable(Table):
     """What is written besides the result file."""
 
@@ -321,6 +337,7 @@ class Settings(Head):
     thermal: ThermalTable = ThermalTable.model_construct()
     numerics: NumericsTable = NumericsTable.model_construct()
     subsurface: SubsurfaceTable | None = None
+    strength: StrengthTable | None = None
     output: OutputTable = OutputTable.model_construct()
 
     @property

@@ -218,7 +218,40 @@ SUBSURFACE_FIELDS = _fields(
 )
 """Fields inside a body; tension is positive, z points into the body."""
 
-SUBSURFACE_SCALARS = _scalars(*(
+STRENGTH_FIELDS = _fields(
+    Field("shakedown_k", "Pa", "shear yield stress that shakedown needs"),
+    Field("elastic_shakedown_k", "Pa", "shear yield stress that shakedown needs without thermal stresses"),
+    Field("residual_xx", "Pa", "residual stress along x of the shakedown state"),
+    Field("residual_yy", "Pa", "residual stress along y of the shakedown state"),
+    Field("residual_xy", "Pa", "residual shear stress xy of the shakedown state"),
+    Field("alternating_k", "Pa", "shear yield stress below which plastic strain alternates"),
+    Field("dang_van", "Pa", "Dang Van's stress"),
+)
+"""Shakedown and fatigue of a body over depth, and over depth and y."""
+
+_STRENGTH_SCALARS = _scalars(*(
+    Scalar(name.format(body), f"{meaning}, {body} body", scale, listed)  # type: ignore[arg-type]
+    for body in BODIES
+    for name, meaning, scale, listed in (
+        ("shakedown_k_{}_MPa", "shear yield stress that shakedown needs", "stress below", True),
+        ("shakedown_k_below_{}_MPa", "the same below the surface", "stress below", False),
+        ("shakedown_k_surface_{}_MPa", "the same at the surface", "stress below", False),
+        ("shakedown_depth_{}_mm", "depth that governs shakedown", "place below", True),
+        ("elastic_shakedown_k_{}_MPa", "shear yield stress that shakedown needs without thermal stresses", "stress below",
+         False),
+        ("shakedown_factor_{}", "shear yield stress over the one that shakedown needs", "value", True),
+        ("alternating_k_{}_MPa", "shear yield stress below which plastic strain alternates", "stress below", True),
+        ("alternating_k_below_{}_MPa", "the same below the surface", "stress below", False),
+        ("alternating_k_surface_{}_MPa", "the same at the surface", "stress below", False),
+        ("dang_van_max_{}_MPa", "largest Dang Van stress", "stress below", True),
+        ("dang_van_max_below_{}_MPa", "the same below the surface", "stress below", False),
+        ("dang_van_max_surface_{}_MPa", "the same at the surface", "stress below", False),
+        ("dang_van_depth_{}_mm", "depth of the largest Dang Van stress", "place below", True),
+        ("fatigue_index_surface_{}", "surface fatigue index, utilised friction less k/p₀", "share", True),
+    )
+))  # fmt: skip
+
+SUBSURFACE_SCALARS = _STRENGTH_SCALARS | _scalars(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
            "stress below" if name.endswith("_MPa") else "place below", listed)
     for body in BODIES
@@ -239,6 +272,9 @@ ALL_SCALARS = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
 
 
 def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
-    """The `SUBSURFACE_SCALARS` of the bodies that are to be looked into."""
-    bodies = () if request is None else request.bodies
-    return tuple(name for name in SUBSURFACE_SCALARS if any(f"_{body}_" in name for body in bodies))
+    """The `SUBSURFACE_SCALARS` of the bodies that are to be looked into, with those of strength where it is asked for."""
+    if request is None:
+        return ()
+    strong = [body for body in request.bodies if getattr(request, f"{body}_strength") is not None]
+    return tuple(name for name in SUBSURFACE_SCALARS
+                 if any(f"_{body}" in name for body in (strong if name in _STRENGTH_SCALARS else request.bodies)))

@@ -166,16 +166,27 @@ class Numerics:
 
 
 @dataclass(frozen=True)
+class Strength:
+    """What a body can stand: shear yield stress k (Pa; None: not known), and the weight of the hydrostatic stress in Dang Van's
+    criterion."""
+
+    shear_yield: float | None = None
+    dang_van_coefficient: float = 0.0
+
+
+@dataclass(frozen=True)
 class SubsurfaceRequest:
     """What to compute below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None: by
-    the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, and which
-    fields are kept."""
+    the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields are
+    kept, and the strength of the bodies whose shakedown and fatigue are wanted."""
 
     bodies: tuple[BodyName, ...] = BODIES
     depth: float | None = None
     layers: int | None = None
     thermal: bool = True
     fields: KeptFields = "plane"
+    lower_strength: Strength | None = None
+    upper_strength: Strength | None = None
 
 
 @dataclass(frozen=True)

@@ -72,7 +72,8 @@ class Peak:
 class BodyStresses:
     """One body: `fields` (nz, nx, ny) as asked for, `plane` (nz, nx) at y = `plane_y`, `below_stressed` and `below_heated`
     (nz,), lines into the depth below the most stressed and the hottest point of the surface (SI, names of
-    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,). `most_stressed` is the largest von Mises stress."""
+    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,). `most_stressed` is the largest von Mises stress. `strength`
+    has shakedown and fatigue over depth, (nz,) or (nz, ny), where they are asked for (names of `STRENGTH_FIELDS`)."""
 
     depths: Array
     plane_y: float
@@ -82,6 +83,7 @@ class BodyStresses:
     below_stressed: Mapping[str, AnyArray]
     below_heated: Mapping[str, AnyArray] = field(default_factory=dict)
     fields: Mapping[str, AnyArray] = field(default_factory=dict)
+    strength: Mapping[str, AnyArray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -292,6 +292,8 @@ def _stress_order(at_surface: bool, derived: DerivedQuantities) -> float:
 def _value_of(place: str) -> str:
     """The scalar whose place or depth a scalar is."""
     quantity, _, body, _ = place.rsplit("_", 3)
+    if quantity == "shakedown":
+        return f"shakedown_k_{body}_MPa"
     return f"{quantity}_max_{body}_MPa"
 
 

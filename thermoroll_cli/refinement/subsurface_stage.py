@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -19,6 +20,7 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
+from thermoroll_cli.stress.body_strength import StrengthCollector, strength_scalars
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
 
@@ -83,13 +85,13 @@ def below_the_surface(
     hot = hot_bodies(request, derived, heated=heated)
     depths = depths_of(request, derived, heated=bool(hot))
     collected = [
-        _collect(grid, request.bodies, depths, thermal=bool(hot), keep=request.fields if grid is grids[-1] else None)
+        _collect(grid, request, depths, thermal=bool(hot), keep=request.fields if grid is grids[-1] else None)
         for grid in grids
     ]
     found = [_peaks(collectors) for collectors in collected]
-    by_grid = [_scalars(peaks) for peaks in found]
+    by_grid = [_scalars(peaks, collectors) for peaks, collectors in zip(found, collected, strict=True)]
     finest = collected[-1]
-    by_layers = _scalars(_peaks(finest, every=2))
+    by_layers = _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(collector.peaks(collector.total)[0]) for body, collector in finest.items()}
     warnings = [
         f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
@@ -101,22 +103,30 @@ def below_the_surface(
         for body in recirculating(derived) if body in hot
     ]
     near = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    error = stress_estimates(by_grid, by_layers, reference, _at_surface(found[-1], near), elements, derived, left_out)
+    error = stress_estimates(by_grid, by_layers, reference, _at_surface(found[-1], near, finest), elements, derived, left_out)
     for (body, prefix), (strongest, *_) in found[-1].items():
         rivals = [_rivals(collectors[body], prefix) for collectors in collected]
         name = f"{prefix}von_mises_{{}}_{body}_{{}}"
         error |= errors_with_rivals(name, error, strongest, rivals, reference, elements, derived)
-    return Subsurface(results, by_grid[-1], error, tuple(warnings))
+    scalars = dict(by_grid[-1])
+    utilised = math.hypot(reference["force_x_N"], reference["force_y_N"]) / derived.problem.normal_force
+    for body in finest:
+        strength, pressure = getattr(request, f"{body}_strength"), reference["pressure_max_MPa"]
+        if strength is not None and strength.shear_yield is not None:
+            needed = scalars[f"shakedown_k_{body}_MPa"]
+            scalars |= strength_scalars(body, strength.shear_yield, needed, pressure, utilised)
+            error[f"shakedown_factor_{body}"] = error[f"shakedown_k_{body}_MPa"] * pressure / needed
+    return Subsurface(results, scalars, error, tuple(warnings))
 
 
 def _collect(
-    grid: SolvedGrid, bodies: tuple[str, ...], depths: Array, *, thermal: bool, keep: KeptFields | None
+    grid: SolvedGrid, request: SubsurfaceRequest, depths: Array, *, thermal: bool, keep: KeptFields | None
 ) -> dict[str, Collector]:
     """All layers of the `bodies` on one grid."""
     discretisation = grid.discretisation
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
     transforms = LayerTransforms(discretisation.grid, mirrored)
-    loads = surface_loads(discretisation, grid.contact, bodies, thermal)
+    loads = surface_loads(discretisation, grid.contact, request.bodies, thermal)
     y = discretisation.grid.y[-transforms.columns :]
     pressure = grid.contact.normal.pressure[:, -transforms.columns :]
     plane = int(np.argmax(pressure.max(axis=0)))
@@ -124,6 +134,9 @@ def _collect(
         body: Collector(depths, discretisation.grid.x, y, mirrored, load.heat is not None, keep, plane)
         for body, load in loads.items()
     }
+    for body, collector in collectors.items():
+        if (strength := getattr(request, f"{body}_strength")) is not None:
+            collector.strength = StrengthCollector(strength, depths, len(y), mirrored, collector.thermal)
     heats = {body: ThermalLayers(transforms, load).layers(depths) for body, load in loads.items() if load.heat is not None}
     for layer, elastic in enumerate(_elastic(transforms, loads, depths)):
         for body, collector in collectors.items():
@@ -160,8 +173,11 @@ def _peaks(collectors: dict[str, Collector], every: int = 1) -> Peaks:
     return peaks
 
 
-def _scalars(peaks: Peaks) -> dict[str, float]:
+def _scalars(peaks: Peaks, collectors: dict[str, Collector], every: int = 1) -> dict[str, float]:
     scalars: dict[str, float] = {}
+    for body, collector in collectors.items():
+        if collector.strength is not None:
+            scalars |= collector.strength.scalars(body, every)
     for (body, prefix), found in peaks.items():
         scalars |= scalars_of(body, found, prefix)
     return scalars
@@ -171,9 +187,12 @@ def _rivals(collector: Collector, prefix: str) -> tuple[Peak, Peak]:
     return collector.rivals(collector.elastic if prefix else collector.total)
 
 
-def _at_surface(peaks: Peaks, near: float) -> set[str]:
+def _at_surface(peaks: Peaks, near: float, collectors: dict[str, Collector]) -> set[str]:
     """Names of the scalars whose maximum lies at the surface, no deeper than `near` in m."""
     names: set[str] = set()
+    for body, collector in collectors.items():
+        if collector.strength is not None:
+            names |= collector.strength.at_surface(body)
     for (body, prefix), found in peaks.items():
         marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z <= near else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
         names |= {name for name, value in scalars_of(body, (marked[0], marked[1], marked[2]), prefix).items() if value}

@@ -11,6 +11,7 @@ from thermoroll_cli.numerics.mirror import unfolded
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak
+from thermoroll_cli.stress.body_strength import StrengthCollector
 from thermoroll_cli.stress.invariants import first_principal, von_mises
 from thermoroll_cli.stress.peaks import peak_of, row_ranges
 from thermoroll_cli.stress.superposition import ODD_IN_Y
@@ -50,6 +51,7 @@ class Collector:
     plane_column: int
     elastic: _Judged = field(init=False)
     total: _Judged = field(init=False)
+    strength: StrengthCollector | None = None
     temperature: AnyArray | None = field(init=False)
     stresses: AnyArray | None = field(init=False)
     plane: AnyArray | None = field(init=False)
@@ -70,6 +72,8 @@ class Collector:
             stress = elastic + thermal[0]
             self.temperature[layer] = thermal[1]
             self.total.take(layer, stress)
+        if self.strength is not None:
+            self.strength.take(layer, elastic, stress)
         if self.stresses is not None:
             self.stresses[:, layer] = stress
         if self.plane is not None:
@@ -111,7 +115,8 @@ class Collector:
             kept |= {name: self._whole(values, -1 if odd else 1)
                      for name, values, odd in zip(STRESSES, self.stresses, ODD_IN_Y, strict=True)}
         return BodyStresses(self.depths, float(self.y[self.plane_column]), plane, most_stressed, hottest, below_stressed,
-                            below_heated, kept)
+                            below_heated, fields=kept,
+                            strength={} if self.strength is None else self.strength.fields())
 
     def _whole(self, values: AnyArray, parity: int) -> AnyArray:
         return unfolded(values, parity) if self.mirrored else values

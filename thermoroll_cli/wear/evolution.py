@@ -1,9 +1,9 @@
 """Evolution of both profiles: explicit steps of a bounded worn depth, each solution started from the one before.
 
-Explicit steps are stable while n κ ξ < dy/(E* a): the pressure follows the profile within an element, and a step that wears more
-than the pressure's own compliance over an element makes rows wear in turn. In terms of the worn depth d of a step that is
-d < (π/2)(p₀/E*) dy; half of it is taken, and no more than a tenth of the approach. The depth is remapped to the points of the
-profiles by its running integral, which conserves the worn area, and never smoothed.
+Explicit steps are stable while n κ ξ < dy/(E* a): the pressure follows the profile within an element, and a step that wears
+more than the pressure's own compliance over an element makes rows wear in turn. In terms of the worn depth d of a step that is
+d < (π/2)(p₀/E*) dy; a share of it is taken, and no more than a tenth of the approach. The depth is remapped to the points of
+the profiles by its running integral, which conserves the worn area, and never smoothed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from thermoroll_cli.problem.surface import surfaces
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.wear.passage import sliding_work
 
-STABLE_SHARE = 0.5
+STABLE_SHARE = 0.7
 """Share of the largest stable worn depth that a step takes."""
 POINTS_PER_ELEMENT = 1.0
 """Points of the profile over an element of the first solution."""
@@ -62,8 +62,8 @@ class WearCourse:
 
 @dataclass(frozen=True)
 class WearState:
-    """A moment of the evolution: `distance` rolled (m), `y` (m) and the `worn` depth of each body there (m), and the result of the
-    contact with these profiles (None before it is solved)."""
+    """A moment of the evolution: `distance` rolled (m), `y` (m) and the `worn` depth of each body there (m), and the `result`
+    of the contact with these profiles with its `line_load` over the result's y (N/m); None before it is solved."""
 
     distance: float
     y: Array
@@ -81,8 +81,8 @@ class BeyondProfile(ArithmeticError):
 
 
 def expected_half_width(problem: Problem, course: WearCourse, work: float, half_width: float) -> float:
-    """Half-width (m) of the contact in the end, by the law of rigid wear: the worn area 2w³/(3R), with the lateral radius R of both
-    bodies, is what `work` (∬ p|s|/V dx dy, N) wears off; no less than the present `half_width`."""
+    """Half-width (m) of the contact in the end, by the law of rigid wear: the worn area 2w³/(3R), with the lateral radius R of
+    both bodies, is what `work` (∬ p|s|/V dx dy, N) wears off; on top of the present `half_width`."""
     curvature = problem.geometry.curvature_y
     if not curvature > 0.0:
         return half_width

@@ -42,7 +42,15 @@ from thermoroll_cli import __version__
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
 from thermoroll_cli.files.provenance import provenance
-from thermoroll_cli.problem.names import FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS, Field
+from thermoroll_cli.problem.names import (
+    FIELDS,
+    HERTZ_SCALARS,
+    SCALARS,
+    STRENGTH_FIELDS,
+    SUBSURFACE_FIELDS,
+    SUBSURFACE_SCALARS,
+    Field,
+)
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
 
@@ -158,6 +166,9 @@ def _write_body(file: h5py.File, body: str, stresses: BodyStresses, state: State
             layered = (1, *values.shape[1:]) if values.ndim > 1 else values.shape
             dataset = _create(group, prefix + name, values, [scales[axis] for axis in axes], chunks=layered)
             label(dataset, units=field.unit, long_name=field.meaning + where)
+    for name, values in stresses.strength.items():
+        dataset = _create(group, name, values, [scales[axis] for axis in "zy"[: values.ndim]])
+        label(dataset, units=STRENGTH_FIELDS[name].unit, long_name=STRENGTH_FIELDS[name].meaning)
     places: dict[str, float] = {"plane_y": stresses.plane_y}
     places |= {f"stressed_{name}": getattr(stresses.most_stressed, name) for name in ("x", "y", "z", "value")}
     if stresses.hottest is not None:
@@ -339,14 +350,17 @@ def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bo
 
 def _read_body(group: h5py.Group) -> BodyStresses:
     parts: dict[str, dict[str, AnyArray]] = {part: {} for part, _, _ in BODY_PARTS.values()}
+    strength: dict[str, AnyArray] = {}
     for name, dataset in group.items():
-        if name not in ("x", "y", "z"):
+        if name in STRENGTH_FIELDS:
+            strength[name] = dataset[()]
+        elif name not in ("x", "y", "z"):
             prefix = next(prefix for prefix in reversed(BODY_PARTS) if name.startswith(prefix))
             parts[BODY_PARTS[prefix][0]][name.removeprefix(prefix)] = dataset[()]
     at = {name: float(value) for name, value in group.attrs.items()}
     stressed = Peak(at["stressed_value"], at["stressed_x"], at["stressed_y"], at["stressed_z"])
     hottest = Peak(at["hottest_value"], at["hottest_x"], at["hottest_y"], 0.0) if "hottest_value" in at else None
-    return BodyStresses(group["z"][()], at["plane_y"], most_stressed=stressed, hottest=hottest, **parts)
+    return BodyStresses(group["z"][()], at["plane_y"], most_stressed=stressed, hottest=hottest, strength=strength, **parts)
 
 
 def _read_attributes(group: h5py.Group) -> dict[str, Any]:
