@@ -23,7 +23,7 @@ ROOMS = (
     {"refinement"},
     {"files", "plots"},
     {"sweeps"},
-    {"creep_table"},
+    {"creep_table", "wear"},
     {"cli", "python_api"},
     {"", "__main__"},
 )
