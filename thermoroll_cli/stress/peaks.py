@@ -11,6 +11,7 @@ from thermoroll_cli.problem.result import Peak
 
 LAYERS, ELEMENTS = 5, 3
 """Points of the interpolating polynomials: into the depth, where layers are far apart, and along the surface."""
+MOST_MOVES = 16
 ZOOMS, POINTS = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
 
@@ -20,12 +21,24 @@ def peak_of(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirror
 
     A largest value at the surface is looked for on the surface itself, too. Of a `mirrored` field, even in y, only the part
     y > 0 is given. Positions are those of the arrays."""
-    place = np.unravel_index(int(np.argmax(values)), values.shape)
-    candidates = [_refined(values, place, depths, x, y, mirrored)]
+    candidates = [_followed(values, depths, x, y, mirrored)]
     if depths[0] == 0.0:
-        on_surface = np.unravel_index(int(np.argmax(values[0])), values[0].shape)
-        candidates.append(_refined(values[:1], (0, *on_surface), depths[:1], x, y, mirrored))
+        candidates.append(_followed(values[:1], depths[:1], x, y, mirrored))
     return max(candidates, key=lambda peak: peak.value)
+
+
+def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
+    """The maximum near the largest of `values`, looked for again around where it is found: on a ridge that leans, it may lie
+    between two layers several elements away from the largest value on a layer."""
+    place = np.unravel_index(int(np.argmax(values)), values.shape)
+    best = _refined(values, place, depths, x, y, mirrored)
+    for _ in range(MOST_MOVES):
+        moved = tuple(int(np.argmin(np.abs(axis - at))) for axis, at in ((depths, best.z), (x, best.x), (y, best.y)))
+        found = _refined(values, moved, depths, x, y, mirrored)
+        if not found.value > best.value:
+            break
+        best = found
+    return best
 
 
 def row_ranges(values: AnyArray) -> AnyArray:
