@@ -124,7 +124,9 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
     `error_scale`; `elements` counts those over 1.1 diameters of the contact.
 
-    nan for what is given and for one grid alone, 0 for what symmetry makes zero."""
+    nan for what is given and for one grid alone, 0 for what symmetry makes zero. Creepages that are found for a force close to
+    μW, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a circle), so they are
+    no better known than √γ_st, as far as the contact slips."""
     summary = {**levels[-1], **input_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
@@ -142,6 +144,12 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
             unresolved = carried * _unresolved(name, resolution, summary, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
+    if derived.problem.prescribed_force:
+        stick = summary["gamma_st"]
+        near_limit = (1.0 - stick) * (math.sqrt(stick + errors["gamma_st"]) - math.sqrt(stick))
+        for name in {*CREEPAGES, *RELATIVE}.difference(given):
+            # Larger of the two; what is not known (nan) remains so.
+            errors[name] = near_limit if errors[name] < near_limit else errors[name]
     return errors
 
 
