@@ -116,7 +116,9 @@ def test_picture_options(case: Path, tmp_path: Path) -> None:
 def test_invalid_case_stops_everything_before_it_starts(case: Path, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text(MECHANICAL.replace("normal_N = 65.0", "normal_kN = 65.0"))
     done = thermoroll("run", case, "bad.toml", "missing.toml", "--json", cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (3, "")
+    records = [json.loads(line) for line in done.stdout.splitlines()]
+    assert done.returncode == 3 and [record["case"] for record in records] == ["bad.toml", "missing.toml"]
+    assert all(record["errors"] and not record["valid"] for record in records)
     assert 'did you mean "normal_N"' in done.stderr and "missing.toml: error: no such file" in done.stderr
     assert done.stderr.endswith("2 errors; nothing was computed\n")
     assert not (tmp_path / "results").exists()
