@@ -18,7 +18,7 @@ from thermoroll_cli.problem.result import Result, State
 
 Array = NDArray[np.float64]
 
-PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE = QUANTITIES.values()
+PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE = (QUANTITIES[n] for n in ("pressure", "traction", "heat_flux", "temperature"))
 
 WITHOUT, WITH = "without thermal deformation", "with thermal deformation"
 
