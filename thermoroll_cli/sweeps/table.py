@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import replacing
-from thermoroll_cli.files.result.sweep_file import write_sweep_file
+from thermoroll_cli.files.result.sweep_file import SweepColumns, write_sweep_file
 from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
@@ -172,23 +172,30 @@ def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_
 
 
 def draw(rows: Rows, path: pathlib.Path, title: str) -> str:
-    """Draw the scalars over the axis that varies fastest, a curve for each combination of the others; those of a list over
+    """Draw the scalars of a sweep (`draw_table`). Returns why there is no picture, or nothing. Raises OSError."""
+    cells = [row.cells() for row in rows]
+    names = dict.fromkeys(name for cell in cells for name in cell)
+    columns = {name: [cell.get(name, math.nan) for cell in cells] for name in names}
+    return draw_table(SweepColumns(columns, tuple(axis.key for axis in rows.points.axes), rows.points.listed, title), path)
+
+
+def draw_table(table: SweepColumns, path: pathlib.Path) -> str:
+    """Draw the scalars over the key that varies fastest, a curve for each combination of the others; those of a list over
     the number of the point where several keys vary. Returns why there is no picture, or nothing. Raises OSError."""
-    varying = [axis for axis in rows.points.varying]
-    numeric = [axis for axis in varying if axis.numeric]
+    columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
+    varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
+    numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
     if not varying:
         return "a sweep of one point has no curve"
-    if len(rows) > MOST_DRAWN:
+    if len(columns["point"]) > MOST_DRAWN:
         return f"more than {MOST_DRAWN} points"
-    by_number = rows.points.listed and len(varying) > 1
+    by_number = table.listed and len(varying) > 1
     if not (numeric or by_number):
         return "no key with numbers varies"
-    over = ["point"] if by_number else [axis.key for axis in (numeric[0], *(a for a in varying if a is not numeric[0]))]
-    cells = [row.cells() | {"point": row.number} for row in rows]
-    if not any(cell["status"] == CONVERGED and math.isfinite(cell[over[0]]) for cell in cells):
+    over = ["point"] if by_number else [numeric[0], *(key for key in varying if key != numeric[0])]
+    if CONVERGED not in columns["status"]:
         return "no point converged"
-    names = dict.fromkeys(name for cell in cells for name in cell)
-    write_sweep_figure({name: [cell.get(name, math.nan) for cell in cells] for name in names}, over, path, title=title)
+    write_sweep_figure(columns, over, path, title=table.title)
     return ""
 
 

@@ -1,11 +1,15 @@
-"""The scalars of many points in one HDF5 file: every scalar is an array over the swept keys, which are its coordinates."""
+"""The scalars of many points: in one HDF5 file, where every scalar is an array over the swept keys, which are its coordinates;
+and read back from it, or from the CSV table of a sweep."""
 
 from __future__ import annotations
 
+import csv
 import datetime
 import json
+import math
 import pathlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import h5py
@@ -15,12 +19,72 @@ from numpy.typing import NDArray
 from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import replacing
 from thermoroll_cli.files.provenance import provenance
-from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, fixed_text, label
+from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, fixed_text, label
 from thermoroll_cli.problem.names import ALL_SCALARS
 
 FORMAT_VERSION = 2
 KIND = "sweep"
 PREFIXES = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}
+
+
+@dataclass(frozen=True)
+class SweepColumns:
+    """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
+    them, whether the points are a list (`listed`) or all combinations of values, and the `title` of the case, if known."""
+
+    columns: Mapping[str, Sequence[Any]]
+    keys: tuple[str, ...]
+    listed: bool
+    title: str = ""
+
+
+def is_sweep_file(path: pathlib.Path) -> bool:
+    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind."""
+    if path.suffix.lower() == ".csv":
+        return True
+    if not (path.is_file() and h5py.is_hdf5(path)):
+        return False
+    with h5py.File(path, "r", locking=False) as file:
+        return file.attrs.get("kind") == KIND.encode()
+
+
+def read_sweep(path: pathlib.Path) -> SweepColumns:
+    """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5. Raises ResultFileError."""
+    try:
+        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
+    except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
+        reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep"
+        raise ResultFileError(f"{path}: {reason}") from cause
+
+
+def _read_csv(path: pathlib.Path) -> SweepColumns:
+    with open(path, encoding="utf-8", newline="") as stream:
+        header, *rows = list(csv.reader(stream))
+    columns = {name: [_cell(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
+    keys = tuple(header[: header.index("status")])
+    return SweepColumns(columns, keys, math.prod(len(set(columns[key])) for key in keys) != len(rows))
+
+
+def _cell(text: str) -> float | str:
+    try:
+        return float(text) if text else math.nan
+    except ValueError:
+        return text
+
+
+def _read_hdf5(path: pathlib.Path) -> SweepColumns:
+    with h5py.File(path, "r", locking=False) as file:
+        keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
+        columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
+        listed = "point" in file
+        if not listed:
+            swept = np.meshgrid(*(file[key][()] for key in keys), indexing="ij")
+            columns |= {key: _flat(values) for key, values in zip(keys, swept, strict=True)}
+        return SweepColumns(columns, keys, listed, file.attrs["title"].decode())
+
+
+def _flat(values: NDArray[Any]) -> list[Any]:
+    return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
 
 
 def write_sweep_file(
