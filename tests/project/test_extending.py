@@ -46,16 +46,16 @@ def thermoroll(place: Path, *arguments: str) -> dict:
 def test_wear_goes_the_whole_way(place: Path) -> None:
     """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
     case = str(ROOT / "cases" / "article_4_1.toml")
-    worn = thermoroll(place, "run", case, "--set", "load.wear_coefficient_mm3_J=1e-4", "--set", "numerics.grid=16")
+    worn = thermoroll(place, "run", case, "--set", "load.wear_coefficient_m3_J=1e-13", "--set", "numerics.grid=16")
     # Heat is extrapolated from three grids, its sum over the last one is not.
     assert worn["wear_rate_mm3_s"] == pytest.approx(1e-4 * worn["Q_F_W"], rel=0.02)
     assert worn["wear_rate_mm3_s"] != worn["isothermal"]["wear_rate_mm3_s"]
-    assert (place / "results" / "article_4_1_wear.png").stat().st_size > 10_000
-    shown = thermoroll(place, "show", case, "--set", "load.wear_coefficient_mm3_J=1e-4")
+    assert (place / "results" / "article_4_1_wear_rate.png").stat().st_size > 10_000
+    shown = thermoroll(place, "show", case, "--set", "load.wear_coefficient_m3_J=1e-13")
     assert "wear" in shown["run"]
-    assert shown["inputs"]["load.wear_coefficient_mm3_J"] == {"value": 1e-4, "si": pytest.approx(1e-13), "unit": "m³/J"}
+    assert shown["inputs"]["load.wear_coefficient_m3_J"]["si"] == 1e-13
 
 
 def test_the_document_shows_every_step() -> None:
     files = {Path(path).parts[1] for path, _ in BLOCKS}
-    assert files == {"problem", "refinement", "files", "plots"}
+    assert files == {"problem", "refinement", "files"} and len(BLOCKS) <= 6

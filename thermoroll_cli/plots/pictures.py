@@ -1,4 +1,5 @@
-"""All kinds of pictures of a run, and how they get into files. A new kind is a function and a line in `KINDS`."""
+"""All kinds of pictures of a run, and how they get into files. Maps of fields are those of `names.QUANTITIES`; a new kind is a
+function and a line in `KINDS`."""
 
 from __future__ import annotations
 
@@ -12,21 +13,18 @@ from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figure import profile_figure
-from thermoroll_cli.plots.run_frame import HEAT_FLUX, PRESSURE, TEMPERATURE, TRACTION, RunFrame, frame_of
+from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import FORMATS, save, style
 from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
-from thermoroll_cli.problem.names import FIELDS, Quantity
+from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
 
 Draw = Callable[[RunFrame], Figure | None]
 
 KINDS: dict[str, Draw] = {
-    "pressure": partial(field_figure, quantity=PRESSURE),
+    **{name: partial(field_figure, quantity=quantity) for name, quantity in QUANTITIES.items()},
     "profile": profile_figure,
-    "traction": partial(field_figure, quantity=TRACTION),
-    "heat_flux": partial(field_figure, quantity=HEAT_FLUX),
-    "temperature": partial(field_figure, quantity=TEMPERATURE),
     "centreline": centreline_figure,
     "track": track_figure,
     "summary": summary_figure,

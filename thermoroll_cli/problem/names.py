@@ -42,12 +42,14 @@ class Scalar:
 @dataclass(frozen=True)
 class Field:
     """An array that a result holds, with its SI unit. Differences of fields of one `family` are measured by the same scale:
-    components of a vector (`_x`, `_y`), and temperatures of both bodies, one of which may stay cold."""
+    components of a vector (`_x`, `_y`), and temperatures of both bodies, one of which may stay cold. A field with a `symbol`
+    is drawn as it is (`QUANTITIES`)."""
 
     name: str
     unit: str
     meaning: str
     family: str = ""
+    symbol: str = ""
 
 
 @dataclass(frozen=True)
@@ -64,8 +66,8 @@ class Quantity:
     words: str
     symbol: str
     normalised: str
-    colours: str
-    maximum: str
+    colours: str = "inferno"
+    maximum: str = ""
     from_zero: bool = True
 
     @property
@@ -136,15 +138,6 @@ FIELDS = _fields(
 )
 """Fields of a state."""
 
-QUANTITIES = {quantity.name: quantity for quantity in (
-    Quantity("pressure", ("pressure",), "pressure", "p", "p/p₀", "viridis", "pressure_max_MPa"),
-    Quantity("traction", ("shear_x", "shear_y"), "shear traction", "|τ|", "|τ|/p₀", "viridis", "shear_max_MPa"),
-    Quantity("heat_flux", ("heat_flux",), "heat flux", "q", "q α l/k", "inferno", "heat_flux_max_W_mm2"),
-    Quantity("temperature", ("temperature_rise_lower", "temperature_rise_upper"), "temperature rise", "ΔT", "ΔT", "inferno",
-             "temperature_rise_max_{}_K", from_zero=False),
-)}  # fmt: skip
-"""What the pictures of a run show of its fields, in their order."""
-
 SCALARS = _scalars(
     Scalar("Q_F_W", "total frictional heat", listed=True, brief="frictional heat"),
     Scalar("gamma_c", "contact area / Hertz area", listed=True, brief="area/Hertz area",
@@ -185,6 +178,17 @@ SCALARS = _scalars(
            brief="power balance error"),
 )  # fmt: skip
 """Scalars of a state, in the order they are reported."""
+
+QUANTITIES = {quantity.name: quantity for quantity in (
+    Quantity("pressure", ("pressure",), "pressure", "p", "p/p₀", "viridis", "pressure_max_MPa"),
+    Quantity("traction", ("shear_x", "shear_y"), "shear traction", "|τ|", "|τ|/p₀", "viridis", "shear_max_MPa"),
+    Quantity("heat_flux", ("heat_flux",), "heat flux", "q", "q α l/k", "inferno", "heat_flux_max_W_mm2"),
+    Quantity("temperature", ("temperature_rise_lower", "temperature_rise_upper"), "temperature rise", "ΔT", "ΔT", "inferno",
+             "temperature_rise_max_{}_K", from_zero=False),
+    *(Quantity(field.name, (field.name,), field.name.replace("_", " "), field.symbol, field.symbol) for field in FIELDS.values()
+      if field.symbol),
+)}  # fmt: skip
+"""What the pictures of a run show of its fields, in their order."""
 
 HERTZ_SCALARS = _scalars(
     Scalar("hertz_a_mm", "Hertz semi-axis along x"),
