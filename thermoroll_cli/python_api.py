@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result import hdf5
+from thermoroll_cli.plots import pictures
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.number_text import isothermal_text, listed_scalars, scalar_text
@@ -63,6 +64,18 @@ class Result(results.Result):
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
         return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
 
+
+    def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> pictures.Figure:
+        """A picture as a matplotlib figure: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as
+        `thermoroll run` draws them, or a map of any field. `normalised` draws the article's dimensionless quantities, `cut_y`
+        (m) is the line of the picture "centreline". `figure.savefig` writes it.
+
+        Raises ValueError for an unknown kind (the message lists them), a cut outside the domain, and where there is nothing to
+        show, as the temperature of a problem without heat."""
+        figure = pictures.figure(self, kind, normalised=normalised, cut_y=cut_y)
+        if figure is None:
+            raise ValueError(f"there is nothing to show in a picture {kind!r} of this result")
+        return figure
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""

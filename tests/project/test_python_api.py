@@ -118,6 +118,17 @@ def test_a_result_cannot_be_changed_and_names_what_it_has(hot: Result) -> None:
     assert repr(copy.summary()) == repr(hot.summary()) and list(copy.coupled.fields) == list(hot.coupled.fields)
 
 
+def test_a_picture_is_a_figure(hot: Result, tmp_path: Path) -> None:
+    figure = hot.plot("pressure")
+    figure.savefig(tmp_path / "pressure.pdf")
+    assert (tmp_path / "pressure.pdf").stat().st_size > 5_000
+    assert hot.plot("gap", normalised=True).axes
+    with pytest.raises(ValueError, match="there is no picture 'presure'; there are pressure"):
+        hot.plot("presure")
+    with pytest.raises(ValueError, match="nothing to show in a picture 'profile'"):
+        hot.plot("profile")
+
+
 def test_a_notebook_shows_a_table(hot: Result) -> None:
     strong = Result.of(synthetic.result((8, 8)))
     page = hot._repr_html_()

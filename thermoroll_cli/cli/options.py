@@ -41,8 +41,16 @@ Settings = Annotated[
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]
-Format = Annotated[ImageFormat, typer.Option("--format", help="File type of the pictures.")]
+Formats = Annotated[
+    list[ImageFormat] | None, typer.Option("--format", help="File type of the pictures; png if not given. Repeatable.")
+]
+Dpi = Annotated[float | None, typer.Option("--dpi", min=10, max=2400, metavar="N", help="Resolution of PNG pictures.")]
 Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
+
+
+def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
+    """The file types that pictures are wanted in, each once."""
+    return tuple(dict.fromkeys(image_format.value for image_format in given or (ImageFormat.png,)))
 
 
 def check_standard_input(cases: Sequence[Path]) -> None:

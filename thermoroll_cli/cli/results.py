@@ -31,34 +31,64 @@ class ExportFormat(StrEnum):
 
 
 def plot(
-    results: options.Results,
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of run; sweep.csv or sweep.h5 of sweep.")
+    ],
     output: Folder = None,
-    image_format: options.Format = options.ImageFormat.png,
+    formats: options.Formats = None,
+    dpi: options.Dpi = None,
     normalised: options.Normalised = False,
+    fields: Annotated[
+        str, typer.Option("--fields", metavar="A,B", help="These pictures, or maps of these fields, instead of all kinds.")
+    ] = "",
+    cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
+    theories: Annotated[
+        str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
+    ] = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Draw the pictures of results again."""
+    """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.files.result.hdf5 import read_result
+    from thermoroll_cli.files.result.sweep_file import is_sweep_file, read_sweep
     from thermoroll_cli.plots.pictures import KINDS, draw
+    from thermoroll_cli.problem.result import Result
+    from thermoroll_cli.sweeps.table import draw_table
 
     _check_no_cases(results)
-    stems = [_stem(path, output) for path in results]
+    endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]
     if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
-        raise typer.BadParameter(f"several results would write {twice}_*.{image_format.value}: draw them into folders of their "
-                                 "own with -o", param_hint="RESULT.h5...")  # fmt: skip
-    stored = [read_result(path) for path in results]
+        raise typer.BadParameter(f"several results would write {twice}_*.{endings[0]}: draw them into folders of their own "
+                                 "with -o", param_hint="RESULT.h5...")  # fmt: skip
+    # All of them are read before the first picture is drawn.
+    stored = [read_sweep(path) if is_sweep_file(path) else read_result(path) for path in results]
     if output is not None:
         options.check_writable(output)
-    for stem, result in zip(stems, stored, strict=True):
-        written = draw(result, stem, formats=(image_format.value,), normalised=normalised)
+    for path, stem, result in zip(results, stems, stored, strict=True):
+        try:
+            if isinstance(result, Result):
+                written = draw(result, stem, kinds=_words(fields) or tuple(KINDS), formats=endings, dpi=dpi,
+                               normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
+                names = [f"{stem.name}_{kind}" for kind in KINDS]
+            else:
+                written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
+                for picture in written:
+                    if why_not := draw_table(result, picture, compare=_words(theories), dpi=dpi):
+                        raise ValueError(why_not)
+        except ValueError as cause:
+            raise typer.BadParameter(f"{path}: {cause}") from None
         if quiet:
             continue
         for picture in written:
             streams.write(str(picture))
         # Those of other formats may show this very result.
-        every = (stem.with_name(f"{stem.name}_{name}.{image_format.value}") for name in KINDS)
-        options.tell_stale(every, written)
+        stale = (stem.with_name(f"{name}.{ending}") for name in names for ending in endings)
+        options.tell_stale(stale if not fields else (), written)
+
+
+def _words(text: str) -> tuple[str, ...]:
+    """The parts of a list with commas."""
+    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
 
 
 def compare(

@@ -32,7 +32,8 @@ class _Wishes:
     folder: Path
     as_json: bool
     pictures: bool
-    image_format: str
+    formats: tuple[str, ...]
+    dpi: float | None
     normalised: bool
     threads: int
     quiet: bool
@@ -50,7 +51,8 @@ def run(
         list[Path] | None,
         typer.Option("--from", metavar="RESULT.h5", help="Solve the case in a result file again. Repeatable."),
     ] = None,
-    image_format: options.Format = options.ImageFormat.png,
+    formats: options.Formats = None,
+    dpi: options.Dpi = None,
     normalised: options.Normalised = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -65,7 +67,7 @@ def run(
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
-    wishes = _Wishes(output, as_json, not no_plots, image_format.value, normalised, threads, quiet, verbose)
+    wishes = _Wishes(output, as_json, not no_plots, options.image_formats(formats), dpi, normalised, threads, quiet, verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     _check_names(valid)
     options.check_writable(output)
@@ -154,7 +156,8 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
         for line in _report(case, result, wishes.verbose):
             streams.write(line)
         if files:
-            more = f" and {len(files) - 1} pictures {wishes.folder / case.name}_*.{wishes.image_format}" if files[1:] else ""
+            kinds = ", ".join(f"{wishes.folder / case.name}_*.{ending}" for ending in wishes.formats)
+            more = f" and {len(files) - 1} pictures {kinds}" if files[1:] else ""
             streams.write(f"  wrote {files[0]}{more}")
     if not result.converged and (wishes.as_json or wishes.quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
@@ -172,7 +175,7 @@ def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
     from thermoroll_cli.plots.pictures import draw
 
     stem = wishes.folder / case.name
-    return [target, *draw(result, stem, formats=(wishes.image_format,), normalised=wishes.normalised)]
+    return [target, *draw(result, stem, formats=wishes.formats, dpi=wishes.dpi, normalised=wishes.normalised)]
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:

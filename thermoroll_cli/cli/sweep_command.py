@@ -51,7 +51,7 @@ def sweep(
     as_json: options.AsJson = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
     threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
-    image_format: options.Format = options.ImageFormat.png,
+    formats: options.Formats = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -74,12 +74,13 @@ def sweep(
     _check(wanted, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
-    picture, why_not = _draw(rows, output / f"sweep.{image_format.value}") if wanted.plots and not no_plots else (None, "")
+    targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
+    pictures, why_not = _draw(rows, targets) if wanted.plots and not no_plots else ([], "")
     if not quiet:
-        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), [picture] if picture else [])
+        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
     if not (as_json or quiet):
         written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
-        _report(rows, [*written, *([picture] if picture else [])], why_not)
+        _report(rows, [*written, *pictures], why_not)
     if failures > SHOWN_FAILURES:
         streams.note(f"thermoroll: and {failures - SHOWN_FAILURES} more, see the column reason of {output / TABLE_NAME}")
     raise typer.Exit(ExitCode.NOT_CONVERGED if failures else ExitCode.FINE)
@@ -155,12 +156,12 @@ def _written(value: Value) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _draw(rows: Rows, path: Path) -> tuple[Path | None, str]:
-    """The picture, or why there is none."""
+def _draw(rows: Rows, paths: list[Path]) -> tuple[list[Path], str]:
+    """The picture in each of the file types of `paths`, or why there is none."""
     from thermoroll_cli.sweeps.table import draw
 
-    why_not = draw(rows, path, rows.points.point(1).problem.title)
-    return (None, why_not) if why_not else (path, "")
+    why_not = next(filter(None, (draw(rows, path, rows.points.point(1).problem.title) for path in paths)), "")
+    return ([], why_not) if why_not else (paths, "")
 
 
 class _JsonPrinter:

@@ -179,9 +179,10 @@ def draw(rows: Rows, path: pathlib.Path, title: str) -> str:
     return draw_table(SweepColumns(columns, tuple(axis.key for axis in rows.points.axes), rows.points.listed, title), path)
 
 
-def draw_table(table: SweepColumns, path: pathlib.Path) -> str:
+def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
     """Draw the scalars over the key that varies fastest, a curve for each combination of the others; those of a list over
-    the number of the point where several keys vary. Returns why there is no picture, or nothing. Raises OSError."""
+    the number of the point where several keys vary. Returns why there is no picture, or nothing. `compare` and `dpi` are
+    those of `write_sweep_figure`. Raises OSError, and ValueError for what cannot be compared."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
@@ -195,7 +196,7 @@ def draw_table(table: SweepColumns, path: pathlib.Path) -> str:
     over = ["point"] if by_number else [numeric[0], *(key for key in varying if key != numeric[0])]
     if CONVERGED not in columns["status"]:
         return "no point converged"
-    write_sweep_figure(columns, over, path, title=table.title)
+    write_sweep_figure(columns, over, path, title=table.title, compare=compare, dpi=dpi)
     return ""
 
 
