@@ -188,3 +188,11 @@ def test_line_contact():
 def test_the_package_itself_imports_nothing():
     check = "import sys, thermoroll_cli.exact; sys.exit(any(m in sys.modules for m in ('numpy', 'scipy')))"
     assert subprocess.run([sys.executable, "-c", check], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("difference", [4e-16, 1e-12, 0.99e-6, 1.01e-6, 1e-4])
+def test_almost_circular_contacts(difference):
+    """Curvatures that differ by rounding: ln(a/b) is −2/3 of the logarithm of their ratio."""
+    contact = hertz_contact(10.0 * math.exp(difference), 10.0, 1e11, 100.0)
+    ratio = math.log(contact.semi_axis_x) - math.log(contact.semi_axis_y)
+    assert ratio == pytest.approx(-2.0 / 3.0 * difference, rel=1e-6, abs=1e-15)

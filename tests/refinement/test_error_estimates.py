@@ -127,8 +127,8 @@ def test_stress_at_the_surface_with_spin() -> None:
 
 
 def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
-    """Cases of the stress generator, drawn anew for this test: at most one error in twenty is larger than printed."""
-    covered = []
+    """Cases of the stress generator, drawn anew for this test: few errors are larger than printed, none three times."""
+    shortfalls = []
     for seed in (830001, 830002, 830003, 830006, 830007):
         case = stress_case(seed, small=True)
         assert case.below_limit
@@ -139,6 +139,8 @@ def test_random_cases_as_the_command_prints_them(tmp_path: Path) -> None:
         for name in SCALARS:
             error = absolute_error(name, coarse)
             if name not in DERIVED and not math.isnan(error):
-                covered.append(abs(coarse[name] - fine[name]) <= error)
-    assert len(covered) >= 40
-    assert sum(covered) >= 0.95 * len(covered) - 1
+                off = abs(coarse[name] - fine[name])
+                shortfalls.append(off / error if off > 0.0 else 0.0)
+    assert len(shortfalls) >= 40
+    assert sum(shortfall <= 1.0 for shortfall in shortfalls) >= 0.9 * len(shortfalls)
+    assert max(shortfalls) < 3.0

@@ -184,8 +184,9 @@ def _log_aspect_ratio(log_curvature_ratio: float) -> float:
     The logarithm of the curvature ratio is an odd function of t with a slope between −3/2 at the circle and −2 for slender
     ellipses, which brackets the root.
     """
-    if log_curvature_ratio == 0.0:
-        return 0.0
+    if abs(log_curvature_ratio) < 1e-6:
+        # A circle but for rounding, which would hide the change of sign between the brackets.
+        return -log_curvature_ratio / 1.5
 
     def mismatch(t: float) -> float:
         return math.log(_curvature_integral(t)) - math.log(_curvature_integral(-t)) - log_curvature_ratio

@@ -43,6 +43,8 @@ HALF_THE_LAYERS = 1.0 / 31.0
 """Part of the change from every second layer to all: five layers locate a maximum to fifth order, 2⁵ − 1 = 31."""
 FLOOR = 1.5e-5
 """Tolerances and rounding."""
+NEAR_LIMIT = 0.9
+"""Of μW: forces above it determine the creepage through the small patch that still sticks."""
 SLIDES = 1.5
 """Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
 
@@ -115,9 +117,14 @@ class Resolution:
         return BORDER * self.elements**-1.5
 
     @property
+    def slipping(self) -> float:
+        """m, the elements in a row that slip beside what sticks."""
+        return (1.0 - self.sticking) * self.elements
+
+    @property
     def narrow(self) -> float:
         """z = γ_st/max(1, m)²: how much is not seen in a zone of m elements that slips beside what sticks."""
-        return self.sticking / max(1.0, (1.0 - self.sticking) * self.elements) ** 2
+        return self.sticking / max(1.0, self.slipping) ** 2
 
 
 def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan) -> dict[str, float]:
@@ -125,8 +132,8 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     `error_scale`; `elements` counts those over 1.1 diameters of the contact.
 
     nan for what is given and for one grid alone, 0 for what symmetry makes zero. Creepages that are found for a force close to
-    μW, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a circle), so they are
-    no better known than √γ_st, as far as the contact slips."""
+    μW, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a circle), so the
+    error of √γ_st is added to theirs."""
     summary = {**levels[-1], **input_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
@@ -144,12 +151,10 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
             unresolved = carried * _unresolved(name, resolution, summary, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
-    if derived.problem.prescribed_force:
-        stick = summary["gamma_st"]
-        near_limit = (1.0 - stick) * (math.sqrt(stick + errors["gamma_st"]) - math.sqrt(stick))
+    if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
+        of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
         for name in {*CREEPAGES, *RELATIVE}.difference(given):
-            # Larger of the two; what is not known (nan) remains so.
-            errors[name] = near_limit if errors[name] < near_limit else errors[name]
+            errors[name] += of_stick
     return errors
 
 
@@ -169,6 +174,9 @@ def _unresolved(
     if name in AREAS:
         hertzian = "normal (isothermal)" in plan.skipped and not plan.runs("deformation")
         return 0.0 if hertzian else resolution.border
+    if name == "heat_flux_max_W_mm2":
+        # The heat of a zone narrower than an element is spread over all of it.
+        return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
     if name in MAXIMA:
         return resolution.narrow
     if name in TEMPERATURES:
