@@ -15,8 +15,8 @@ from thermoroll_cli import __version__
 from thermoroll_cli.cli import streams
 
 COMMANDS = {
-    "run": "run", "sweep": "sweep_command", "table": "creep_table", "show": "show", "validate": "cases", "init": "cases",
-    "schema": "cases", "plot": "results", "compare": "results", "export": "results",
+    "run": "run", "sweep": "sweep_command", "wear": "wear", "table": "creep_table", "show": "show", "validate": "cases",
+    "init": "cases", "schema": "cases", "plot": "results", "compare": "results", "export": "results",
 }  # fmt: skip
 """The module of each command, which is a function of its name there."""
 

@@ -23,6 +23,7 @@ from thermoroll_cli.files.case_model import (
     RecirculationTable,
     Settings,
     Table,
+    WornBodyTable,
     inputs,
 )
 from thermoroll_cli.files.case_source import (
@@ -224,6 +225,7 @@ def problem_of(settings: Settings) -> si.Problem:
         friction_maximum=friction.temperature_maximum_factor,
         friction_start=friction.temperature_start_K,
         friction_law=_friction_law(settings),
+        wear=_wear(settings),
         layer=0.0 if settings.layer is None else settings.layer.si("compliance_um_GPa"),
         subsurface=_subsurface(settings),
     )
@@ -255,6 +257,26 @@ def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:
 
 def _strength(table: BodyStrengthTable | None) -> si.Strength | None:
     return None if table is None else si.Strength(table.si("shear_yield_MPa"), table.dang_van_coefficient)
+
+
+def _wear(settings: Settings) -> si.Wear | None:
+    table = settings.wear
+    if table is None:
+        return None
+    bodies = {body: _worn_body(getattr(table, body), getattr(settings.geometry, f"{body}_radius_x_mm")) for body in si.BODIES}
+    return si.Wear(
+        **bodies,
+        distance=table.si("distance_km") or math.inf,
+        depth=table.si("depth_um") or math.inf,
+        step_fraction=table.step_fraction,
+        snapshots=table.snapshots,
+    )
+
+
+def _worn_body(table: WornBodyTable | None, radius_mm: float) -> si.WornBody:
+    if table is None:
+        return si.WornBody()
+    return si.WornBody(table.si("specific_wear_rate_mm3_Nm"), table.track_length_m or 2e-3 * math.pi * abs(radius_mm))
 
 
 def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:

@@ -42,7 +42,7 @@ class Conflict:
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
     checks = (_convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation,
-              _subsurface)
+              _subsurface, _wear)
     for check in checks:
         yield from check(sections)
 
@@ -267,6 +267,19 @@ def _contact_width(sections: Sections) -> float | None:
     materials = [material for _, material in _materials(sections)] * 2
     compliance = sum((1.0 - m.poisson_ratio**2) / (m.youngs_modulus_GPa * 1e3) for m in materials[:2])
     return contact_width(curvature, 1.0 / compliance, sections["load"].normal_N)
+
+
+def _wear(sections: Sections) -> Iterator[Conflict]:
+    wear, geometry = sections.get("wear"), sections.get("geometry")
+    if wear is None:
+        return
+    bodies = [body for body in BODIES if getattr(wear, body) is not None]
+    if not bodies:
+        yield Conflict(("wear",), "no body wears", "[wear.lower] or [wear.upper] with specific_wear_rate_mm3_Nm", at_key=True)
+    for body in bodies if geometry is not None else ():
+        if getattr(wear, body).track_length_m is None and math.isinf(getattr(geometry, f"{body}_radius_x_mm")):
+            yield Conflict(("wear", body), f"the {body} body is flat along rolling and has no circumference", "track_length_m",
+                           at_key=True)
 
 
 def _subsurface(sections: Sections) -> Iterator[Conflict]:

@@ -29,6 +29,8 @@ SI = {
     "mm": ("m", 1e-3),
     "um": ("m", 1e-6),
     "MPa": ("Pa", 1e6),
+    "mm3/(N m)": ("1/Pa", 1e-9),
+    "km": ("m", 1e3),
     "um/GPa": ("m/Pa", 1e-15),
     "mm/s": ("m/s", 1e-3),
     "mrad": ("rad", 1e-3),
@@ -309,6 +311,26 @@ class StrengthTable(Table):
     upper: BodyStrengthTable | None = None
 
 
+class WornBodyTable(Table):
+    """How one body wears."""
+
+    specific_wear_rate_mm3_Nm: float = quantity("mm3/(N m)", "Worn volume per load and sliding distance", ge=1e-18, le=1e6)
+    track_length_m: float | None = quantity(
+        "m", "Distance rolled between two passages of a point; default the circumference of the body", None, ge=1e-9, le=1e9
+    )
+
+
+class WearTable(Table):
+    """Wear by Archard's law. `run` reports it per passage; `thermoroll wear` follows the profiles over the distance."""
+
+    lower: WornBodyTable | None = None
+    upper: WornBodyTable | None = None
+    distance_km: float | None = quantity("km", "Distance to be rolled", None, ge=1e-12, le=1e12)
+    depth_um: float | None = quantity("um", "Depth at which the evolution ends", None, ge=1e-9, le=1e9)
+    step_fraction: float = quantity("1", "Largest worn depth of a step over the approach", 0.1, ge=1e-4, le=1)
+    snapshots: int = quantity("1", "Profiles that are kept, evenly over the distance or the depth", 20, ge=1, le=1000)
+
+
 class OutputTable(Table):
     """What is written besides the result file."""
 
@@ -338,6 +360,7 @@ class Settings(Head):
     numerics: NumericsTable = NumericsTable.model_construct()
     subsurface: SubsurfaceTable | None = None
     strength: StrengthTable | None = None
+    wear: WearTable | None = None
     output: OutputTable = OutputTable.model_construct()
 
     @property
@@ -371,6 +394,7 @@ EXCLUSIVE = (
       for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
     *(_exclusive(f"thermal.{body}", "convection_W_m2K", "thermal_resistance_K_W",
                  "convection, or a thermal resistance, of each body") for body in BODIES),
+    _exclusive("wear", "distance_km", "depth_um", "a distance, or a depth"),
 )  # fmt: skip
 """Keys that exclude each other. With --set the one that is set replaces the other."""
 

@@ -76,6 +76,7 @@ class Quantity:
 
 
 UNITS = {
+    "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
     "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)", "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm",
     "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²",
     "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s",
@@ -160,6 +161,7 @@ SCALARS = _scalars(
     Scalar("force_y_N", "lateral creep force", "force", listed=True),
     Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True),
     Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", brief="wear number Tγ"),
+    Scalar("T_gamma_without_spin_N", "wear number of the creep forces alone, |F_x ξ_x| + |F_y ξ_y|"),
     Scalar("creepage_longitudinal", "longitudinal creepage", "creepage"),
     Scalar("creepage_lateral", "lateral creepage", "creepage"),
     Scalar("creepage_spin_rad_mm", "spin", "spin"),
@@ -172,6 +174,9 @@ SCALARS = _scalars(
     Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
            brief="thermal displacement, both bodies"),
     Scalar("partition_mean", "share of the frictional heat that enters the lower body", brief="heat share of the lower body"),
+    *_of_both("wear_area_{}_um2", "area worn off per passage", listed=True),
+    *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True),
+    *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled"),
     Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element"),
     Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch",

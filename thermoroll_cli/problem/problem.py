@@ -190,6 +190,33 @@ class SubsurfaceRequest:
 
 
 @dataclass(frozen=True)
+class WornBody:
+    """A body that wears by Archard's law: specific wear `rate` κ in 1/Pa (m²/N: worn volume per sliding distance and load), and
+    the `track_length` (m) that rolls by between two passages of a point."""
+
+    rate: float = 0.0
+    track_length: float = math.inf
+
+    @property
+    def wear_per_distance(self) -> float:
+        """κ over the track length: worn depth per distance rolled and per ∫ p|s|/V dx, in 1/(Pa m)."""
+        return self.rate / self.track_length
+
+
+@dataclass(frozen=True)
+class Wear:
+    """How both bodies wear, and how far an evolution goes: until `distance` (m) is rolled or one body is worn by `depth` (m),
+    in steps of at most `step_fraction` of the approach, with `snapshots` of the profiles."""
+
+    lower: WornBody = WornBody()
+    upper: WornBody = WornBody()
+    distance: float = math.inf
+    depth: float = math.inf
+    step_fraction: float = 0.1
+    snapshots: int = 20
+
+
+@dataclass(frozen=True)
 class Problem:
     """A complete steady-state rolling contact problem in SI units.
 
@@ -215,6 +242,7 @@ class Problem:
     friction_law: FrictionLaw | None = None
     layer: float = 0.0
     subsurface: SubsurfaceRequest | None = None
+    wear: Wear | None = None
 
     @property
     def contact_modulus(self) -> float:

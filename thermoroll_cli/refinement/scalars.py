@@ -15,6 +15,7 @@ from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_va
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.result import State
+from thermoroll_cli.refinement.wear_of_passage import wear_scalars
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -118,6 +119,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
         "force_y_N": float(force[1]),
         "spin_moment_Nmm": moment * 1e3,
         "T_gamma_N": tangential.work,
+        "T_gamma_without_spin_N": float(np.abs(force * tangential.creepage).sum()),
         "creepage_longitudinal": tangential.creepage[0],
         "creepage_lateral": tangential.creepage[1],
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
@@ -165,6 +167,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     if contact.local_friction is not None:
         fields["friction_coefficient"] = contact.local_friction * inside
     scalars = scalars_of(discretisation, contact) | _friction_scalars(discretisation, contact)
+    scalars |= wear_scalars(discretisation.derived.problem, fields, discretisation.grid.dx, discretisation.grid.dy)
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     rises = (math.nan, math.nan)
     scalars["partition_mean"] = math.nan

@@ -30,7 +30,7 @@ import json
 import math
 import os
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import h5py
@@ -88,17 +88,23 @@ class ResultFileError(OSError):
 # --- writing ---------------------------------------------------------------------------------------------------------
 
 
-def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
-    """Write `result` and the case it came from to `path`, complete or not at all.
+def write_result(
+    path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str,
+    more: Callable[[h5py.File], None] = lambda file: None,
+) -> None:
+    """Write `result` and the case it came from to `path`, complete or not at all; `more` adds groups of its own.
 
     Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
 
     Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
     """
-    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line))
+    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line, more=more))
 
 
-def file_image(result: Result, *, case_text: str, case_json: str, command_line: str) -> bytes:
+def file_image(
+    result: Result, *, case_text: str, case_json: str, command_line: str,
+    more: Callable[[h5py.File], None] = lambda file: None,
+) -> bytes:
     """The content of the file that `write_result` writes."""
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
         file.attrs["format_version"] = FORMAT_VERSION
@@ -127,6 +133,7 @@ def file_image(result: Result, *, case_text: str, case_json: str, command_line: 
             # Each history has a length of its own, so each has a dimension of its own.
             iterations = _scale(histories, name + ITERATION, np.arange(residuals.size), "1", "iteration")
             _create(histories, name, residuals, [iterations])
+        more(file)
         file.flush()
         image: bytes = file.id.get_file_image()
     return image

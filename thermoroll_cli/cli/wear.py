@@ -1,0 +1,127 @@
+"""`thermoroll wear`: follow the profiles of both bodies as they wear."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.cli.progress import Bar
+
+if TYPE_CHECKING:
+    from thermoroll_cli.files.case import Case
+
+
+def wear(
+    case: options.OneCase,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from the last steps that DIR has.")] = False,
+    settings: options.Settings = None,
+    as_json: options.AsJson = False,
+    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
+    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    image_format: options.Format = options.ImageFormat.png,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Follow the profiles of both bodies as they wear, over the distance or to the depth that [wear] in the case gives.
+
+    Writes DIR/NAME_wear.csv with a row per step, DIR/NAME_wear.h5 (the last state with the group /wear), DIR/NAME_wear.png and
+    the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
+    DIR/NAME_wear.jsonl.
+    """
+    from thermoroll_cli.files.case import Case, CaseError
+
+    overrides = options.parse_overrides(settings)
+    try:
+        read = Case.read(case, overrides)
+    except CaseError as cause:
+        raise typer.Exit(options.tell_invalid([cause], "; nothing was computed")) from None
+    asked = read.problem.wear
+    if asked is None or asked.distance == asked.depth:
+        raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
+    options.check_writable(output)
+    records, result, reason = _followed(read, output, resume=resume, threads=threads, quiet=quiet, verbose=verbose)
+    files = _write(read, output, records, result, reason, None if no_plots else image_format.value)
+    if as_json:
+        streams.write_json({"name": read.name, "status": "not_converged" if reason else "converged", "reason": reason,
+                            "steps": len(records) - 1, **records[-1]["row"], "files": [str(file) for file in files]})
+    elif not quiet:
+        for name, value in records[-1]["row"].items():
+            streams.write(f"  {name:22} {value:.6g}")
+        streams.write(f"  {len(records) - 1} steps; wrote {', '.join(map(str, files))}")
+    if reason:
+        streams.note(f"thermoroll: {read.name}: {reason}")
+    raise typer.Exit(ExitCode.NOT_CONVERGED if reason else ExitCode.FINE)
+
+
+def _followed(
+    case: Case, folder: Path, *, resume: bool, threads: int, quiet: bool, verbose: bool
+) -> tuple[list[dict[str, Any]], Any, str]:
+    """All records, the last result, and why the evolution ended early."""
+    from thermoroll_cli.interruption import safe_point
+    from thermoroll_cli.sweeps.journal import Journal
+    from thermoroll_cli.wear.evolution import BeyondProfile, evolution
+    from thermoroll_cli.wear.wear_files import record_of, resumed
+
+    asked, reason, result = case.problem.wear, "", None
+    assert asked is not None
+    by_distance = asked.distance < float("inf")
+    live = streams.is_terminal(sys.stderr) and not (quiet or verbose)
+    bar = Bar(case.name, 1.0) if live else None
+    identity = {"kind": "wear", "case": case.to_json()}
+    with Journal(folder / f"{case.name}_wear.jsonl", identity, resume=resume) as journal:
+        start = resumed(journal)
+        last = 0 if start is None else start.steps
+        try:
+            for state in evolution(case.problem, start, threads=threads):
+                safe_point()
+                result, last = state.result, state.steps
+                record = record_of(state)
+                journal.keep(record)
+                done = state.distance / asked.distance if by_distance else state.deepest / asked.depth
+                words = f"{case.name}: step {state.steps}, {1e-3 * state.distance:.4g} km, {1e6 * state.deepest:.4g} µm"
+                if bar is not None:
+                    bar.show(words, min(done, 1.0), 1.0)
+                elif not quiet and (verbose or state.steps % 20 == 0):
+                    streams.note(words)
+                if result is not None and not result.converged:
+                    reason = f"step {state.steps} did not converge: {result.reason}"
+        except BeyondProfile as cause:
+            reason = f"{cause}; what is there is kept: give longer profiles, or a shorter distance"
+        finally:
+            if bar is not None:
+                bar.close()
+        journal.update()
+        records = [journal[str(step)] for step in range(last + 1)]
+    if not reason and len(records) == 1:
+        reason = "nothing slips, so nothing wears"
+    return records, result, reason
+
+
+def _write(
+    case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, image_format: str | None
+) -> list[Path]:
+    from thermoroll_cli.files.atomic import write_bytes
+    from thermoroll_cli.files.result.hdf5 import write_result
+    from thermoroll_cli.wear.wear_files import Snapshots, table, write_group, write_profiles
+
+    stem = folder / f"{case.name}_wear"
+    files = [stem.with_suffix(".csv"), stem.with_suffix(".h5")]
+    write_bytes(files[0], table(records))
+    write_result(files[1], result, case_text=case.text, case_json=case.to_json(),
+                 command_line=shlex.join(["thermoroll", *sys.argv[1:]]),
+                 more=lambda file: write_group(file, case.problem, records))
+    files += write_profiles(folder, case.name, case.problem, records[-1])
+    if image_format is not None and case.plots:
+        from thermoroll_cli.plots.wear_figure import draw_wear
+
+        kept = Snapshots.of(case.problem, records)
+        files.append(draw_wear(stem.with_suffix(f".{image_format}"), case.settings.title, kept.y, kept.profiles, kept.loads,
+                               kept.distances, converged=not reason))
+    return files
