@@ -37,7 +37,7 @@ FOREIGN: dict[str, set[str]] = {
     "pydantic_core": {"files"},
     "tomllib": {"files"},
     "tomli_w": {"files"},
-    "h5py": {"files", "creep_table"},
+    "h5py": {"files", "creep_table", "wear"},
     "typer": {"cli"},
     "matplotlib": {"plots"},
     "pyfftw": {"numerics", "files"},
