@@ -64,7 +64,6 @@ class Result(results.Result):
         coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
         return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
 
-
     def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> pictures.Figure:
         """A picture as a matplotlib figure: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as
         `thermoroll run` draws them, or a map of any field. `normalised` draws the article's dimensionless quantities, `cut_y`

@@ -52,6 +52,9 @@ def sweep(
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
     threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
     formats: options.Formats = None,
+    compare: Annotated[
+        str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
+    ] = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -64,7 +67,7 @@ def sweep(
     from thermoroll_cli.sweeps.runner import Workers
     from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 
-    overrides = options.parse_overrides(settings)
+    overrides, theories = options.parse_overrides(settings), _theories(compare)
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
@@ -75,7 +78,7 @@ def sweep(
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
-    pictures, why_not = _draw(rows, targets) if wanted.plots and not no_plots else ([], "")
+    pictures, why_not = _draw(rows, targets, theories) if wanted.plots and not no_plots else ([], "")
     if not quiet:
         options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
     if not (as_json or quiet):
@@ -156,11 +159,25 @@ def _written(value: Value) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _draw(rows: Rows, paths: list[Path]) -> tuple[list[Path], str]:
+def _theories(text: str) -> list[str]:
+    """The theories to compare with. Ends the program (usage) for an unknown one."""
+    from thermoroll_cli.plots.sweep_columns import THEORIES
+
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if unknown := next((name for name in names if name not in THEORIES), None):
+        raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
+    return names
+
+
+def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[Path], str]:
     """The picture in each of the file types of `paths`, or why there is none."""
     from thermoroll_cli.sweeps.table import draw
 
-    why_not = next(filter(None, (draw(rows, path, rows.points.point(1).problem.title) for path in paths)), "")
+    title = rows.points.point(1).problem.title
+    try:
+        why_not = next(filter(None, (draw(rows, path, title, theories) for path in paths)), "")
+    except ValueError as cause:
+        why_not = str(cause)
     return ([], why_not) if why_not else (paths, "")
 
 

@@ -86,10 +86,9 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
 
 def line_handles(diagrams: Iterable[Axes]) -> list[Artist]:
     """Lines of all diagrams for the legend."""
-    lines = [line for axes in diagrams for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
-    limit = [Line2D([], [], color="0.2", linestyle=DOTTED, linewidth=0.9, label=LIMIT)]
-    return [line for line in lines if line.get_label() != LIMIT] + (limit if any(
-        line.get_label() == LIMIT for line in lines) else [])
+    lines: list[Artist] = [line for axes in diagrams for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
+    named = [line for line in lines if line.get_label() != LIMIT]
+    return lines if named == lines else [*named, Line2D([], [], color="0.2", linestyle=DOTTED, linewidth=0.9, label=LIMIT)]
 
 
 def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
@@ -147,11 +146,12 @@ def track_figure(frame: RunFrame) -> Figure | None:
     fields, y = drawn.state.fields, frame.lengths[1]
     if not any(f"entry_temperature_{body}" in fields for body in BODIES):
         return None
-    curves = {body: _across(frame, body) for body in BODIES if f"temperature_rise_{body}" in fields}
+    curves: dict[str, Mapping[str, Array]] = {
+        body: _across(frame, body) for body in BODIES if f"temperature_rise_{body}" in fields}
     largest = max(float(np.abs(values).max()) for kinds in curves.values() for values in kinds.values())
-    names = {body: body for body in curves}
-    if len(curves) == 2 and _alike(*curves.values(), largest):
-        names = {BODIES[0]: "both bodies"}
+    names: dict[str, str] = {body: body for body in curves}
+    if len(curves) == 2 and _alike(curves["lower"], curves["upper"], largest):
+        names = {"lower": "both bodies"}
     figure = new_figure(SINGLE, 70.0 * MM)
     axes = figure.subplots()
     factor, unit = unit_for("K", largest)

@@ -39,7 +39,7 @@ from thermoroll_cli.plots.style import (
     add_headline,
     add_legend,
     few_ticks,
-    number,
+    readable,
 )
 from thermoroll_cli.problem.names import Quantity
 
@@ -109,7 +109,7 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     panel_width = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shown)
     handles = border_handles(frame, arrows=quantity is TRACTION)
     legend_rows = -(-len(handles) // (2 if width == SINGLE else 4))
-    separator = ", " if panel_width > 70.0 * MM else "\n"
+    separator = ", " if panel_width > 70.0 * MM and not any("body" in panel.words for panel in panels) else "\n"
     title = TITLE + (3.0 * MM if separator == "\n" and any(panel.words for panel in panels) else 0.0)
     height = rows * (panel_width * shown + title) + AXIS + LEGEND_ROW * legend_rows + HEADLINE + (rows - 1) * GAP
     figure = new_map_figure(width, height)
@@ -232,7 +232,7 @@ def _placed(frame: RunFrame, box: tuple[float, float, float, float]) -> tuple[fl
 def _outline(frame: RunFrame, state: DrawnState) -> Path | None:
     """The contact of a state as a path on a map."""
     outline = state.borders.outline
-    return None if outline is None else Path(_turned(frame, outline.vertices), outline.codes)
+    return None if outline is None else Path(_turned(frame, np.asarray(outline.vertices)), outline.codes)
 
 
 def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
@@ -281,7 +281,7 @@ def extremes(panel: Panel, scale: AxisScale) -> str:
     low = float(panel.values.min())
     parts = [("max", panel.maximum)] if panel.maximum > 0.0 else []
     parts += [("min", low)] if low < -ONE_SIDED * float(np.abs(panel.values).max()) else []
-    text = ", ".join(f"{words} {number(value * scale.factor)} {scale.unit}".rstrip() for words, value in reversed(parts))
+    text = readable(", ".join(f"{words} {value * scale.factor:.4g} {scale.unit}".rstrip() for words, value in reversed(parts)))
     return f"{text} (free end: no limit)" if panel.unbounded else text
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.plots.borders import Borders, borders_of
-from thermoroll_cli.plots.style import minus
+from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.names import MULTIPLES, QUANTITIES, Quantity
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
@@ -139,7 +139,7 @@ class RunFrame:
     def cut_words(self) -> str:
         """Where the cut is."""
         scale = length_scale(abs(self.cut_y), "y")
-        return minus(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
+        return readable(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
 
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""
@@ -157,7 +157,7 @@ class RunFrame:
 
     def bodies(self, quantity: Quantity) -> list[str]:
         """Bodies whose fields of `quantity` are worth drawing: "" for one that is of no body or alike for both."""
-        named = [body for body in BODIES if any(name.endswith(body) for name in quantity.fields)]
+        named: list[str] = [body for body in BODIES if any(name.endswith(body) for name in quantity.fields)]
         if not named:
             return [""]
         found = {body: [state.values(quantity, body) for state in self.states] for body in named}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-import math
 import os
 import pathlib
+import re
 import secrets
 import textwrap
 import warnings
@@ -17,7 +17,7 @@ import matplotlib
 import matplotlib.style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
 from matplotlib.ticker import MaxNLocator
 
 STYLE = pathlib.Path(__file__).with_name("thermoroll.mplstyle")
@@ -69,7 +69,7 @@ def add_headline(figure: Figure, title: str, converged: bool = True, note: str =
                     color=ALERT, weight="bold")
 
 
-def add_legend(figure: Figure, handles: list[Artist], columns: int = 0) -> None:
+def add_legend(figure: FigureBase, handles: list[Artist], columns: int = 0) -> None:
     """One legend below all diagrams of a figure, each label once; literally, since a label may hold any word."""
     once = {str(handle.get_label()): handle for handle in handles}
     if not once:
@@ -93,41 +93,11 @@ def one_line(text: str, length: int) -> str:
         flat[: length - 1] + "…")
 
 
-def number(value: float, digits: int = 4) -> str:
-    """A number of `digits` significant digits at most with a true minus sign; powers of ten where it is very small or large."""
-    if not math.isfinite(value):
-        return "–"
-    if value == 0.0:
-        return "0"
-    exponent = math.floor(math.log10(abs(float(f"{value:.{digits - 1}e}"))))
-    plain = -4 <= exponent < 7
-    text = f"{value if plain else value / 10.0**exponent:.{max(digits - 1 - (exponent if plain else 0), 0)}f}"
-    text = minus(text.rstrip("0").rstrip(".") if "." in text else text)
-    return text if plain else f"{text} × 10{_raised(exponent)}"
-
-
-def with_error(value: float, error: float) -> tuple[str, str]:
-    """A value and its error with the same decimals; the error has one digit, or two that begin with 1. Values without an error
-    have four digits and an empty text for it."""
-    if not (math.isfinite(error) and error > 0.0):
-        return number(value), ""
-    exponent = math.floor(math.log10(error))
-    decimals = -exponent + (error < 1.95 * 10.0**exponent)
-    if value != 0.0 and abs(value) < 1e-4:
-        power = math.floor(math.log10(abs(value)))
-        shown, shown_error = with_error(value / 10.0**power, error / 10.0**power)
-        return f"({shown}", f"{shown_error}) × 10{_raised(power)}"
-    decimals = min(decimals, 6 - (math.floor(math.log10(abs(value))) if value else 0))
-    return minus(f"{value:.{max(decimals, 0)}f}"), f"{max(error, 10.0**-decimals):.{max(decimals, 0)}f}"
-
-
-def minus(text: str) -> str:
-    """Numbers with a minus sign in place of a hyphen, as the ticks have them."""
+def readable(text: str) -> str:
+    """A number as print has it: a minus sign in place of a hyphen, `× 10⁻⁵` in place of `e-5`."""
+    raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    text = re.sub(r"e[+]?(-?)0*(\d+)", lambda found: " × 10" + "".join(found.groups()).translate(raised), text)
     return text.replace("-", "−")
-
-
-def _raised(exponent: int) -> str:
-    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathlib.Path:

@@ -22,8 +22,8 @@ from thermoroll_cli.plots.style import (
     add_headline,
     add_legend,
     few_ticks,
-    minus,
     new_figure,
+    readable,
 )
 from thermoroll_cli.problem.result import BodyStresses
 
@@ -64,7 +64,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         for axes in grid[1]:
             axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
     place = length_scale(abs(y), "y")
-    at = minus(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
+    at = readable(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
     title = frame.result.problem.title
     add_headline(figure, ", ".join(filter(None, (title, f"{body} body", at))), frame.result.converged)
     handles = [Line2D([], [], color=STRESSED, label="below the largest stress")]

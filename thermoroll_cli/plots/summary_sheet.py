@@ -31,9 +31,9 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.plots.style import MM, add_headline, add_legend, few_ticks, new_figure, number, one_line, with_error
-from thermoroll_cli.problem.error_scale import absolute_error
+from thermoroll_cli.plots.style import MM, add_headline, add_legend, few_ticks, new_figure, one_line, readable
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
+from thermoroll_cli.problem.number_text import computed, isothermal_text, number, scalar_text
 
 PICTURES, TABLE = 150.0 * MM, 112.0 * MM
 """Widths of both halves of the sheet."""
@@ -53,14 +53,14 @@ Row = tuple[str, str, str, str]
 def summary_figure(frame: RunFrame) -> Figure:
     """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
     maps = list(_maps(frame))
-    rows, remarks = _merged(list(_rows(frame))), _remarks(frame)
+    rows, remarks = list(_rows(frame)), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
     lines = -(-len(maps) // columns)
     map_height = min(LONGEST_MAP * (2.0 if columns == 1 else 1.0) * shape, TALLEST_MAP) + AROUND_MAP
     height = max(lines * map_height + CUTS + 12.0 * MM, (len(rows) + 2) * ROW + len(remarks) * FOOT + 10.0 * MM)
     figure = new_figure(PICTURES + TABLE, height)
-    left, right = figure.subfigures(1, 2, width_ratios=(PICTURES, TABLE))
+    left, right = figure.subfigures(1, 2, width_ratios=(PICTURES, TABLE), squeeze=False)[0]
     top, bottom = left.subfigures(2, 1, height_ratios=(height - CUTS, CUTS))
     grid = top.subplots(lines, columns, squeeze=False)
     for axes in grid.flat[len(maps):]:
@@ -116,35 +116,18 @@ def _rows(frame: RunFrame) -> Iterator[Row]:
     result, two = frame.result, len(frame.states) > 1
     summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
     yield ("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")
-    for scalar in SCALARS.values():
-        values = [state.state.scalars.get(scalar.name, math.nan) for state in frame.states]
-        if not any(math.isfinite(value) and value != 0.0 for value in values):
-            continue
-        shown, error = with_error(values[-1], absolute_error(scalar.name, summary))
-        first = with_error(values[0], absolute_error(scalar.name, summary))[0] if two else ""
-        yield _words(scalar, hertz), first, shown, f"± {error}" if error else ""
+    for name, scalar in SCALARS.items():
+        if any(computed(state.state.scalars.get(name)) and state.state.scalars[name] != 0.0 for state in frame.states):
+            shown, _, error = readable(scalar_text(name, summary)).partition(" ±")
+            first = readable(isothermal_text(name, summary)) if two else ""
+            yield _words(scalar, hertz), first, shown, f"±{error}" if error else ""
     yield ("", "", "", "")
-    for scalar in HERTZ_SCALARS.values():
-        value = result.hertz.get(scalar.name, math.nan)
+    for name, scalar in HERTZ_SCALARS.items():
+        value = result.hertz.get(name, math.nan)
         # The speed stands below the table; here only where a lower one had to be solved.
-        asked = scalar.name == "speed_solved_m_s" and value == result.problem.motion.speed
+        asked = name == "speed_solved_m_s" and value == result.problem.motion.speed
         if math.isfinite(value) and value != 0.0 and not asked:
-            yield _words(scalar, hertz), "", number(value), ""
-
-
-def _merged(rows: list[Row]) -> list[Row]:
-    """Rows of both bodies with equal numbers as one."""
-    lower = {words.replace("lower body", "both bodies"): numbers for words, *numbers in rows if "lower body" in words}
-    both = {words.replace("upper body", "both bodies") for words, *numbers in rows
-            if "upper body" in words and lower.get(words.replace("upper body", "both bodies")) == numbers}
-    merged = []
-    for row in rows:
-        words = row[0].replace("lower body", "both bodies").replace("upper body", "both bodies")
-        if words not in both or "both bodies" in row[0]:
-            merged.append(row)
-        elif "lower body" in row[0]:
-            merged.append((words, *row[1:]))
-    return merged
+            yield _words(scalar, hertz), "", readable(number(value)), ""
 
 
 def _words(scalar: Scalar, hertz: bool) -> str:
@@ -171,8 +154,8 @@ def _remarks(frame: RunFrame) -> list[str]:
     problem, result = frame.result.problem, frame.result
     factor, unit = unit_for("N", problem.normal_force)
     grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
-    remarks = [f"W = {number(problem.normal_force * factor)} {unit}, μ = {number(problem.friction)}, "
-               f"V = {number(problem.motion.speed)} m/s, grid {grid}"]
+    remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction:.4g}, "
+               f"V = {problem.motion.speed:.4g} m/s, grid {grid}"]
     if frame.last.values(TRACTION) is not None:
         remarks.append("arrows: traction on the upper body")
     remarks += [result.reason] if result.reason else []

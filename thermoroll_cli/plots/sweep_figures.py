@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -155,6 +156,9 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         for place, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
             handles += _draw_diagram(axes, x, good, diagram, errors(scalars, diagram.names), lines, theories)
             _finish(axes, x, words, words_of(over[0]) if place + columns >= len(diagrams) else "")
+            if words:
+                for line in axes.get_lines():
+                    line.set_linestyle("none")
         add_legend(figure, handles, columns)
     add_headline(figure, title)
     return figure
@@ -282,9 +286,10 @@ def _draw_map(axes: Axes, table: Table, diagram: Diagram, over: Sequence[str], f
     cells = np.full((rows.size, columns.size), math.nan)
     cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
     image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True)
-    for axis, found in ((axes.xaxis, columns), (axes.yaxis, rows)):
+    for set_scale, axis, found in ((axes.set_xscale, axes.xaxis, columns), (axes.set_yscale, axes.yaxis, rows)):
         if is_logarithmic(found):
-            axis._set_axes_scale("log")
+            set_scale("log")
+            _few_decades(axis, found)
     axes.plot(x[failed], y[failed], "x", color=ALERT, markersize=4.0)
     axes.set(xlabel=words_of(over[0]), ylabel=words_of(over[1]))
     bar = axes.figure.colorbar(image, ax=axes, pad=0.02)
@@ -299,17 +304,22 @@ def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
         few_ticks(axes, y=5)
     elif is_logarithmic(x):
         axes.set_xscale("log")
-        decades = math.log10(float(np.nanmax(x)) / float(np.nanmin(x)))
-        steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
-        axes.xaxis.set_major_locator(LogLocator(subs=steps, numticks=7))
-        axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
+        _few_decades(axes.xaxis, x)
         few_ticks(axes, y=5)
     else:
-        few_ticks(axes, 5, 5)
+        few_ticks(axes, 4, 5)
     axes.grid(visible=True)
     axes.tick_params(labelbottom=bool(label))
     axes.set_xlabel(label, parse_math=False)
+
+
+def _few_decades(axis: Axis, values: Column) -> None:
+    """Numbers at 1, 2, 5 of each decade, at 1 and 3 or at 1 alone, as many as have room."""
+    decades = math.log10(float(np.nanmax(values)) / float(np.nanmin(values)))
+    steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
+    axis.set_major_locator(LogLocator(subs=steps, numticks=7))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _not_closer_than(axes: Axes, error: float) -> None:
@@ -325,8 +335,9 @@ def _add_share_of_limit(axes: Axes, table: Table, name: str) -> None:
     limits = limits[np.isfinite(limits)]
     if limits.size == 0 or not 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
         return
-    limit = float(limits[0])
-    right = axes.secondary_yaxis("right", functions=(lambda force: force / limit, lambda share: share * limit))
+    limit: Any = limits[0]
+    both = (lambda force: np.divide(force, limit), lambda share: np.multiply(share, limit))
+    right = axes.secondary_yaxis("right", functions=both)
     right.set_ylabel(rf"$F_{name[6]}/(\mu W)$")
 
 

@@ -171,17 +171,18 @@ def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_
                      command_line=command_line, title=points.point(1).problem.title)
 
 
-def draw(rows: Rows, path: pathlib.Path, title: str) -> str:
+def draw(rows: Rows, path: pathlib.Path, title: str, compare: Sequence[str] = ()) -> str:
     """Draw the scalars of a sweep (`draw_table`). Returns why there is no picture, or nothing. Raises OSError."""
     cells = [row.cells() for row in rows]
     names = dict.fromkeys(name for cell in cells for name in cell)
     columns = {name: [cell.get(name, math.nan) for cell in cells] for name in names}
-    return draw_table(SweepColumns(columns, tuple(axis.key for axis in rows.points.axes), rows.points.listed, title), path)
+    keys = tuple(axis.key for axis in rows.points.axes)
+    return draw_table(SweepColumns(columns, keys, rows.points.listed, title), path, compare=compare)
 
 
 def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
-    """Draw the scalars over the key that varies fastest, a curve for each combination of the others; those of a list over
-    the number of the point where several keys vary. Returns why there is no picture, or nothing. `compare` and `dpi` are
+    """Draw the scalars over the key with numbers that varies fastest, or over words, a curve for each combination of the
+    others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing. `compare` and `dpi` are
     those of `write_sweep_figure`. Raises OSError, and ValueError for what cannot be compared."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
@@ -191,9 +192,7 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
     if len(columns["point"]) > MOST_DRAWN:
         return f"more than {MOST_DRAWN} points"
     by_number = table.listed and len(varying) > 1
-    if not (numeric or by_number):
-        return "no key with numbers varies"
-    over = ["point"] if by_number else [numeric[0], *(key for key in varying if key != numeric[0])]
+    over = ["point"] if by_number else [*numeric[:1], *(key for key in varying if key not in numeric[:1])]
     if CONVERGED not in columns["status"]:
         return "no point converged"
     write_sweep_figure(columns, over, path, title=table.title, compare=compare, dpi=dpi)
