@@ -182,8 +182,8 @@ def draw(rows: Rows, path: pathlib.Path, title: str, compare: Sequence[str] = ()
 
 def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
     """Draw the scalars over the key with numbers that varies fastest, or over words, a curve for each combination of the
-    others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing. `compare` and `dpi` are
-    those of `write_sweep_figure`. Raises OSError, and ValueError for what cannot be compared."""
+    others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
+    `compare` and `dpi` are those of `write_sweep_figure`. Raises OSError, and ValueError for what cannot be compared."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
