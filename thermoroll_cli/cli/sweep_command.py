@@ -26,6 +26,11 @@ SHOWN_FAILURES = 5
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 
+Compare = Annotated[
+    str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
+]
+
+
 def sweep(
     case: options.OneCase,
     over: Annotated[
@@ -52,9 +57,7 @@ def sweep(
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
     threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
     formats: options.Formats = None,
-    compare: Annotated[
-        str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
-    ] = "",
+    compare: Compare = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
