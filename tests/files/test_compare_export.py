@@ -208,7 +208,7 @@ def test_latex_is_a_table_of_scalars_with_their_errors(tmp_path: pathlib.Path, p
     pressure = reference.coupled.scalars["pressure_max_MPa"]
     assert float(value) == pytest.approx(pressure, abs=float(error))
     assert float(error) == pytest.approx(1.3e-4 * pressure, rel=0.05)
-    assert rows["maximum pressure"][2] == "MPa" and rows[r"P\'eclet number V a0/$\kappa$, lower body"][1] == ""
+    assert rows["maximum pressure"][2] == "MPa" and rows[r"P\'eclet number v a0/$\kappa$, lower body"][1] == ""
     assert "lateral creep force" not in rows  # zero by symmetry
 
 
