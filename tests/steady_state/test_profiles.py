@@ -12,13 +12,14 @@ from scripts.stress.random_profiles import random_profile_contact
 from tests.support.profiles import CROWN, GEOMETRIES, REFERENCES, below, egg, points, solved_by_contact, two_bumps
 from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.contact.contact_scales import contact_scales
+from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.error_scale import error_scale
 from thermoroll_cli.problem.problem import Geometry, Heating
 from thermoroll_cli.problem.profile import Profile
 from thermoroll_cli.problem.surface import closest_place, lateral_gap, surfaces
 from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.differential_slip import differential_slip, slope
 from thermoroll_cli.steady_state.derived import DerivedQuantities, Kinematics
 
@@ -324,3 +325,13 @@ def test_estimates_are_honest():
                 true = abs(coarse.coupled.scalars[key] - fine.coupled.scalars[key])
                 covered.append(true <= 1.5 * estimate * error_scale(key, summary))
     assert len(covered) > 45 and np.mean(covered) >= 0.95
+
+
+def test_a_pressure_that_has_not_converged_is_no_result(monkeypatch):
+    """Neither that of the grid nor the coarse one from which the domain follows."""
+    solve_normal = NormalSolver.solve
+    monkeypatch.setattr(NormalSolver, "solve", lambda *args: replace(solve_normal(*args), converged=False))
+    result = solve(rolling(grid=16, geometry=GEOMETRIES["c_two_patches"], body=elastic(0.3), load=1.9e4, creepage=(1e-3, 0.0)))
+    assert not result.converged
+    assert "isothermal state: the pressure has not converged" in result.reason
+    assert "the coarse pressure from which the domain follows has not converged" in result.reason

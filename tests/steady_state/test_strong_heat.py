@@ -10,7 +10,7 @@ from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.problem.problem import Geometry, Heating
 from thermoroll_cli.refinement import limit
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
@@ -181,6 +181,38 @@ def test_the_search_for_the_largest_speed_is_bounded_and_told(monkeypatch):
     assert all(np.isfinite(field).all() for field in result.coupled.fields.values())
     assert grids.count((16, 16)) <= limit.LOWERINGS + limit.ATTEMPTS
     assert grids.count((24, 24)) <= 1 + len(limit.RETREATS) + limit.RAISES
+
+
+def test_the_search_takes_a_bounded_work_and_finds_one_limit_whatever_is_asked_for():
+    """Counted in transforms: ten times the failed solve at most. Speeds tried are the same, so the limit is."""
+    limits = set()
+    for speed in (2500.0, 5000.0):
+        problem = article_4_1(16, speed)
+        failed = Solver().solve(problem, search=False)
+        work = []
+        solver = Solver()
+
+        def counted(wanted, solver=solver, work=work):
+            attempt = Solver.solve(solver, wanted, search=False)
+            work.append(limit.work_of(attempt))
+            return attempt
+
+        found = limit.last_steady_state(problem, failed, lambda options: counted, SolverOptions())
+        assert sum(work) <= limit.MOST_WORK * limit.work_of(failed) <= 10.0 * limit.work_of(failed)
+        assert not found.converged and f"asked for {speed:g} m/s" in found.reason
+        limits.add(found.hertz["speed_solved_m_s"])
+    assert len(limits) == 1
+
+
+def test_a_failure_is_told_once_and_its_numbers_agree():
+    """The reason names one cause; the hottest point of the warning is that of the table."""
+    failed = Solver().solve(article_4_1(24, 4000.0), search=False)
+    assert not failed.converged and "Coulomb" not in failed.reason and failed.reason.count(";") <= 2
+    found = solve(article_4_1(24, 4000.0))
+    hottest = max(found.coupled.scalars[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper"))
+    assert any(f"temperature rises by up to {hottest:.4g} K" in warning for warning in found.warnings)
+    assert found.hertz["peclet_lower"] == pytest.approx(
+        failed.hertz["peclet_lower"] * found.hertz["speed_solved_m_s"] / 4000.0, nan_ok=True)
 
 
 def test_a_domain_does_not_follow_a_contact_that_the_iteration_lost(monkeypatch):

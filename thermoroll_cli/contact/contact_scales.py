@@ -34,7 +34,7 @@ class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of what
     it spans along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
     tells whether it reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits` are
-    these ends (m)."""
+    these ends (m); `converged` is whether the coarse pressure has."""
 
     semi_axis_x: float
     semi_axis_y: float
@@ -45,6 +45,7 @@ class ContactScales:
     centre: float = 0.0
     ends: tuple[bool, bool] = (False, False)
     limits: tuple[float, float] = (-math.inf, math.inf)
+    converged: bool = True
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
@@ -147,4 +148,5 @@ def _solve(
     area = float(refined.covered.sum()) * grid.element_area
     return ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
                          math.sqrt(area / math.pi), float(0.5 * (low + high)),
-                         (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits)
+                         (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits,
+                         solution.converged)

@@ -42,6 +42,8 @@ def failures(
     """Reasons why the result cannot be trusted, among them those `of_heat` (`heat_failures`); empty when it can. The `coupled`
     state lives on `home`."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
+    if not derived.scales.converged:
+        reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
         falls = derived.problem.friction_varies
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
@@ -50,7 +52,8 @@ def failures(
     if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     reasons += of_heat
-    if coupled is not None:
+    # What else is wrong with an iteration that has not converged only follows from that.
+    if coupled is not None and (coupled.converged or not of_heat):
         reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
     return reasons
 
@@ -118,6 +121,9 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         reasons.append(f"pressure carries {load:.6f} of the load")
     if normal.pressure.min() < 0.0:
         reasons.append("negative pressure")
+    if not normal.converged:
+        reasons.append(f"the pressure has not converged after {normal.iterations} iterations: try a finer or coarser "
+                       "numerics.grid")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
     bound = contact.traction_bound(problem.friction)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -12,7 +13,7 @@ from thermoroll_cli.steady_state.solver_options import SolverOptions
 SEARCH_GRID = (32, 32)
 """Grid of the search: fine enough that the limit moves by less than the last step of the bracket on finer ones."""
 LOWERED_BY = 4.0
-"""Factor by which speed is lowered until there is a state. Then it is raised by this factor at most."""
+"""Speeds are lowered from one power of this factor to the next until there is a state: the same ones, whatever is asked for."""
 LOWERINGS = 9
 """Speeds down to 1/260000 of the wanted one are tried; 0: nothing is searched for."""
 RESOLUTION = 0.02
@@ -25,8 +26,8 @@ RAISED_BY = 1.12
 """From there the speed is raised by this factor, each state begun with the one before; by its root after a failure."""
 RAISES = 6
 """Times that it is: to twice the speed that was found from a cold start at most."""
-MOST_WORK = 5.0
-"""Work of raising the speed over that of the state that it began with: from then on it is not raised any more."""
+MOST_WORK = 9.0
+"""Work of the search over that of the failed solve: no further state is tried that could exceed it."""
 MOST_MOVES = 6
 """As `SolverOptions.most_moves`, for the search: starts are close, and what fails is given up."""
 
@@ -50,6 +51,22 @@ class _Bracket:
         return replace(self, high=higher, why=f"{attempt.reason} (on {_elements(attempt.problem)} elements)")
 
 
+class _Search:
+    """Solves until the work that is `allowed` might be exceeded; each attempt is expected to take what the largest one has."""
+
+    def __init__(self, allowed: float) -> None:
+        self._left, self._largest = allowed, 0.0
+
+    def attempt(self, solve: Solve, problem: Problem) -> Result | None:
+        """The solution of a problem; None where no work is left for it."""
+        if self._left < self._largest or self._left <= 0.0:
+            return None
+        result = solve(problem)
+        work = work_of(result)
+        self._left, self._largest = self._left - work, max(self._largest, work)
+        return result
+
+
 def last_steady_state(
     problem: Problem, failed: Result, solver: Callable[[SolverOptions], Solve], options: SolverOptions
 ) -> Result:
@@ -57,8 +74,8 @@ def last_steady_state(
 
     On one coarse grid speed is lowered until there is a state, and raised from there, each state begun with the one before; the
     wanted grid is solved at the largest speed found so, and goes on from there if it is finer. Where that reaches the wanted
-    speed, it is the result. The whole takes a bounded number of solutions, and of work. `solver` makes one
-    for given options. Returns `failed` where nothing is found.
+    speed, it is the result. The whole takes `MOST_WORK` times the work of the failed solve at most, in padded transforms times
+    elements. `solver` makes one for given options. Returns `failed` where nothing is found.
     """
     # Not finer than what is asked for: then the bracket would take longer than the solution.
     nx, ny = (min(pair) for pair in zip(problem.numerics.grid or SEARCH_GRID, SEARCH_GRID, strict=True))
@@ -67,15 +84,18 @@ def last_steady_state(
     few = replace(options, most_moves=MOST_MOVES)
     alone = replace(few, sequence=False)
     search, solve, finer = solver(alone), solver(few), coarse.numerics.grid != problem.numerics.grid
-    bracket = _searched(coarse, failed, search)
+    work = _Search(MOST_WORK * work_of(failed))
+    bracket = _searched(coarse, failed, search, work)
     if bracket is not None:
-        bracket = _on_the_wanted(problem, bracket, solve) if finer else _raised(coarse, bracket, search)
+        bracket = _on_the_wanted(problem, bracket, solve, work) if finer else _raised(coarse, bracket, search, work)
     if bracket is None:
         return failed
     estimated = finer
-    if not finer and (found := solve(at_speed(problem, bracket.speed))).converged:
-        # With coarser grids before it, for its estimates of errors.
-        bracket, estimated = replace(bracket, found=found), True
+    if not finer:
+        found = work.attempt(solve, at_speed(problem, bracket.speed))
+        if found is not None and found.converged:
+            # With coarser grids before it, for its estimates of errors.
+            bracket, estimated = replace(bracket, found=found), True
     if bracket.speed == problem.motion.speed:
         reason = "" if estimated else ("a steady state was found on this grid alone, begun with those of lower speeds, which "
                                        "does not tell how large its errors are: try a finer or coarser numerics.grid")
@@ -85,47 +105,60 @@ def last_steady_state(
     return replace(bracket.found, problem=problem, converged=False, reason=reason)
 
 
-def _searched(coarse: Problem, failed: Result, solve: Solve) -> _Bracket | None:
+def _searched(coarse: Problem, failed: Result, solve: Solve, work: _Search) -> _Bracket | None:
     """The bracket of the largest speed on the `coarse` grid; None where no speed tried has a state."""
     wanted = coarse.motion.speed
-    low, high, why = wanted / LOWERED_BY, wanted, failed.reason
+    high, why = wanted, failed.reason
+    low = LOWERED_BY ** (math.ceil(math.log(wanted, LOWERED_BY) - 1e-9) - 1)
     for _ in range(LOWERINGS):
-        attempt = solve(at_speed(coarse, low))
+        attempt = work.attempt(solve, at_speed(coarse, low))
+        if attempt is None:
+            return None
         if attempt.converged:
             break
         low, high, why = low / LOWERED_BY, low, attempt.reason
     else:
         return None
-    bracket = _Bracket(attempt, low, high, why)
+    bracket, above = _Bracket(attempt, low, high, why), LOWERED_BY * low
     for _ in range(ATTEMPTS):
         if bracket.high <= (1.0 + RESOLUTION) * bracket.speed:
             break
-        higher = min(LOWERED_BY * bracket.speed, (bracket.speed * bracket.high) ** 0.5)
-        bracket = bracket.after(higher, solve(at_speed(coarse, higher)))
+        higher = (bracket.speed * above) ** 0.5
+        if higher >= wanted:
+            # The wanted speed has no state, so nothing beyond it is tried.
+            above = higher
+            continue
+        found = work.attempt(solve, at_speed(coarse, higher))
+        if found is None:
+            break
+        bracket = bracket.after(higher, found)
+        above = above if found.converged else higher
     return bracket
 
 
-def _on_the_wanted(problem: Problem, bracket: _Bracket, solve: Solve) -> _Bracket | None:
+def _on_the_wanted(problem: Problem, bracket: _Bracket, solve: Solve, work: _Search) -> _Bracket | None:
     """The `bracket` of a coarse grid on that of `problem`; None where no speed tried there has a state."""
     for speed in (retreat * bracket.speed for retreat in RETREATS):
-        found = solve(at_speed(problem, speed))
+        found = work.attempt(solve, at_speed(problem, speed))
+        if found is None:
+            return None
         if found.converged:
-            return _raised(problem, replace(bracket, found=found, speed=speed), solve)
+            return _raised(problem, replace(bracket, found=found, speed=speed), solve, work)
         bracket = bracket.after(speed, found)
     return None
 
 
-def _raised(problem: Problem, bracket: _Bracket, solve: Solve) -> _Bracket:
+def _raised(problem: Problem, bracket: _Bracket, solve: Solve, work: _Search) -> _Bracket:
     """The bracket after raising the speed in steps: where it has failed it may not, from a state that is nearer."""
     wanted, factor = problem.motion.speed, RAISED_BY
-    allowed = MOST_WORK * work_of(bracket.found)
     for _ in range(RAISES):
         higher = min(wanted, factor * bracket.speed)
-        attempt = solve(at_speed(problem, higher))
-        bracket = bracket.after(higher, attempt)
-        allowed -= work_of(attempt)
-        factor = factor if attempt.converged else (higher / bracket.speed) ** 0.5
-        if bracket.speed == wanted or allowed < 0.0 or factor < 1.0 + RESOLUTION:
+        found = work.attempt(solve, at_speed(problem, higher))
+        if found is None:
+            break
+        bracket = bracket.after(higher, found)
+        factor = factor if found.converged else (higher / bracket.speed) ** 0.5
+        if bracket.speed == wanted or factor < 1.0 + RESOLUTION:
             break
     return bracket
 

@@ -36,7 +36,8 @@ def result_of(
     if heat is not None:
         fields = last.coupled_state.fields
         rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
-        warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises)
+        highest = max(last.coupled_state.scalars[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper"))
+        warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises, highest)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = missed_accuracy(errors, coupled[-1], wanted)

@@ -81,13 +81,14 @@ def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
     return out
 
 
-def warnings_after(derived: DerivedQuantities, heat: Heat, slip: Array, rises: tuple[Array, Array]) -> list[str]:
-    """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature
-    `rises` of both bodies in K."""
+def warnings_after(
+    derived: DerivedQuantities, heat: Heat, slip: Array, rises: tuple[Array, Array], highest: float
+) -> list[str]:
+    """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature `rises` of both bodies in
+    K, of which the `highest` is reported."""
     out = [sideways_warning(heat, slip)]
     if derived.kinematics.has_traction:
         out.append(tangential_expansion_warning(derived, *rises))
-    highest = max(float(rise.max()) for rise in rises)
     if highest > LARGEST_RISE:
         out.append(f"temperature rises by up to {highest:.4g} K: {_no_solid()}")
     return [warning for warning in out if warning]

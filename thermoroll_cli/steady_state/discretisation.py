@@ -36,6 +36,7 @@ class Discretisation:
         self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling)
         self.responses: HeatResponses = HeatResponses(self.grid)
         self._heats: list[tuple[Traction, Heat]] = []
+        self._transforms_before = 0
 
     def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
         """Whether the solvers here are those of another problem: same bodies, same contact without heat, same grid."""
@@ -47,6 +48,7 @@ class Discretisation:
         """Another problem with the solvers of this one (see `has_kernels_of`)."""
         other = Discretisation(derived, self.grid.shape, self.extent, self.threads, self.options, self.followed)
         other.pressure, other.traction, other.responses = self.pressure, self.traction, self.responses
+        other._transforms_before = other._transforms_of_solvers
         return other
 
     def has_grid_of(self, other: Discretisation) -> bool:
@@ -113,7 +115,11 @@ class Discretisation:
 
     @property
     def transforms(self) -> int:
-        """Padded transforms done on this grid by all stages."""
+        """Padded transforms done for this problem by all stages, until another one takes over the solvers."""
+        return self._transforms_of_solvers - self._transforms_before
+
+    @property
+    def _transforms_of_solvers(self) -> int:
         return self.pressure.transforms + self.traction.transforms + self.responses.transforms
 
 
