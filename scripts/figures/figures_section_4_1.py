@@ -4,27 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import pathlib
-from typing import Any
 
 import numpy as np
-from matplotlib.lines import Line2D
 
 from scripts.figures.figures_drawing import (
-    COUPLED,
-    DASHED,
-    ISOTHERMAL,
     MAIN,
     ROOT,
     THEIRS,
     Numbers,
-    Panel,
-    Row,
-    View,
-    diagrams,
     edges_on_centreline,
     field_of,
-    letter,
-    map_figure,
     on_centreline,
     rounded,
     solve_case,
@@ -35,64 +24,36 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli import Case
-from thermoroll_cli.plots.style import few_ticks
+from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.problem import Numerics, PecletMode
 from thermoroll_cli.problem.result import Result
 
 Folder = pathlib.Path
 
 
-STATES = ("(a) without thermal deformation", "(b) with thermal deformation")
+PICTURES = {"fig_06_heat_flux": "heat_flux", "fig_07_temperature": "temperature", "fig_08_pressure": "pressure",
+            "fig_09_shear": "traction", "fig_10_centreline": "centreline"}  # fmt: skip
+LEADING_EDGE, PEAK = -0.88, 1.26
+"""Of the article, over a₀ and p₀."""
 
 
 def thermal_deformation(folder: Folder, grid: int) -> Numbers:
-    """Figs. 6–10: heat flux, temperature, pressure and shear traction of Sec. 4.1 without and with thermal deformation."""
+    """Figs. 6–10: heat flux, temperature, pressure and shear traction of Sec. 4.1 without and with thermal deformation, as the
+    program draws them in the article's normalisation."""
     result = solve_case("article_4_1", grid=grid)
-    view = view_of(result)
-    fields = (
-        ("fig_06_heat_flux", "heat_flux", view.heat_scale, r"$q\,\alpha l/k$", "inferno"),
-        ("fig_07_temperature", "temperature_rise_lower", 1.0, r"$\Delta T$ (K)", "inferno"),
-        ("fig_08_pressure", "pressure", view.peak_pressure, r"$p/p_0$", "viridis"),
-        ("fig_09_shear", "shear", view.peak_pressure, r"$|\tau|/p_0$", "viridis"),
-    )
-    for name, field, scale, label, colours in fields:
-        values = [field_of(view, state, field) / scale for state in (0, 1)]
-        top = max(float(v.max()) for v in values)
-        arrows = field == "shear"
-        panels = [Panel(view, state, values[state], f"{STATES[state]}, max {values[state].max():.3g}", arrows)
-                  for state in (0, 1)]
-        clipped = field != "temperature_rise_lower"
-        write(map_figure([Row(panels, top, label, colours, clipped)], 2.6, legend=True), folder, name)
-    _centrelines(view, folder, fields)
+    for name, kind in PICTURES.items():
+        picture = figure(result, kind, normalised=True)
+        assert picture is not None
+        if kind == "centreline":
+            (pressure,) = (axes for axes in picture.axes if axes.get_ylabel().startswith("pressure"))
+            pressure.axvline(LEADING_EDGE, **THEIRS)
+            pressure.axhline(PEAK, **THEIRS)
+        write(picture, folder, name)
     scales = {f"{speed:g} m/s": _heat_scale(solve_case("article_4_1", {"rolling.speed_m_s": speed}, grid=grid))
               for speed in (120.5, 200.0)}
     others = _other_velocities(grid)
     return {"by speed": scales, "other velocities of the heat source": others, "table": _section_4_1(scales),
             "velocities": _velocity_table(others)}
-
-
-def _centrelines(view: View, folder: Folder, fields: Any) -> None:
-    figure, all_axes = diagrams(2, 2, (2.75, 1.75), gap=(0.75, 0.16), bottom=0.72)
-    x = view.x / view.semi_axes[0]
-    for axes, mark, (_, field, scale, label, _) in zip(all_axes, "abcd", fields, strict=True):
-        for state, (colour, dashes) in enumerate(((ISOTHERMAL, "solid"), (COUPLED, DASHED))):
-            axes.plot(x, on_centreline(view, field_of(view, state, field) / scale, state), color=colour, linestyle=dashes)
-        axes.set_xlim(-1.1, 1.1)
-        axes.set_ylim(0.0, axes.get_ylim()[1])
-        axes.set_ylabel(label)
-        few_ticks(axes, 4, 5)
-        axes.tick_params(labelbottom=mark in "cd")
-        if mark in "cd":
-            axes.set_xlabel(r"$x/a_0$", labelpad=2.0)
-        letter(axes, f"({mark})")
-    pressure = all_axes[2]
-    pressure.axvline(-0.88, **THEIRS)
-    pressure.axhline(1.26, **THEIRS)
-    handles = [Line2D([], [], color=ISOTHERMAL, label="without thermal deformation"),
-               Line2D([], [], color=COUPLED, linestyle=DASHED, label="with thermal deformation"),
-               Line2D([], [], label="leading edge and peak in the article", **THEIRS)]
-    figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.6, borderpad=0.2)
-    write(figure, folder, "fig_10_centreline")
 
 
 def _heat_scale(result: Result) -> Numbers:
