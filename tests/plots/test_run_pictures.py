@@ -300,7 +300,8 @@ def test_the_summary_has_digits_as_the_errors_have() -> None:
     assert "spin (rad/mm)" not in texts, "rows of zeros are left out"
     assert not any("-" in text for text in texts if text[:1].isdigit() or text[:1] in "−-")
     bars = [axes.get_ylim() for axes in shown(result, "heat_flux").axes[2:]]
-    assert bars[0][1] in [axes.get_ylim()[1] for part in picture.subfigs[0].subfigs for axes in part.axes], "alike in both"
+    maps = picture.subfigs[0].subfigs[0].axes
+    assert bars[0][1] in [bar.get_ylim()[1] for axes in maps for bar in axes.child_axes], "alike in both"
 
 
 @pytest.mark.parametrize(("text", "expected"), [

@@ -112,7 +112,8 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
-        figure.savefig(content, format=image_format, dpi=dpi or DPI, metadata=NO_DATES[image_format])
+        figure.savefig(content, format=image_format, dpi=dpi or DPI, metadata=NO_DATES[image_format],
+                       **({"pil_kwargs": {"compress_level": 3}} if image_format == "png" else {}))
     temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
         temporary.write_bytes(content.getvalue())

@@ -42,7 +42,7 @@ LONGEST_MAP, TALLEST_MAP, AROUND_MAP, CUTS = 52.0 * MM, 60.0 * MM, 16.0 * MM, 58
 FLAT = 0.4
 LETTERS, ROW, FOOT = 7.0, 3.65 * MM, 3.4 * MM
 """Size of the letters of the table in points, distances of its rows and of the lines of remarks."""
-COLUMNS = (0.0, 0.68, 0.86, 0.87)
+COLUMNS = (0.0, 0.65, 0.83, 0.84)
 """Places of the words, of the values without deformation, the values (right ends) and the errors, over the table's width."""
 LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
 """Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
@@ -75,7 +75,7 @@ def summary_figure(frame: RunFrame) -> Figure:
         if quantity is TRACTION:
             draw_arrows(axes, frame, frame.last, (LONGEST_MAP, LONGEST_MAP * shape))
         few_ticks(axes, 4, 4 if shape > FLAT else 2)
-        bar = top.colorbar(image, ax=axes, pad=0.02)
+        bar = top.colorbar(image, cax=axes.inset_axes((1.03, 0.0, 0.02 if columns == 1 else 0.05, 1.0)))
         few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
         if columns == 1:
