@@ -31,8 +31,12 @@ DPI = 200
 """Dots per inch of PNG files, unless asked for otherwise."""
 
 FORMATS = ("png", "svg", "pdf")
-NO_DATES: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-"""Metadata without which two files of the same picture differ."""
+FILE_OPTIONS: dict[str, dict[str, Any]] = {
+    "png": {"pil_kwargs": {"compress_level": 3}},
+    "svg": {"metadata": {"Date": None}},
+    "pdf": {"metadata": {"CreationDate": None}},
+}
+"""PNG packed lightly, which takes a third of the time; without dates, two files of the same picture are equal."""
 
 BEFORE, AFTER = "#0072b2", "#d55e00"
 """Colours of the states without and with thermal deformation, and of the lower and the upper body: distinct for the
@@ -112,8 +116,7 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
-        figure.savefig(content, format=image_format, dpi=dpi or DPI, metadata=NO_DATES[image_format],
-                       **({"pil_kwargs": {"compress_level": 3}} if image_format == "png" else {}))
+        figure.savefig(content, format=image_format, dpi=dpi or DPI, **FILE_OPTIONS[image_format])
     temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
         temporary.write_bytes(content.getvalue())
