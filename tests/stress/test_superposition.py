@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 
 from tests.support.interpolation import at_point
-from thermoroll_cli.exact.hertz import HertzContact, element_averages
+from thermoroll_cli.exact.hertz import HertzContact, element_averages, hertz_contact
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.refinement.subsurface_stage import SurfaceLoad
 from thermoroll_cli.stress.invariants import first_principal, von_mises
-from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, Sharpened, ThermalLayers
+from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, Sharpened, ThermalLayers, averaging
 
 FIELDS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_fields.json").read_text())
 NU = 0.3
@@ -98,7 +98,7 @@ def test_layers_are_sums_over_elements(aspect):
 def sharpened(source, grid, depth):
     """The load less its second differences, with a rim of one element around the grid, where they reach."""
     p = np.pad(source, 2)
-    weight = [1.0 / 12.0 if depth > 0.5 * size else 1.0 / 24.0 for size in (grid.dx, grid.dy)]
+    weight = [averaging(depth / size) for size in (grid.dx, grid.dy)]
     along = p[2:, 1:-1] - 2.0 * p[1:-1, 1:-1] + p[:-2, 1:-1]
     across = p[1:-1, 2:] - 2.0 * p[1:-1, 1:-1] + p[1:-1, :-2]
     return p[1:-1, 1:-1] - weight[0] * along - weight[1] * across
@@ -174,3 +174,27 @@ def test_invariants():
     assert von_mises(hydrostatic) == 0.0
     assert first_principal(hydrostatic) == 2.0
     assert von_mises(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])) == pytest.approx(math.sqrt(3.0))
+
+
+def test_stresses_change_smoothly_with_depth_beneath_slender_elements():
+    """Also where elements are six times as wide across as along: no jump half an element deep, and 2e-4 of p0 at any depth."""
+    hertz = hertz_contact(50.0, 3.0, 115e9, 2000.0)
+
+    def stress(elements, depths):
+        grid = Grid.over((elements, elements), 2.2 * hertz.semi_axis_x, 2.2 * hertz.semi_axis_y)
+        edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
+        layers = ElasticLayers(LayerTransforms(grid, mirrored=False), element_averages(hertz, *edges)[0], None, NU)
+        middle = elements // 2
+        return np.array([von_mises(layers.at(depth)[0])[middle, middle] for depth in depths]) / hertz.peak_pressure
+
+    width = 2.2 * hertz.semi_axis_y / 33
+    around = stress(33, width * np.array([0.5 - 1e-6, 0.5 + 1e-6]))
+    assert around[0] == pytest.approx(around[1], abs=1e-6)
+    depths = width * np.linspace(0.0, 1.2, 9)
+    np.testing.assert_allclose(stress(33, depths), stress(99, depths), atol=2e-4)
+
+
+def test_the_weight_of_averages_goes_from_the_surface_to_the_depth():
+    weights = [averaging(depth) for depth in np.linspace(0.0, 4.0, 41)]
+    assert weights[0] == pytest.approx(1.0 / 24.0, rel=1e-3) and weights[-1] == 1.0 / 12.0
+    assert (np.diff(weights) >= 0.0).all()

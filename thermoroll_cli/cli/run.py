@@ -199,7 +199,9 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
-    notes = [] if any(error == error for error in result.error.values()) else [NO_ERRORS]
+    # A reason says already why a state on one grid alone has none.
+    without = result.converged and all(error != error for error in result.error.values())
+    notes = [NO_ERRORS] if without else []
     notes += [f"warning: {warning}" for warning in result.warnings]
     return [
         *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),

@@ -90,12 +90,33 @@ class LayerTransforms:
         return out
 
 
+DEEP = 3.0
+"""Depth in elements below which the jumps between them are gone, but for 1e-7."""
+JUMPS = 40
+"""Harmonics of the jumps between elements: at the surface the series is cut off with 1e-4 of its sum."""
+
+
+def averaging(depth: float) -> float:
+    """Weight of the second difference by which an evenly spread element average differs from the load, at a `depth` in
+    elements: 1/24 at the surface, 1/12 far below.
+
+    A wave cos kx given by averages and spread evenly has harmonics κ = 2πm/h ± k. Each pair adds (−1)^{m+1} (kh)²/(2π²m²) times
+    r − κ r'(κ) of the response r(κ) at this depth to that of the wave, to second order in kh. That is (1 + κz) e^{−κz} where
+    stresses follow e^{−κz}; parts that follow κz e^{−κz} have both signs and are not counted."""
+    harmonic = np.arange(1.0, JUMPS + 1.0)
+    decay = 2.0 * np.pi * depth * harmonic
+    series = (-1.0) ** (harmonic + 1.0) * (1.0 + decay) * np.exp(-decay) / harmonic**2
+    # Without jumps left the weight is one number, and what is made with it is kept.
+    return 1.0 / 12.0 - float(series.sum()) / (2.0 * np.pi**2) if depth < DEEP else 1.0 / 12.0
+
+
 class Sharpened:
     """The spectrum of a load given as averages over elements, as it acts below them.
 
-    An average is the value plus 1/24 of the second difference; spread evenly over the element again, the load acts, from half
-    an element's depth on, as if averaged twice. Less that second difference, what is left is of fourth order in the size of
-    the elements; it adds nothing to the whole load."""
+    An average is the value plus 1/24 of the second difference. Spread evenly over the element again, the load acts as if
+    averaged twice, but for its jumps between elements: those act down to about an element's size, and at the surface they
+    restore the average. Less that second difference (`averaging`), what is left is of fourth order in the size of the
+    elements; it adds nothing to the whole load."""
 
     def __init__(self, transforms: LayerTransforms, load: Array) -> None:
         self._transforms = transforms
@@ -106,9 +127,9 @@ class Sharpened:
     def below(self, depth: float) -> Spectrum:
         """For stresses at this depth in m."""
         grid = self._transforms.grid
-        weights = tuple(1.0 / 12.0 if depth > 0.5 * size else 1.0 / 24.0 for size in (grid.dx, grid.dy))
+        weights = averaging(depth / grid.dx), averaging(depth / grid.dy)
         if weights != self._weights:
-            along, across = self._weights = (weights[0], weights[1])
+            along, across = self._weights = weights
             self._sharp = self._spectrum - self._spectrum * self._transforms.second_differences(along, across)
         return self._sharp
 
