@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[2]
 SMALLER = (
     (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
     (r" --jobs \d+", ""),
-    (r"table -o kalker.h5", "table -o kalker.h5 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 6,5,7 --checks 2"),
+    (r"(table(?: build)? -o \S+)", r"\1 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 6,5,7 --checks 2"),
     (r"numerics.grid=\d+", "numerics.grid=16"),
 )
 """What is replaced in the commands: more would only take longer."""
