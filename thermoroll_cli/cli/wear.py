@@ -25,7 +25,7 @@ def wear(
     as_json: options.AsJson = False,
     no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
     threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
-    image_format: options.Format = options.ImageFormat.png,
+    formats: options.Formats = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -47,7 +47,7 @@ def wear(
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)
     records, result, reason = _followed(read, output, resume=resume, threads=threads, quiet=quiet, verbose=verbose)
-    files = _write(read, output, records, result, reason, None if no_plots else image_format.value)
+    files = _write(read, output, records, result, reason, () if no_plots else options.image_formats(formats))
     if as_json:
         streams.write_json({"name": read.name, "status": "not_converged" if reason else "converged", "reason": reason,
                             "steps": len(records) - 1, **records[-1]["row"], "files": [str(file) for file in files]})
@@ -105,7 +105,7 @@ def _followed(
 
 
 def _write(
-    case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, image_format: str | None
+    case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, formats: tuple[str, ...]
 ) -> list[Path]:
     from thermoroll_cli.files.atomic import write_bytes
     from thermoroll_cli.files.result.hdf5 import write_result
@@ -118,10 +118,10 @@ def _write(
                  command_line=shlex.join(["thermoroll", *sys.argv[1:]]),
                  more=lambda file: write_group(file, case.problem, records))
     files += write_profiles(folder, case.name, case.problem, records[-1])
-    if image_format is not None and case.plots:
+    if formats and case.plots:
         from thermoroll_cli.plots.wear_figure import draw_wear
 
         kept = Snapshots.of(case.problem, records)
-        files.append(draw_wear(stem.with_suffix(f".{image_format}"), case.settings.title, kept.y, kept.profiles, kept.loads,
-                               kept.distances, converged=not reason))
+        files += [draw_wear(stem.with_suffix(f".{ending}"), case.settings.title, kept.y, kept.profiles, kept.loads,
+                            kept.distances, converged=not reason) for ending in formats]
     return files
