@@ -17,7 +17,7 @@ help:
 	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
-	@echo "make table    build the default table of creep forces, kalker.h5; may be stopped and started again (half an hour of CPU time)"
+	@echo "make table    build the default table of creep forces again; may be stopped and started again (half an hour of CPU time)"
 	@echo "make bench    measure cost and errors, fill in the tables of docs/ (minutes); CONTACT=PATH measures CONTACT in turn, too"
 
 install: $(VENV)/.installed
@@ -54,7 +54,7 @@ figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures
 
 table: install
-	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table -o kalker.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
+	OPENBLAS_NUM_THREADS=1 $(BIN)/thermoroll table build -o thermoroll_cli/creep_table/default_table.h5 --resume --jobs $$($(BIN)/python -c 'import os; print(os.cpu_count())')
 
 # Peers for the frictionless part, in an environment of their own. Without them, and without CONTACT, recorded rows stay.
 PEERS := build/peers

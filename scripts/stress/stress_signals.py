@@ -35,8 +35,8 @@ PROGRAMS: dict[str, tuple[str, ...]] = {
     "run": ("run", "case.toml", "--set", "numerics.grid=192"),
     "sweep": ("sweep", "case.toml", *OVER),
     "sweep --jobs 2": ("sweep", "case.toml", *OVER, "--jobs", "2"),
-    "table": ("table", *TABLE),
-    "table --jobs 2": ("table", *TABLE, "--jobs", "2"),
+    "table": ("table", "build", *TABLE),
+    "table --jobs 2": ("table", "build", *TABLE, "--jobs", "2"),
 }
 """A second or two of work each, with pictures."""
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)

@@ -65,6 +65,7 @@ def test_a_point_without_a_steady_state_is_a_row(tmp_path: Path, folder: Path) -
     assert [row["status"] for row in rows(folder)] == ["not_converged", "converged"]
     assert rows(folder)[0]["reason"] == records[0]["reason"] != ""
     assert f"hot_0001 did not converge: {records[0]['reason']}" in done.stderr
+    assert done.stderr.count(records[0]["reason"]) == 1
     assert not read_result(folder / "hot_0001.h5").converged
     # Trying again would end the same way.
     again = call("sweep", hot, *options, "--resume", "--no-plots")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from thermoroll_cli.cli.result_table import wrapped
 from thermoroll_cli.cli.sweep_table import FAILED
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.refinement.limit import last_steady_state
+from thermoroll_cli.refinement.solve import Solver
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
 
@@ -125,3 +127,25 @@ def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
     assert [json.loads(line).get("unbounded", []) for line in alone.stdout.splitlines()] == told
     printed = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--resume").stdout
     assert "no limit where the contact reaches the end of a profile: gamma_p" in " ".join(printed.split())
+
+
+def test_each_kind_of_warning_is_shown_once(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    good = Solver.solve
+
+    def warned(self: Solver, problem: Any, **options: Any) -> Any:
+        hot = (f"{40 * problem.normal_force:g} K is hot",) if problem.normal_force > 50.0 else ()
+        return replace(good(self, problem, **options), warnings=(*hot, "flat") if problem.normal_force > 70.0 else hot)
+
+    monkeypatch.setattr(Solver, "solve", warned)
+    for only in ((), ("--scalars-only",)):
+        done = call("sweep", case, "--over", "load.normal_N=40,60,80", "-o", tmp_path / "out", "--no-plots", *only)
+        warnings = [line.strip() for line in done.stdout.splitlines() if "warning: " in line]
+        assert warnings == ["warning: 2400 K is hot (one of 2 points)", "warning: flat"]
+        rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+        assert [row["warnings"] for row in rows] == ["", "2400 K is hot", "3200 K is hot; flat"]
+
+
+def test_a_sweep_of_one_point_says_that_it_draws_no_picture(case: Path, tmp_path: Path) -> None:
+    done = call("sweep", case, "--over", "load.normal_N=40", "-o", tmp_path / "out")
+    assert "no picture: a sweep of one point has no curve" in done.stdout
+    assert not (tmp_path / "out" / "sweep.png").exists()

@@ -18,7 +18,7 @@ COMMANDS = {
     "run": "run", "sweep": "sweep_command", "wear": "wear", "table": "creep_table", "show": "show", "validate": "cases",
     "init": "cases", "schema": "cases", "plot": "results", "compare": "results", "export": "results",
 }  # fmt: skip
-"""The module of each command, which is a function of its name there."""
+"""The module of each command, which is a function or a group of commands of its name there."""
 
 _WORDING = (
     (r"^Value error, ", ""),
@@ -71,8 +71,13 @@ def thermoroll(
 def app_for(arguments: Sequence[str]) -> typer.Typer:
     """The program with the command that `arguments` begin with; with all of them where they begin with something else."""
     app.registered_commands.clear()
+    app.registered_groups.clear()
     first = arguments[0] if arguments else ""
     for name in (first,) if first in COMMANDS else COMMANDS:
         module = importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name]}")
-        app.command(name)(getattr(module, name))
+        command = getattr(module, name)
+        if isinstance(command, typer.Typer):
+            app.add_typer(command, name=name)
+        else:
+            app.command(name)(command)
     return app

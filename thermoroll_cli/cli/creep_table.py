@@ -1,4 +1,4 @@
-"""`thermoroll table`: build a table of creep forces, or ask one for forces."""
+"""`thermoroll table build` and `thermoroll table query`: a table of creep forces, and forces from one."""
 
 from __future__ import annotations
 
@@ -14,15 +14,20 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.cli.progress import PointsProgress
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
     from thermoroll_cli.creep_table.build import TablePlan
+    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.creep_table.values import TableValues
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
+
+table = typer.Typer(help="Build a table of creep forces for vehicle and bearing dynamics, or query one.", rich_markup_mode=None,
+                    no_args_is_help=True, context_settings={"help_option_names": ["-h", "--help"]})  # fmt: skip
 
 
 class OutsideChoice(StrEnum):
@@ -32,8 +37,9 @@ class OutsideChoice(StrEnum):
     saturation = "saturation"
 
 
-def table(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Table to write.")] = Path("kalker.h5"),
+@table.command()
+def build(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Table to write.")] = Path("creep_forces.h5"),
     aspect: Annotated[
         str, typer.Option("--aspect", metavar="VALUES", help=f"Ratios a/b, a along rolling; increasing. {RANGE}")
     ] = "",
@@ -45,46 +51,76 @@ def table(
     dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a build was stopped.")] = False,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
-    query: Annotated[Path | None, typer.Option("--query", metavar="TABLE.h5", help="Ask this table for forces.")] = None,
-    longitudinal: Annotated[str, typer.Option("--longitudinal", metavar="VALUES", help=f"Query: creepage. {RANGE}")] = "0",
-    lateral: Annotated[str, typer.Option("--lateral", metavar="VALUES", help=f"Query: creepage. {RANGE}")] = "0",
-    spin: Annotated[str, typer.Option("--spin-rad-mm", metavar="VALUES", help=f"Query: spin. {RANGE}")] = "0",
-    semi_axes: Annotated[str, typer.Option("--semi-axes-mm", metavar="A,B", help="Query: a along rolling, b.")] = "",
-    modulus: Annotated[float, typer.Option("--shear-modulus-GPa", help="Query: combined shear modulus.")] = math.nan,
-    friction: Annotated[float, typer.Option("--friction", help="Query: coefficient of friction.")] = math.nan,
-    load: Annotated[float, typer.Option("--normal-N", help="Query: normal force.")] = math.nan,
-    outside: Annotated[OutsideChoice, typer.Option("--outside", help="Query: a/b not in the table.")] = OutsideChoice.error,
     as_json: options.AsJson = False,
     quiet: options.Quiet = False,
-    verbose: options.Verbose = False,
 ) -> None:
-    """Build a table of creep forces for vehicle and bearing dynamics, or query one.
+    """Build a table of creep forces.
 
     Solves every point of a grid over a/b, magnitude and direction of the creepages, and as many random points again to state
-    the table's errors. --query TABLE.h5 prints the forces at given creepages instead; --csv with it exports the table.
+    the table's errors. A table for Poisson's ratio 0.28 comes with the program: see `query`.
     """
-    if query is not None:
-        raise typer.Exit(_query(query, (longitudinal, lateral, spin), (semi_axes, modulus, friction, load), outside.value,
-                                csv=csv, as_json=as_json))
+    from thermoroll_cli.creep_table.table_file import write_csv
+
     plan = _plan(aspect, nodes, poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
     built = _build(plan, output, jobs=jobs, dask=dask, resume=resume, quiet=quiet)
     if csv is not None:
-        from thermoroll_cli.creep_table.table_file import write_csv
-
         write_csv(csv, built)
     if as_json:
         streams.write_json({"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)})
     elif not quiet:
-        _tell(built, output)
+        streams.write_lines(_report(built, output))
     if built.holes:
         streams.note(f"thermoroll: {built.holes} points did not converge: holes of the table, filled from their neighbours")
     raise typer.Exit(ExitCode.NOT_CONVERGED if built.holes else ExitCode.FINE)
 
 
+@table.command()
+def query(
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[TABLE.h5]", help="A table; without it the one that comes with the program.")
+    ] = None,
+    longitudinal: Annotated[str, typer.Option("--longitudinal", metavar="VALUES", help=f"Creepage. {RANGE}")] = "0",
+    lateral: Annotated[str, typer.Option("--lateral", metavar="VALUES", help=f"Creepage. {RANGE}")] = "0",
+    spin: Annotated[str, typer.Option("--spin-rad-mm", metavar="VALUES", help=f"Spin. {RANGE}")] = "0",
+    semi_axes: Annotated[str, typer.Option("--semi-axes-mm", metavar="A,B", help="a along rolling, b.")] = "",
+    modulus: Annotated[float, typer.Option("--shear-modulus-GPa", help="Combined shear modulus.")] = math.nan,
+    friction: Annotated[float, typer.Option("--friction", help="Coefficient of friction.")] = math.nan,
+    load: Annotated[float, typer.Option("--normal-N", help="Normal force.")] = math.nan,
+    outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = OutsideChoice.error,
+    csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the whole table as CSV.")] = None,
+    as_json: options.AsJson = False,
+) -> None:
+    """Print the forces at given creepages: every combination, the last one varying fastest.
+
+    `force_error_N` is the largest error of the table, as it was measured at random points.
+    """
+    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
+    from thermoroll_cli.creep_table.table_file import write_csv
+
+    found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
+    if csv is not None:
+        write_csv(csv, found.values)
+        if not semi_axes:
+            raise typer.Exit
+    try:
+        columns = _forces(found, (longitudinal, lateral, spin), _semi_axes(semi_axes), (modulus, friction, load), outside.value)
+    except OutsideTable as cause:
+        streams.error(f"{file or 'the table that comes with the program'}: {cause}")
+        raise typer.Exit(ExitCode.INVALID_CASE) from None
+    except ValueError as cause:
+        raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N") from None
+    if not as_json:
+        streams.write("\t".join(columns))
+    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
+        if as_json:
+            streams.write_json(dict(zip(columns, row, strict=True)))
+        else:
+            streams.write("\t".join(f"{value:.6g}" for value in row))
+
+
 def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
-    from thermoroll_cli.cli.progress import PointsProgress
     from thermoroll_cli.creep_table.build import build_table, finish, journal_path
     from thermoroll_cli.creep_table.table_file import read_table, write_table
     from thermoroll_cli.sweeps.runner import Workers
@@ -98,7 +134,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
     progress = PointsProgress(plan.points, quiet=quiet, lines=False)
     try:
         built = build_table(plan, path, workers=Workers(jobs, dask), resume=resume, note=progress.note,
-                            report=lambda count, solved: progress.step("", count, solved=solved))
+                            report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
     finally:
         progress.close()
     write_table(path, built, command_line=shlex.join(["thermoroll", *sys.argv[1:]]))
@@ -142,53 +178,36 @@ def _values(text: str, hint: str) -> tuple[float, ...]:
         raise typer.BadParameter(str(cause), param_hint=hint) from None
 
 
-def _tell(built: TableValues, path: Path) -> None:
+def _report(built: TableValues, path: Path) -> Iterator[str]:
     quality = built.quality
-    streams.write(f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution")
-    streams.write(f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)")
+    yield f"{built.errors[:, 1:].size} points solved, {built.holes} of them without a solution"
+    yield f"  errors of forces over μW: solver {quality.solver_rms:.1e} (rms), {quality.solver_max:.1e} (largest)"
     if quality.points:
-        streams.write(f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
-                      f"{quality.largest:.1e} (largest)")
-    streams.write(f"  wrote {path}")
+        yield (f"  table against solver at {quality.points} random points: {quality.rms:.1e} (rms), "
+               f"{quality.largest:.1e} (largest)")  # fmt: skip
+    yield f"  wrote {path}"
 
 
-def _query(
-    path: Path, creepages: tuple[str, str, str], contact: tuple[str, float, float, float], outside: str, *, csv: Path | None,
-    as_json: bool,
-) -> int:
-    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
+def _forces(
+    found: CreepForceTable, creepages: tuple[str, str, str], semi_axes: tuple[float, float],
+    contact: tuple[float, float, float], outside: str,
+) -> dict[str, NDArray[np.float64]]:
+    """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
+    import numpy as np
 
-    stored = CreepForceTable.read(path)
-    axes_text, modulus, friction, load = contact
-    if csv is not None:
-        from thermoroll_cli.creep_table.table_file import write_csv
-
-        write_csv(csv, stored.values)
-        if not axes_text:
-            return ExitCode.FINE
-    a, b = _semi_axes(axes_text)
-    xi, eta, phi = _combinations(creepages)
-    try:
-        found = stored.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9,
-                              friction=friction, load=load, outside=outside)  # type: ignore[arg-type]
-    except OutsideTable as cause:
-        streams.error(f"{path}: {cause}")
-        return ExitCode.INVALID_CASE
-    except ValueError as cause:
-        raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N") from None
-    columns = {
-        "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": found.force_x,
-        "force_y_N": found.force_y, "spin_moment_Nmm": found.spin_moment * 1e3, "T_gamma_N": found.t_gamma,
-        "gamma_st": found.stick_fraction,
+    hints = ("--longitudinal", "--lateral", "--spin-rad-mm")
+    values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
+    xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))
+    (a, b), (modulus, friction, load) = semi_axes, contact
+    forces = found.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9, friction=friction,
+                          load=load, outside=outside)  # type: ignore[arg-type]
+    error = np.full_like(xi, found.values.quality.largest * friction * load)
+    return {
+        "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
+        "force_y_N": forces.force_y, "force_error_N": error, "spin_moment_Nmm": forces.spin_moment * 1e3,
+        "T_gamma_N": forces.t_gamma, "gamma_st": forces.stick_fraction,
+        "poisson_ratio": np.full_like(xi, found.values.poisson_ratio),
     }
-    if not as_json:
-        streams.write("\t".join(columns))
-    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
-        if as_json:
-            streams.write_json(dict(zip(columns, row, strict=True)))
-        else:
-            streams.write("\t".join(f"{value:.6g}" for value in row))
-    return ExitCode.FINE
 
 
 def _semi_axes(text: str) -> tuple[float, float]:
@@ -197,12 +216,3 @@ def _semi_axes(text: str) -> tuple[float, float]:
     except ValueError:
         raise typer.BadParameter(f'"{text}" is not two numbers A,B', param_hint="--semi-axes-mm") from None
     return a, b
-
-
-def _combinations(creepages: tuple[str, str, str]) -> Iterator[NDArray[np.float64]]:
-    """Every combination of the creepages asked for, the last one varying fastest."""
-    import numpy as np
-
-    hints = ("--longitudinal", "--lateral", "--spin-rad-mm")
-    values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
-    return (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))

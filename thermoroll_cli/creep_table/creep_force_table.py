@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import pathlib
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +17,10 @@ from thermoroll_cli.creep_table.table_file import read_table
 from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
 
 Outside = Literal["error", "saturation"]
+DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")
+NOISE = 1e-9
+"""Of the largest of F_x/μW, F_y/μW and M_z/(μW sqrt(ab))."""
+TINY = 1e-15
 
 
 class OutsideTable(ValueError):
@@ -48,6 +53,12 @@ class CreepForceTable:
     def read(cls, path: str | os.PathLike[str]) -> CreepForceTable:
         """The table in the file at `path`. Raises OSError: no such file, cut short, damaged, of another version."""
         return cls(read_table(path))
+
+    @classmethod
+    def default(cls) -> CreepForceTable:
+        """The table that comes with this package: a/b from 0.05 to 20, Poisson's ratio 0.28. Its errors are in
+        `values.quality`."""
+        return cls.read(DEFAULT_TABLE)
 
     def forces(
         self, longitudinal: ArrayLike, lateral: ArrayLike, spin: ArrayLike, *, semi_axes: tuple[ArrayLike, ArrayLike],
@@ -114,6 +125,9 @@ class CreepForceTable:
         values[0] *= turn_x
         values[1] *= turn_y
         values[2] *= turn_y
+        # A component that a symmetry makes zero has rounding noise only.
+        noise = np.abs(values[:3]) <= NOISE * np.abs(values[:3]).max(axis=0) + TINY
+        values[:3] = np.where(noise, 0.0, values[:3])
         return values
 
     def _scales(self, ratio: Array) -> Array:
@@ -123,7 +137,3 @@ class CreepForceTable:
             return np.array([scales(slopes(float(r), nu)) for r in ratio]).T
         return self._interpolant.scales_of(ratio)
 
-
-def quantities(forces: TableForces) -> dict[str, Any]:
-    """The fields of `forces` by name."""
-    return dict(vars(forces))
