@@ -1,5 +1,4 @@
-"""The command line: every command with its name. What a command needs is imported when it runs, and a command itself when it
-is called: to make a parser of all of them takes longer than many a solve."""
+"""The command line: every command with its name. A command is imported when it is called, and its libraries when it runs."""
 
 from __future__ import annotations
 
@@ -26,11 +25,11 @@ _WORDING = (
     (r"^Input should be a valid number.*", "must be a number"),
     (r"^Input should be greater than or equal to (.*)", r"must be \1 or more"),
 )
-"""What the parser's validator says of values, and how it reads beside our own messages."""
+"""Messages of the parser's validator, and the words that fit our own messages."""
 
 
 class Commands(TyperGroup):
-    """The commands, whose wrong options are told in our own words."""
+    """The commands, with our own words for wrong options."""
 
     def invoke(self, ctx: Any) -> Any:
         try:

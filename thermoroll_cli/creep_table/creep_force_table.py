@@ -114,7 +114,7 @@ class CreepForceTable:
         """`QUANTITIES` (4, n) at ξ', η', φ' (3, n)."""
         per = self._scales(ratio)
         x, y, z = creepages * per
-        # The quadrant X, Y ≥ 0 tells the rest.
+        # The quadrant X, Y ≥ 0 determines the others.
         turn_x, turn_y = np.where(x < 0.0, -1.0, 1.0), np.where(y < 0.0, -1.0, 1.0)
         scaled = np.stack([np.abs(x), np.abs(y), z * turn_y])
         if not inside.all():

@@ -7,7 +7,7 @@ For bodies of the same elasticity the forces depend on a/b, ν and
 alone (G the combined shear modulus). With X = ξ' C11/3, Y = η' C22/3, Z = φ' sqrt(C23² + C33²)/2.5 and Kalker's coefficients,
 contacts of any shape begin to slide as a whole near m = |(X, Y, Z)| = 1. Coordinates are the magnitude u(m) in 0 … 1 and the
 direction α = atan2(Y, X), sin β = Z/m. Reversing all creepages reverses all forces, and the mirror image in y = 0 reverses
-η, φ, F_y and M_z: so X ≥ 0 and Y ≥ 0 tell the rest.
+η, φ, F_y and M_z: so X ≥ 0 and Y ≥ 0 determine the rest.
 
 Even steps of u, v and w are small where forces bend: where full sliding begins, towards α = 0 and 90°, and between pure
 creepage and pure spin.

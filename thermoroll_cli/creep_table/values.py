@@ -1,4 +1,4 @@
-"""What a table holds: its axes, the solved values, and how good they are."""
+"""The content of a table: its axes, the solved values, and their errors."""
 
 from __future__ import annotations
 

@@ -19,6 +19,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import numpy as np
+
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, parse_source
 from thermoroll_cli.interruption import safe_point
@@ -133,19 +135,11 @@ def _range(text: str, parts: list[str]) -> tuple[Value, ...]:
         raise ValueError(f'"{text}": START and STOP must be finite')
     if logarithmic and start * stop <= 0:
         raise ValueError(f'"{text}": START and STOP of a logarithmic range must have the same sign and not be zero')
-    inner = (_between(start, stop, step / (count - 1), logarithmic) for step in range(1, count - 1))
+    spaced = (np.geomspace if logarithmic else np.linspace)(start, stop, count)[1:-1]
+    inner = (float(f"{value:.{_DIGITS}g}") for value in spaced)
     whole = isinstance(start, int) and isinstance(stop, int)
     # A whole-number key such as numerics.grid does not accept 64.0.
     return (start, *(int(value) if whole and value.is_integer() else value for value in inner), stop)
-
-
-def _between(start: float, stop: float, share: float, logarithmic: bool) -> float:
-    if logarithmic:
-        ends = math.log(abs(start)), math.log(abs(stop))
-        value = math.copysign(math.exp(ends[0] + share * (ends[1] - ends[0])), start)
-    else:
-        value = start + share * (stop - start)
-    return float(f"{value:.{_DIGITS}g}")
 
 
 def _value(text: str, written: str) -> Value:
