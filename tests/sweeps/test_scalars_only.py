@@ -166,14 +166,12 @@ def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path
     np.testing.assert_array_equal(new[:2], old[[0, -1]][:, [0, -1]].T)
 
 
-def test_what_cannot_be_resumed(case: Path, serial: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_resumed(case: Path, tmp_path: Path) -> None:
     journal = tmp_path / JOURNAL_NAME
     journal.write_bytes(b"nonsense\n")
     done = call("sweep", case, *SWEEP, "-o", tmp_path, "--resume")
     assert (done.returncode, "of another sweep, or another version" in done.stderr) == (5, True)
     assert journal.read_bytes() == b"nonsense\n"
-    done = call("plot", serial / "sweep.h5")
-    assert (done.returncode, "of many points" in done.stderr) == (5, True)
 
 
 def test_another_case_in_the_same_folder_leaves_the_old_points(case: Path, serial: Path, tmp_path: Path) -> None:

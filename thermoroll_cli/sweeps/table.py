@@ -173,6 +173,8 @@ def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_
 
 def draw(rows: Rows, path: pathlib.Path, title: str, compare: Sequence[str] = ()) -> str:
     """Draw the scalars of a sweep (`draw_table`). Returns why there is no picture, or nothing. Raises OSError."""
+    if rows.points.count > MOST_DRAWN:  # without reading all of them first
+        return f"more than {MOST_DRAWN} points"
     cells = [row.cells() for row in rows]
     names = dict.fromkeys(name for cell in cells for name in cell)
     columns = {name: [cell.get(name, math.nan) for cell in cells] for name in names}
