@@ -14,7 +14,8 @@ from thermoroll_cli.creep_table.scaling import directions, magnitude
 LARGEST_MAGNITUDE = 1e4
 """Stands for full sliding, u = 1: what is left of the elastic creep there is of the order of its inverse."""
 
-DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0, 20.0)
+DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0,
+                   20.0)
 """Closest where forces change most with a/b: around 1/2, where spin turns from hindering to helping the lateral force."""
 DEFAULT_MAGNITUDES, DEFAULT_DIRECTIONS, DEFAULT_SPINS = 25, 13, 41
 DEFAULT_POISSON = 0.28
