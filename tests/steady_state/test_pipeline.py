@@ -185,7 +185,8 @@ def test_scalars_agree_with_the_fields(varied):
         ("spin_moment_Nmm", 1e3 * arm.sum() * area, arm_scale),
         ("Q_F_W", f["heat_flux"].sum() * area, 0.0),
     ):
-        assert s[name] == pytest.approx(value, abs=15.0 * result.error[name] * max(abs(s[name]), scale)), name
+        tolerance = max(15.0 * result.error[name] * max(abs(s[name]), scale), 1e-13 * scale)
+        assert s[name] == pytest.approx(value, abs=tolerance), name
     assert s["gamma_p"] == pytest.approx(s["pressure_max_MPa"] / result.hertz["hertz_p0_MPa"], rel=1e-12)
     assert s["pressure_max_MPa"] == pytest.approx(1e-6 * f["pressure"].max(), rel=0.01)
     hertz_area = math.pi * result.hertz["hertz_a_mm"] * result.hertz["hertz_b_mm"]
@@ -200,10 +201,10 @@ def test_scalars_agree_with_the_fields(varied):
 
 
 def test_estimated_errors_are_numbers_and_small_enough_to_use(varied):
-    """Of what accuracy is asked for: below 5 % at N = 64 and never zero for what is solved for."""
+    """Of what accuracy is asked for: below 5 % at N = 64, and zero only for what vanishes by symmetry."""
     result = solved(varied)
     for name in ("Q_F_W", "gamma_c", "gamma_p", "force_x_N", "force_y_N"):
-        assert 0.0 < result.error[name] < 0.05, name
+        assert (result.error[name] > 0.0) == (result.coupled.scalars[name] != 0.0) and result.error[name] < 0.05, name
 
 
 def test_work_stays_within_bounds_on_varied_cases(varied):
@@ -309,6 +310,9 @@ def test_estimated_errors_tell_the_size_of_the_true_ones():
             result = solved(reference_problem(case, n))
             limit = result.problem.traction_limit
             for name in ("Q_F_W", "force_x_N", "force_y_N"):
+                if result.error[name] == 0.0:  # vanishes by symmetry
+                    assert result.coupled.scalars[name] == fine[name] == 0.0
+                    continue
                 scale = max(abs(fine[name]), limit if name.startswith("force") else 0.0)
                 ratios.append(abs(result.coupled.scalars[name] - fine[name]) / scale / result.error[name])
     assert np.mean(np.array(ratios) <= 2.0) >= 0.75
