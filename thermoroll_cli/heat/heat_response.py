@@ -84,6 +84,60 @@ class ThermalResponse(Protocol):
         on one that is nearly the same, (n, nx, ny), and v, (ny, n)."""
 
 
+MOST_TABLES = 6
+"""Tables of one kind that are kept, those built last."""
+MOST_NODES = 5
+INTERPOLATED = 1e-7
+"""Over the coefficient of an element on itself: the last order of interpolation may change a table by so much."""
+LARGEST_WEIGHTS = 8.0
+"""Sum of the weights' sizes: they multiply the errors of the tables themselves (3e-8)."""
+
+
+class KeptTables:
+    """Influence tables of one kind, by Péclet numbers: those built last are kept, and one that lies between them, or hardly
+    beyond, is interpolated in ln |P| where that is as good. Neighbouring problems share them."""
+
+    def __init__(self, build: Callable[[int, int, float, float, float], Array]) -> None:
+        self._build = build
+        self._known: list[tuple[tuple[int, int, float], tuple[float, float], Array]] = []
+
+    def __call__(self, grid: Grid, peclets: tuple[float, float]) -> Array:
+        """The table of `grid` at the Péclet numbers V dx/κ along x and y; not to be written to."""
+        shape = grid.nx, grid.ny, float(f"{grid.dy / grid.dx:.12g}")
+        known = [(key, table) for like, key, table in self._known if like == shape]
+        for key, table in known:
+            if key == peclets:
+                return table
+        found = self._interpolated([(math.log(key[0] / peclets[0]), table) for key, table in known
+                                    if key[1] == peclets[1] and key[0] * peclets[0] > 0.0])
+        if found is None:
+            found = self._build(grid.nx, grid.ny, grid.dy / grid.dx, *peclets)
+            self._known = [*self._known[1 - MOST_TABLES :], (shape, peclets, found)]
+        return found
+
+    @staticmethod
+    def _interpolated(nodes: list[tuple[float, Array]]) -> Array | None:
+        """The table at 0 from those at other places, the nearest ones; None if it would not be close enough."""
+        nodes = sorted(nodes, key=lambda node: abs(node[0]))[:MOST_NODES]
+        places = np.array([place for place, _ in nodes])
+        if len(nodes) < 3 or np.ptp(places) == 0.0:
+            return None
+        # Newton's form: each order adds a correction, whose last one is the error of the table without it.
+        weights, before = _weights_at_zero(places), np.append(_weights_at_zero(places[:-1]), 0.0)
+        if np.abs(weights).sum() > LARGEST_WEIGHTS:
+            return None
+        correction = sum(w * table for w, (_, table) in zip(weights - before, nodes, strict=True))
+        largest = float(np.abs(nodes[0][1]).max())
+        if float(np.abs(correction).max()) > INTERPOLATED * largest:
+            return None
+        return np.asarray(sum(w * table for w, (_, table) in zip(weights, nodes, strict=True)))
+
+
+def _weights_at_zero(places: Array) -> Array:
+    """Lagrange's weights at 0 of values at different `places`."""
+    return np.array([np.prod([other / (other - place) for other in places if other != place]) for place in places])
+
+
 class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
@@ -91,8 +145,9 @@ class HeatResponse:
     the elements' centres, at second order. `tables` counts influence tables built: equal bodies at equal speed share theirs.
     """
 
-    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody) -> None:
+    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, expansions: KeptTables | None = None) -> None:
         self.grid = grid
+        self._expansions = expansions or KeptTables(displacement_table)
         self.bodies = (lower, upper)
         self.tables = 0
         self._convolution: Convolution | None = None
@@ -207,7 +262,7 @@ class HeatResponse:
             for key, factor in weights.items():
                 if factor:
                     self.tables += 1
-                    total += factor * displacement_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
+                    total += factor * self._expansions(grid, key)
             self._expansion[shares] = self.convolution.spectrum(total)
         return self._expansion[shares]
 

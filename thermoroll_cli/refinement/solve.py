@@ -13,6 +13,7 @@ from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.creep_maximum import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import last_steady_state
+from thermoroll_cli.refinement.neighbours import Course
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
@@ -74,14 +75,13 @@ def solve(
 
 
 class Solver:
-    """Solves problem after problem: each starts from the one before it where kernels and grids are the same.
-
-    Neighbouring points of a sweep share their kernels and need a fraction of the iterations."""
+    """Solves problem after problem: each starts from what the last two predict, and uses the kernels of the last where grids
+    are the same. Neighbouring points of a sweep, or steps of wear, take half of the work of a first one."""
 
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
         self.options = options or SolverOptions()
-        self._previous: list[RefinementLevel] = []
+        self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, the later one first
 
     def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
         """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
@@ -124,7 +124,7 @@ class Solver:
         result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
-            self._previous = levels
+            self._solved = [(problem, levels), *self._solved[:1]]
         return result, last.isothermal.contact.tangential.converged and bool(too_hot)
 
     def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
@@ -132,16 +132,20 @@ class Solver:
         derived = DerivedQuantities(problem)
         stopwatch = _Stopwatch()
         levels: list[RefinementLevel] = []
-        previous = coarser = previous_coarser = None
+        coarser = neighbours = None
+        course = Course(problem, self._solved)
         for shape in plan.grids:
-            previous = next((r for r in self._previous if r.discretisation.has_kernels_of(derived, shape, plan.extent)), None)
+            neighbours = course.neighbours(shape, plan.extent, coarser, neighbours)
+            shared = None if neighbours is None else neighbours.last.discretisation
             discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options,
                                              coarser=None if coarser is None else coarser.discretisation)
-                              if previous is None else previous.discretisation.for_problem(derived))
-            starts = Starts(discretisation, coarser, previous, previous_coarser)
+                              if shared is None or not shared.has_kernels_of(derived, shape, plan.extent)
+                              else shared.for_problem(derived))
+            starts = Starts(discretisation, coarser, neighbours)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):
-                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
+                start, neighbour = starts.isothermal()
+                isothermal = fixed_point(discretisation, start, tolerances, neighbour=neighbour)
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
                                   "residual": isothermal.contact.tangential.residual})
             followed = None
@@ -154,7 +158,7 @@ class Solver:
                 levels.append(refinement_level(discretisation, isothermal, followed, plan))
             if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels, plan)):
                 break
-            coarser, previous_coarser = levels[-1], previous
+            coarser = levels[-1]
         return levels, stopwatch
 
 

@@ -2,12 +2,11 @@
 
 The first of these that exists is taken:
 
-    isothermal state    1. the previous problem of a sweep on this grid, with what the coarser grid has changed since
+    either state        1. what the last problems on this grid predict (`neighbours`)
                         2. the coarser grid
-                        3. nothing: Hertz's pressure and full stick
-    coupled state       1. the coarser grid: a heated contact changes more from problem to problem than from grid to grid
-                        2. the previous problem on this grid, before a coarser grid that did not converge
-                        3. the isothermal state
+    isothermal state    3. nothing: Hertz's pressure and full stick
+    coupled state       3. the previous problem on this grid, before a coarser grid that did not converge
+                        4. the isothermal state
 
 A coupled state may live on a domain that follows its contact (`followed_state`): strong heat concentrates the contact to a
 fraction of Hertz's, and moves it to where the bodies are hot.
@@ -16,6 +15,7 @@ fraction of Hertz's, and moves it to where the bodies are hot.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import Domain, Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.refinement.neighbours import Neighbours
 from thermoroll_cli.refinement.refinement_level import FollowedState, RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import Fields, SteadyState, fixed_point, unknowns_of
@@ -38,40 +39,48 @@ FIRST_GUESS = 1e-2
 
 @dataclass(frozen=True)
 class Starts:
-    """Sources of first guesses on one grid: the next `coarser` grid of the same problem, the `previous` problem of a sweep on
-    this grid, and that problem's next coarser grid."""
+    """Sources of first guesses on one grid: the next `coarser` grid of the same problem, and its `neighbours`."""
 
     discretisation: Discretisation
     coarser: RefinementLevel | None = None
-    previous: RefinementLevel | None = None
-    previous_coarser: RefinementLevel | None = None
+    neighbours: Neighbours | None = None
 
-    def isothermal(self) -> Contact:
-        """First guess of the state without thermal deformation."""
-        discretisation, source = self.discretisation, self.previous or self.coarser
+    def isothermal(self) -> tuple[Contact, SteadyState | None]:
+        """First guess of the state without thermal deformation, and the neighbouring state that predicts it."""
+        discretisation, source = self.discretisation, self.coarser
         fields = _unheated(discretisation)
+        predicted = None if self.neighbours is None else self.neighbours.isothermal(discretisation)
+        if predicted is not None:
+            return _with_fields(predicted[0], fields), predicted[1]
         if source is None:
             pressure, tangential = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
             if fields:
                 tangential = discretisation.roll(pressure, tangential, FIRST_GUESS)
-            return Contact(pressure, tangential, **fields)
+            return Contact(pressure, tangential, **fields), None
         guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
-        if self.previous is not None:
-            guess = replace(guess, tangential=self._predicted(self.previous))
-        return _with_fields(guess, fields)
+        return _with_fields(guess, fields), None
 
-    def coupled(self, isothermal: Contact, home: Discretisation) -> Contact:
+    def coupled(self, isothermal: Contact, home: Discretisation) -> tuple[Contact, SteadyState | None]:
         """First guess of the state with thermal deformation on `home`, which may have another domain than the `isothermal` one
-        beside it."""
+        beside it, and the neighbouring state that predicts it."""
         source = self.of_coupled
+        if self.predicted_coupled is not None and home is self.discretisation:
+            guess, neighbour = self.predicted_coupled
+            return _with_fields(guess, _unheated(home) | {"expansion": np.zeros(home.grid.shape)}), neighbour
         if source is None or source.coupled is None:
-            return self.moved(home, self.discretisation, isothermal)
-        return self.moved(home, source.home, source.coupled.contact)
+            return self.moved(home, self.discretisation, isothermal), None
+        return self.moved(home, source.home, source.coupled.contact), None
+
+    @cached_property
+    def predicted_coupled(self) -> tuple[Contact, SteadyState] | None:
+        """The coupled state that neighbours predict, and theirs."""
+        return None if self.neighbours is None else self.neighbours.coupled(self.discretisation)
 
     @property
     def of_coupled(self) -> RefinementLevel | None:
         """The level that the coupled state is started from, if there is one: one that has converged before one that has not."""
-        known = [level for level in (self.coarser, self.previous) if level is not None and level.coupled is not None]
+        last = None if self.neighbours is None else self.neighbours.last
+        known = [level for level in (self.coarser, last) if level is not None and level.coupled is not None]
         return min(known, key=lambda level: level.coupled is None or not level.coupled.converged, default=None)
 
     @staticmethod
@@ -79,20 +88,6 @@ class Starts:
         """First guess of the state with thermal deformation on `home` from a `contact` on another domain or grid."""
         fields = _unheated(home) | {"expansion": np.zeros(home.grid.shape)}
         return _with_fields(_carried_over(home, source, contact), fields)
-
-    def _predicted(self, previous: RefinementLevel) -> Traction:
-        """Tractions of the previous problem on this grid, plus what the coarser grid has changed since. Shares of the traction
-        bound are carried over, so that slip stays slip."""
-        tangential = previous.isothermal.contact.tangential
-        if self.coarser is None or self.previous_coarser is None:
-            return tangential
-        old, new = self.previous_coarser.isothermal.contact, self.coarser.isothermal.contact
-        bound, coarse_bound = self.discretisation.isothermal_pressure.pressure, new.normal.pressure
-        prolong = Prolongation(self.coarser.discretisation.grid, self.discretisation.grid)
-        change = new.tangential.traction - old.tangential.traction * (coarse_bound / np.where(
-            old.normal.pressure > 0.0, old.normal.pressure, 1.0))
-        return replace(tangential, traction=tangential.traction + prolong.traction(change, coarse_bound, bound),
-                       creepage=new.tangential.creepage)
 
 
 def _unheated(discretisation: Discretisation) -> Fields:
@@ -148,7 +143,9 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
     # A contact that slides as a whole needs balancing on coarse grids alone: mixing goes on from there for a tenth of the work.
     balanced = (before is not None and before.balanced and before.converged
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
-    state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced)
+    start, neighbour = starts.coupled(isothermal.contact, home)
+    state = fixed_point(home, start, tolerances, balanced=balanced if neighbour is None else neighbour.balanced,
+                        neighbour=neighbour)
     left_behind, smaller, settled = 0, False, False
     for _ in range(home.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
@@ -170,7 +167,7 @@ def next_home(starts: Starts) -> Discretisation:
     """Where the coupled state of a grid is begun: on its own domain, or around the contact that it is started from if that has
     been followed."""
     discretisation, source = starts.discretisation, starts.of_coupled
-    if source is None or source.coupled is None or source.home is source.discretisation:
+    if source is None or source.coupled is None or source.home is source.discretisation or starts.predicted_coupled is not None:
         return discretisation
     around = source.home.followed
     if source is starts.coarser and source.coupled.converged:

@@ -36,7 +36,8 @@ class TractionSolver:
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
-        self._undisturbed_leading: tuple[Window, Array] | None = None
+        self._transforms_before = 0
+        self._undisturbed_leading: tuple[Window, Pressure, Array] | None = None
 
     @cached_property
     def coupling(self) -> NormalShearCoupling:
@@ -46,7 +47,7 @@ class TractionSolver:
     @property
     def transforms(self) -> int:
         coupling = self.coupling.transforms if "coupling" in self.__dict__ else 0
-        return coupling + sum(solver.gradient.transforms for solver in self._solvers.values())
+        return coupling + self._transforms_before + sum(solver.gradient.transforms for solver in self._solvers.values())
 
     def solve(
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
@@ -112,6 +113,8 @@ class TractionSolver:
         if last is not None and last.holds(need):
             return last
         window = need if last is None else last.grown(need)
+        if last is not None:
+            self._transforms_before += self._solvers[mirror].gradient.transforms
         self._windows[mirror] = window
         self._solvers[mirror] = RollingSolver(RollingGradient(
             window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror,
@@ -128,9 +131,10 @@ class TractionSolver:
         """What the difference formula misses at the leading edge (`leading_edge`), (3, n, m) in the window."""
         if not undisturbed:
             return self._missed(derived, normal, window, undisturbed=False)
-        if self._undisturbed_leading is None or self._undisturbed_leading[0] != window:
-            self._undisturbed_leading = window, self._missed(derived, normal, window, undisturbed=True)
-        return self._undisturbed_leading[1]
+        known = self._undisturbed_leading
+        if known is None or known[0] != window or known[1] is not normal:
+            known = self._undisturbed_leading = window, normal, self._missed(derived, normal, window, undisturbed=True)
+        return known[2]
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""

@@ -1,0 +1,182 @@
+"""Predicted starts: the state of a problem from those of the last two that were solved.
+
+With the last states x₁ and x₀ of a grid, and the changes Δ from one problem to the next on the coarser grid, a state starts
+from
+
+    x = x₁ + t (x₁ − x₀) + P(Δ_coarse − t Δ_coarse,old)
+
+in Hertz's units: pressures over their peak, tractions over their bound, displacements over the approach, places over the sides
+of the domain, so that neighbours may differ in load and profile, too. t is the step of the problem's numbers over the step
+before; it is 0 where they do not go on in the same direction, or much further. Whatever was solved counts: points of a sweep,
+steps of wear, a loop over `Solver`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields, is_dataclass, replace
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.grid import Prolongation
+from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, SteadyState, unknowns_of
+
+LONGEST = 3.0
+"""Largest |t|: an extrapolation over more of the last steps is worse than none."""
+ASIDE = 0.1
+"""Part of a step that may lie aside of the step before; more is a corner of a sweep over several keys."""
+
+Fields = dict[str, Array]
+
+
+def step_length(problems: tuple[Problem, Problem, Problem]) -> float:
+    """t: the last step between three problems over the one before it, 0 where that does not predict it."""
+    groups = [list(_numbers(problem)) for problem in problems]
+    if len({tuple(group.shape for group in one) for one in groups}) > 1:
+        return 0.0
+    old, new = [], []
+    for first, second, third in zip(*groups, strict=True):
+        scale = max(float(np.abs(group).max(initial=0.0)) for group in (first, second, third)) or 1.0
+        old.append((second - first) / scale)
+        new.append((third - second) / scale)
+    before, step = np.concatenate(old), np.concatenate(new)
+    size = float(before @ before)
+    if size == 0.0:
+        return 0.0
+    t = float(step @ before) / size
+    aside = float(np.linalg.norm(step - t * before))
+    return t if abs(t) <= LONGEST and aside <= ASIDE * float(np.linalg.norm(step)) else 0.0
+
+
+def _numbers(value: object) -> Iterator[Array]:
+    """The finite numbers of a problem as arrays of those with one scale: one each, but for places and heights of a profile."""
+    if isinstance(value, tuple) and value and isinstance(value[0], tuple):
+        yield from np.array(value, dtype=float).T
+    elif isinstance(value, tuple) or is_dataclass(value):
+        for part in value if isinstance(value, tuple) else (getattr(value, field.name) for field in fields(value)):
+            yield from _numbers(part)
+    elif isinstance(value, int | float) and not isinstance(value, bool) and np.isfinite(value):
+        yield np.array([float(value)])
+
+
+class Course:
+    """The problems `solved` last, at most two, the later one first, on the way to `problem`."""
+
+    def __init__(self, problem: Problem, solved: Sequence[tuple[Problem, list[RefinementLevel]]]) -> None:
+        self._levels = [levels for _, levels in solved]
+        self._t = step_length((solved[1][0], solved[0][0], problem)) if len(solved) > 1 else 0.0
+
+    def neighbours(
+        self, shape: tuple[int, int], extent: float, coarse: RefinementLevel | None, coarser: Neighbours | None
+    ) -> Neighbours | None:
+        """Those on a grid of `shape`; `coarse` is the next coarser one, and `coarser` are the neighbours there. None if the
+        last problem was not solved on such a grid."""
+        found = [next((level for level in levels if level.discretisation.grid.shape == shape
+                       and level.discretisation.extent == extent), None) for levels in self._levels]
+        last, before = (*found, None, None)[:2]
+        if last is None:
+            return None
+        return Neighbours(last, before, coarse, None if coarser is None else coarser.last,
+                          None if coarser is None else coarser.before, self._t if before is not None else 0.0)
+
+
+@dataclass(frozen=True)
+class Neighbours:
+    """One grid of the last two problems, `last` and the one `before` (None: there was none), with the next coarser grid of this
+    problem and of both; `t` as `step_length`."""
+
+    last: RefinementLevel
+    before: RefinementLevel | None = None
+    coarse: RefinementLevel | None = None
+    coarse_last: RefinementLevel | None = None
+    coarse_before: RefinementLevel | None = None
+    t: float = 0.0
+
+    def isothermal(self, discretisation: Discretisation) -> tuple[Contact, SteadyState] | None:
+        """The predicted state without thermal deformation, and the last one; None where nothing predicts it."""
+        return self._predicted(discretisation, coupled=False)
+
+    def coupled(self, discretisation: Discretisation) -> tuple[Contact, SteadyState] | None:
+        """The same with thermal deformation."""
+        return self._predicted(discretisation, coupled=True)
+
+    def _predicted(self, here: Discretisation, *, coupled: bool) -> tuple[Contact, SteadyState] | None:
+        last = _state(self.last, coupled=coupled)
+        if last is None or (self.coarse is not None and _state(self.coarse, coupled=coupled) is None):
+            return None
+        found, creepage = _scaled(self.last.discretisation, last.contact)
+        inside = last.contact.normal.contact
+        before, t = _state(self.before, coupled=coupled), self.t
+        if before is not None and t:
+            old, old_creepage = _scaled(self.before.discretisation, before.contact)  # type: ignore[union-attr]
+        if before is None or not t or old.keys() != found.keys():
+            old, old_creepage, t = found, creepage, 0.0
+        found = {name: field + t * (field - old[name]) for name, field in found.items()}
+        creepage = creepage + t * (creepage - old_creepage)
+        change = self._coarse_change(here, t, coupled=coupled)
+        if change is not None and change[0].keys() == found.keys():
+            found = {name: field + change[0][name] for name, field in found.items()}
+            creepage = creepage + change[1]
+        return _unscaled(here, found, creepage, inside, coupled=coupled), last
+
+    def _coarse_change(self, here: Discretisation, t: float, *, coupled: bool) -> tuple[Fields, Array] | None:
+        """P(Δ_coarse − t Δ_coarse,old)."""
+        levels = (self.coarse, self.coarse_last, self.coarse_before if t else self.coarse_last)
+        states = [_state(level, coupled=coupled) for level in levels]
+        if None in states:
+            return None
+        (new, new_c), (old, old_c), (older, older_c) = (
+            _scaled(level.discretisation, state.contact)  # type: ignore[union-attr]
+            for level, state in zip(levels, states, strict=True))
+        if not new.keys() == old.keys() == older.keys():
+            return None
+        change = {name: new[name] - old[name] - t * (old[name] - older[name]) for name in new}
+        assert self.coarse is not None
+        prolong = Prolongation(self.coarse.discretisation.grid, here.grid)
+        # Shares of the bound count with the pressure that they belong to: outside the contact there are none.
+        pressure = np.maximum(new["pressure"], 0.0)
+        weight = prolong(pressure)
+        share = prolong(change.pop("share") * pressure) / np.where(weight > 0.0, weight, 1.0)
+        finer = {name: prolong(field) for name, field in change.items()} | {"share": share}
+        return finer, new_c - old_c - t * (old_c - older_c)
+
+
+def _state(level: RefinementLevel | None, *, coupled: bool) -> SteadyState | None:
+    """The state of a grid, if it may serve for a prediction: found, and on the usual domain."""
+    if level is None:
+        return None
+    state = level.coupled if coupled else level.isothermal
+    usable = state is not None and state.converged and (not coupled or level.home is level.discretisation)
+    return state if usable else None
+
+
+def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
+    """The fields of a state and its creepages in Hertz's units."""
+    derived, normal = home.derived, contact.normal
+    bound = (derived.problem.friction if contact.friction is None else contact.friction) * normal.pressure
+    peak = derived.scales.peak_pressure
+    found = {
+        "pressure": normal.pressure / peak,
+        "start": normal.start / peak,
+        "share": contact.tangential.traction / np.where(bound > 0.0, bound, 1.0),
+    } | {name: field / UNKNOWNS[name](derived) for name, field in unknowns_of(contact).items()}
+    return found, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)
+
+
+def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Array, *, coupled: bool) -> Contact:
+    """A first guess on `here`; there is pressure on the last contact alone."""
+    derived = here.derived
+    unknowns = {name: field * UNKNOWNS[name](derived) for name, field in found.items() if name in UNKNOWNS}
+    normal = here.isothermal_pressure
+    if coupled or "shear_displacement" in unknowns:
+        peak = derived.scales.peak_pressure
+        pressure, start = (np.where(inside, np.maximum(found[name] * peak, 0.0), 0.0) for name in ("pressure", "start"))
+        normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float), whole_elements=start)
+    bound = unknowns.get("friction", derived.problem.friction) * normal.pressure
+    creepages = creepage * derived.saturation_creepage
+    return Contact(normal, Traction.guess(found["share"] * bound, (float(creepages[0]), float(creepages[1]))), **unknowns)
