@@ -86,11 +86,12 @@ class ThermalResponse(Protocol):
 
 MOST_TABLES = 6
 """Tables of one kind that are kept, those built last."""
-MOST_NODES = 5
-INTERPOLATED = 1e-7
-"""Over the coefficient of an element on itself: the last order of interpolation may change a table by so much."""
-LARGEST_WEIGHTS = 8.0
-"""Sum of the weights' sizes: they multiply the errors of the tables themselves (3e-8)."""
+NODES = 5, 4, 3
+"""Tables between which one is interpolated."""
+INTERPOLATED = 1e-6
+"""Over the largest coefficient: the last node may change a table by so much; the error is a hundredth of it."""
+LARGEST_WEIGHTS = 16.0
+"""Sum of the weights' sizes: they multiply what tables differ by at random."""
 
 
 class KeptTables:
@@ -118,19 +119,16 @@ class KeptTables:
     @staticmethod
     def _interpolated(nodes: list[tuple[float, Array]]) -> Array | None:
         """The table at 0 from those at other places, the nearest ones; None if it would not be close enough."""
-        nodes = sorted(nodes, key=lambda node: abs(node[0]))[:MOST_NODES]
-        places = np.array([place for place, _ in nodes])
-        if len(nodes) < 3 or np.ptp(places) == 0.0:
-            return None
-        # Newton's form: each order adds a correction, whose last one is the error of the table without it.
-        weights, before = _weights_at_zero(places), np.append(_weights_at_zero(places[:-1]), 0.0)
-        if np.abs(weights).sum() > LARGEST_WEIGHTS:
-            return None
-        correction = sum(w * table for w, (_, table) in zip(weights - before, nodes, strict=True))
-        largest = float(np.abs(nodes[0][1]).max())
-        if float(np.abs(correction).max()) > INTERPOLATED * largest:
-            return None
-        return np.asarray(sum(w * table for w, (_, table) in zip(weights, nodes, strict=True)))
+        nodes = sorted(nodes, key=lambda node: abs(node[0]))
+        for count in (n for n in NODES if n <= len(nodes)):
+            places, tables = np.array([place for place, _ in nodes[:count]]), [table for _, table in nodes[:count]]
+            weights, without = _weights_at_zero(places), np.append(_weights_at_zero(places[:-1]), 0.0)
+            if np.abs(weights).sum() > LARGEST_WEIGHTS:
+                continue
+            change = sum(w * table for w, table in zip(weights - without, tables, strict=True))
+            if np.abs(change).max() <= INTERPOLATED * np.abs(tables[0]).max():
+                return np.asarray(sum(w * table for w, table in zip(weights, tables, strict=True)))
+        return None
 
 
 def _weights_at_zero(places: Array) -> Array:
