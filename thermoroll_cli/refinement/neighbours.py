@@ -18,7 +18,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Problem
@@ -168,7 +168,7 @@ def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
     return found, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)
 
 
-def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Array, *, coupled: bool) -> Contact:
+def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Mask, *, coupled: bool) -> Contact:
     """A first guess on `here`; there is pressure on the last contact alone."""
     derived = here.derived
     unknowns = {name: field * UNKNOWNS[name](derived) for name, field in found.items() if name in UNKNOWNS}
