@@ -9,7 +9,10 @@ from functools import lru_cache
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.thermal import displacement_table
 from thermoroll_cli.heat.frictional_heat import divide
+from thermoroll_cli.heat.heat_response import KeptTables
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import track_facts, warnings_before
@@ -25,6 +28,8 @@ FINEST_FOR_ACCURACY = 512
 SMALLEST_EXTENT = 2.1
 """The Hertz contact spans 2 semi-axes; a domain must leave a little room around it."""
 
+SPEED_STEPS = 16.0
+"""Steps in which creepages count for the preview of the thermal bulge."""
 BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
 
@@ -169,7 +174,10 @@ def bulge_bound(derived: DerivedQuantities) -> float:
             rigid[i] += 3.0 * derived.saturation_creepage
     slip = np.hypot(rigid[0], rigid[1])
     flux = problem.highest_friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
-    response = discretisation.heat_response((motion.creepage_x or 0.0, motion.creepage_y or 0.0), rigid)
+    # Both speeds to a few per cent: bodies that roll share a table of expansion, and so do neighbours of other creepage.
+    along, across = (round(SPEED_STEPS * (c or 0.0)) / SPEED_STEPS for c in (motion.creepage_x, motion.creepage_y))
+    discretisation.responses.expansions = KeptTables(_preview_table)
+    response = discretisation.heat_response((along, across), rigid)
     inside = discretisation.isothermal_pressure.contact
     bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
     if not problem.heating.conducts:
@@ -177,6 +185,11 @@ def bulge_bound(derived: DerivedQuantities) -> float:
     # Friction that turns out smaller must not have hidden what conduction does.
     conducted = divide(problem.heating, response, np.zeros(discretisation.grid.shape), inside).expansion()
     return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
+
+
+@lru_cache(maxsize=4)
+def _preview_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> Array:
+    return displacement_table(nx, ny, aspect, peclet_x, peclet_y)
 
 
 def _preview(derived: DerivedQuantities) -> Discretisation:

@@ -93,6 +93,10 @@ class Solver:
         if has_maximum(problem) and search:
             return self._on_falling_curve(problem, report)
         result, too_hot = self._solve(problem, report)
+        if not result.converged and self._solved:
+            # Neighbours may have been a bad start: no problem does worse than alone.
+            self._solved = []
+            result, too_hot = self._solve(problem, report)
         return last_steady_state(problem, result, solver, self.options) if too_hot and search else result
 
     def _on_falling_curve(self, problem: Problem, report: Report | None) -> Result:
@@ -141,6 +145,8 @@ class Solver:
                                              coarser=None if coarser is None else coarser.discretisation)
                               if shared is None or not shared.has_kernels_of(derived, shape, plan.extent)
                               else shared.for_problem(derived))
+            if shared is not None:
+                discretisation.responses.expansions = shared.responses.expansions
             starts = Starts(discretisation, coarser, neighbours)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):

@@ -15,10 +15,6 @@ from thermoroll_cli.steady_state.pressure import PressureSolver
 from thermoroll_cli.steady_state.solver_options import SolverOptions
 from thermoroll_cli.steady_state.traction import TractionSolver
 
-KEPT = 0.05
-"""Part of its sides by which the domain of a profile's contact may differ from what it would be, before a neighbouring problem
-gets one of its own: less than the room at the sides."""
-
 
 class Discretisation:
     """One problem on one grid.
@@ -29,55 +25,35 @@ class Discretisation:
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
         options: SolverOptions | None = None, followed: Domain | None = None, coarser: Discretisation | None = None,
-        neighbour: Discretisation | None = None,
     ) -> None:
         """`followed` is the domain around a heated contact, which may lie anywhere, instead of the one of `extent` semi-axes
-        about the isothermal contact. `coarser` is the next coarser grid. `neighbour` is another problem's discretisation, whose
-        grid and solvers are used (see `has_kernels_of`)."""
+        about the isothermal contact. `coarser` is the next coarser grid."""
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
-        if neighbour is None:
-            self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-            self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling)
-            self.responses: HeatResponses = HeatResponses(self.grid)
-        else:
-            self.grid, self.traction, self.responses = neighbour.grid, neighbour.traction, neighbour.responses
-        if neighbour is not None and _same_contact(neighbour.derived, derived):
-            self.pressure: PressureSolver = neighbour.pressure
-        else:
-            before = neighbour or coarser
-            self.pressure = PressureSolver(derived, self.grid, None if followed else extent, self.options,
-                                           None if before is None else before.pressure)
+        self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
+        before = None if coarser is None else coarser.pressure
+        self.pressure: PressureSolver = PressureSolver(derived, self.grid, None if followed else extent, self.options, before)
+        self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling)
+        self.responses: HeatResponses = HeatResponses(self.grid)
         self._heats: list[tuple[Traction, Heat]] = []
-        self._transforms_before = 0 if neighbour is None else neighbour._transforms_of_solvers
+        self._transforms_before = 0
 
     def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
-        """Whether the grid and the kernels here serve for another problem: same elastic constants, and the same contact without
-        heat or, of bodies with profiles, one that lies in this domain nearly as it would in its own."""
-        own = self.derived
-        return (self.grid.shape == shape and self.extent == extent and own.shear_compliance == derived.shear_compliance
-                and own.coupling_constant == derived.coupling_constant
-                and own.problem.contact_modulus == derived.problem.contact_modulus
-                and (_same_contact(own, derived) or self._fits(derived)))
-
-    def _fits(self, derived: DerivedQuantities) -> bool:
-        """Whether the domain is about that of another problem with profiles: it would wander with every small change."""
-        if not (self.derived.problem.geometry.has_profile and derived.problem.geometry.has_profile):
-            return False
-        wanted, grid = derived.scales.domain(self.extent), self.grid
-        side_x, side_y = grid.nx * grid.dx, grid.ny * grid.dy
-        moved = max(abs(wanted.side_x / side_x - 1.0), abs(wanted.side_y / side_y - 1.0),
-                    2.0 * abs(wanted.centre - grid.centre) / side_y)
-        return (moved <= KEPT and self.derived.symmetric == derived.symmetric
-                and self.derived.scales.limits == derived.scales.limits)
+        """Whether the solvers here are those of another problem: same bodies, same contact without heat, same grid."""
+        return (self.grid.shape == shape and self.extent == extent and _same_contact(self.derived, derived)
+                and self.derived.shear_compliance == derived.shear_compliance
+                and self.derived.coupling_constant == derived.coupling_constant)
 
     def for_problem(self, derived: DerivedQuantities) -> Discretisation:
         """Another problem with the solvers of this one (see `has_kernels_of`)."""
-        return Discretisation(derived, self.grid.shape, self.extent, self.threads, self.options, self.followed, neighbour=self)
+        other = Discretisation(derived, self.grid.shape, self.extent, self.threads, self.options, self.followed)
+        other.pressure, other.traction, other.responses = self.pressure, self.traction, self.responses
+        other._transforms_before = other._transforms_of_solvers
+        return other
 
     def has_grid_of(self, other: Discretisation) -> bool:
         """Whether fields here are fields there."""
-        return self.grid == other.grid
+        return self.pressure is other.pressure
 
     @property
     def isothermal_pressure(self) -> Pressure:

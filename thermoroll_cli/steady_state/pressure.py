@@ -25,8 +25,8 @@ class PressureSolver:
     """Presses bodies of one gap under one load together, on a `grid` that spans `extent` half-lengths of the contact
     (None: one that follows a heated contact, which may lie anywhere).
 
-    `coarser` is the solver of the next coarser grid, or of a neighbouring problem on this one, whose kernels are used then: the
-    isothermal pressure is started from its own where it is not known in closed form."""
+    `coarser` is the solver of the next coarser grid: the isothermal pressure is started from its own where it is not known in
+    closed form."""
 
     def __init__(
         self, derived: DerivedQuantities, grid: Grid, extent: float | None, options: SolverOptions,
@@ -34,9 +34,7 @@ class PressureSolver:
     ) -> None:
         self.grid = grid
         self._derived, self._extent, self._options = derived, extent, options
-        self._start: PressureSolver | None = coarser
-        same = coarser is not None and coarser.grid == grid
-        self._solver = coarser.solver if coarser is not None and same else None
+        self._start = coarser
 
     @cached_property
     def undeformed_gap(self) -> Array:
@@ -45,7 +43,7 @@ class PressureSolver:
 
     @cached_property
     def solver(self) -> NormalSolver:
-        return self._solver or NormalSolver(self.grid, self._derived.problem.contact_modulus)
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus)
 
     @cached_property
     def isothermal(self) -> Pressure:
@@ -55,11 +53,8 @@ class PressureSolver:
             return self._hertz()
         if self._start is None:
             start = np.zeros(self.grid.shape)
-        elif self._start.grid == self.grid:
-            start = self._start.isothermal.start
         else:
             start = np.asarray(Prolongation(self._start.grid, self.grid)(self._start.isothermal.start))
-        self._start = None  # which would keep all neighbours before it
         return self.solve(None, start, self._options.tolerances.normal,
                           mirrored=self._derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None)
 

@@ -37,7 +37,7 @@ class TractionSolver:
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
         self._transforms_before = 0
-        self._undisturbed_leading: tuple[Window, Pressure, Array] | None = None
+        self._undisturbed_leading: tuple[Window, Array] | None = None
 
     @cached_property
     def coupling(self) -> NormalShearCoupling:
@@ -131,10 +131,9 @@ class TractionSolver:
         """What the difference formula misses at the leading edge (`leading_edge`), (3, n, m) in the window."""
         if not undisturbed:
             return self._missed(derived, normal, window, undisturbed=False)
-        known = self._undisturbed_leading
-        if known is None or known[0] != window or known[1] is not normal:
-            known = self._undisturbed_leading = window, normal, self._missed(derived, normal, window, undisturbed=True)
-        return known[2]
+        if self._undisturbed_leading is None or self._undisturbed_leading[0] != window:
+            self._undisturbed_leading = window, self._missed(derived, normal, window, undisturbed=True)
+        return self._undisturbed_leading[1]
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""

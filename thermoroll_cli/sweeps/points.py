@@ -29,9 +29,9 @@ from thermoroll_cli.refinement.plan import leaves_out_deformation
 
 Value = bool | int | float | str
 
-LONGEST_STRETCH = 5
-"""Points that are solved one after the other, each from the one before it. More of them save nothing that can be measured yet;
-fewer leave work for more processes, and less to solve again where a sweep is resumed."""
+LONGEST_STRETCH = 20
+"""Points that are solved one after the other, each from the two before it: the first two of a stretch gain little. Fewer leave
+work for more processes, and less to solve again where a sweep is resumed."""
 
 MOST_POINTS = 100_000
 """A COUNT with too many zeros should not fill the memory or the folder first."""

@@ -44,7 +44,7 @@ class Pending:
 
 @dataclass(frozen=True)
 class Stretch:
-    """Neighbouring points, solved one after the other by one worker, each from the one before it.
+    """Neighbouring points, solved one after the other by one worker, each from the two before it.
 
     Points that are not among `pending` are finished, or given up; they are solved again only where a pending one follows, so
     that its result is the same as if nothing had been interrupted.
@@ -64,15 +64,9 @@ class Stretch:
         """Solve the pending points: a record, and the content of the result file, for each."""
         pending = {one.number: one for one in self.pending}
         solver = Solver(self.threads)
-        cold = True
         for number in range(self.numbers.start, self.pending[-1].number + 1):
             point = self.points.point(number)
-            result, reason = _attempt(solver, point.problem, search=cold)
-            if not cold and (result is None or not result.converged):
-                # The neighbour may have been a bad start: no point does worse than a run of its own.
-                solver = Solver(self.threads)
-                result, reason = _attempt(solver, point.problem, search=True)
-            cold = result is None
+            result, reason = _attempt(solver, point.problem)
             if result is None:
                 # The state left by an exception is no start for the next point.
                 solver = Solver(self.threads)
@@ -102,9 +96,9 @@ class Stretch:
         return self._record(self.pending[0], failed_summary(reason), solved=False)
 
 
-def _attempt(solver: Solver, problem: Problem, *, search: bool) -> tuple[Result | None, str]:
+def _attempt(solver: Solver, problem: Problem) -> tuple[Result | None, str]:
     try:
-        return solver.solve(problem, search=search), ""
+        return solver.solve(problem), ""
     except MemoryError:
         return None, "not enough memory"
     except Exception as cause:
