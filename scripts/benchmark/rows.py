@@ -31,17 +31,23 @@ class Row:
 
 
 def sweep() -> Row:
-    """30 speeds of the coupled case, each started from its neighbour, beside each one solved from nothing."""
+    """30 speeds of the coupled case, each started from its neighbours, beside each one solved from nothing."""
     problem = problem_of(HOT, 64)
-    problems = [dataclasses.replace(problem, motion=dataclasses.replace(problem.motion, speed=float(speed)))
-                for speed in np.linspace(10.0, 200.0, 30)]
+    return _swept("30 speeds, coupled", [_moving(problem, speed=float(v)) for v in np.linspace(10.0, 200.0, 30)])
 
-    def cold() -> None:
-        for one in problems:
-            solve(one)
 
-    return Row("point of a sweep over 30 speeds, coupled, N = 64", "the same points from nothing",
-               partial(_in_order, problems), cold, 30, 30)
+def sweep_of_loads() -> Row:
+    """20 loads on a profile, coupled."""
+    problem = _on_case("crowned_roller")
+    return _swept("20 loads on a profile", [dataclasses.replace(problem, normal_force=problem.normal_force * float(f))
+                                            for f in np.linspace(0.7, 1.3, 20)])
+
+
+def sweep_of_rails() -> Row:
+    """20 creepages of a wheel on a rail."""
+    problem = _on_case("wheel_rail")
+    return _swept("20 creepages of wheel and rail",
+                  [_moving(problem, creepage_x=float(c)) for c in np.linspace(1e-3, 1e-2, 20)])
 
 
 def table_16() -> Row:
@@ -68,7 +74,7 @@ def subsurface() -> Row:
                partial(solve, problem), partial(solve, dataclasses.replace(problem, subsurface=None)))
 
 
-ROWS: list[Callable[[], Row]] = [sweep, table_16, table_32, heat, subsurface]
+ROWS: list[Callable[[], Row]] = [sweep, sweep_of_loads, sweep_of_rails, table_16, table_32, heat, subsurface]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:
@@ -90,6 +96,23 @@ def _in_order(problems: Iterable[Problem]) -> None:
     solver = Solver()
     for problem in problems:
         solver.solve(problem)
+
+
+def _swept(what: str, problems: list[Problem]) -> Row:
+    def cold() -> None:
+        for one in problems:
+            solve(one)
+
+    return Row(f"point of a sweep over {what}, N = 64", "the same points from nothing", partial(_in_order, problems), cold,
+               len(problems), len(problems))
+
+
+def _on_case(name: str) -> Problem:
+    return dataclasses.replace(Case.read(ROOT / "cases" / f"{name}.toml").problem, numerics=Numerics((64, 64)))
+
+
+def _moving(problem: Problem, **motion: float) -> Problem:
+    return dataclasses.replace(problem, motion=dataclasses.replace(problem.motion, **motion))
 
 
 def _table(side: int, accuracy: float) -> Row:

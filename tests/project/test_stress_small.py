@@ -7,6 +7,8 @@ import pytest
 
 from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
 from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
+from scripts.stress.stress_neighbours import FIRST as FIRST_NEIGHBOURS
+from scripts.stress.stress_neighbours import differences
 from scripts.stress.stress_profiles import run_seed as run_profile_seed
 from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case
@@ -54,6 +56,11 @@ def test_tractions_take_little_work(outcomes: list[Outcome]) -> None:
     work = [o.work for o in outcomes if o.work]
     assert np.median(work) <= MEDIAN_WORK
     assert np.percentile(work, 99) <= LARGE_WORK
+
+
+@pytest.mark.parametrize("seed", range(FIRST_NEIGHBOURS, FIRST_NEIGHBOURS + 6))
+def test_problems_that_start_from_their_neighbours_have_the_same_solution(seed: int) -> None:
+    assert list(differences(seed)) == []
 
 
 def test_a_seed_always_gives_the_same_case_and_a_file_that_can_be_read() -> None:
