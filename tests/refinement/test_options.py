@@ -75,7 +75,7 @@ def test_options_of_the_rolling_solver_reach_newton() -> None:
     for factor in (RollingOptions.relaxation, 3.0):
         options = SolverOptions(rolling=RollingOptions(relaxation=factor))
         discretisation = Discretisation(DerivedQuantities(problem), (48, 48), 2.2, options=options)
-        work[factor] = fixed_point(discretisation, Starts(discretisation).isothermal()[0], options.tolerances).applications
+        work[factor] = fixed_point(discretisation, Starts(discretisation).isothermal(), options.tolerances).applications
     assert work[3.0] > 1.2 * work[RollingOptions.relaxation]
 
 
@@ -91,9 +91,9 @@ def test_a_state_is_its_own_turn() -> None:
     problem = article_4_1(24)
     discretisation = Discretisation(DerivedQuantities(problem), (24, 24), 2.2)
     starts, tolerances = Starts(discretisation), SolverOptions().tolerances
-    isothermal = fixed_point(discretisation, starts.isothermal()[0], tolerances)
+    isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
     assert not isothermal.acts_back and isothermal.converged and isothermal.residual == 0.0
-    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact, discretisation)[0], tolerances)
+    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact, discretisation), tolerances)
     assert coupled.converged and coupled.acts_back and coupled.residual == coupled.history[-1] <= tolerances.coupling
     after = iterate(discretisation, coupled.contact, tolerances)
     approach = discretisation.derived.hertz.approach
@@ -107,8 +107,8 @@ def test_the_best_state_is_returned_with_its_residual_where_iterations_run_out(m
     options = SolverOptions()
     discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
     starts = Starts(discretisation)
-    isothermal = fixed_point(discretisation, starts.isothermal()[0], options.tolerances).contact
-    stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation)[0], options.tolerances)
+    isothermal = fixed_point(discretisation, starts.isothermal(), options.tolerances).contact
+    stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation), options.tolerances)
     assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
     assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
     result = solve(article_4_1(16), options=options)

@@ -104,9 +104,9 @@ def test_bulge_below_tolerance(record_property: Record) -> None:
     assert "deformation" in skipped.work["skipped"]
     # The same fixed point iterated for nothing.
     discretisation = Discretisation(DerivedQuantities(problem), (32, 32), problem.numerics.extent)
-    start = fixed_point(discretisation, Starts(discretisation).isothermal()[0], Tolerances()).contact
+    start = fixed_point(discretisation, Starts(discretisation).isothermal(), Tolerances()).contact
     before = discretisation.transforms
-    state = fixed_point(discretisation, Starts(discretisation).coupled(start, discretisation)[0], Tolerances())
+    state = fixed_point(discretisation, Starts(discretisation).coupled(start, discretisation), Tolerances())
     assert state.converged and state.acts_back
     record_property("transforms_saved", discretisation.transforms - before)
     # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.

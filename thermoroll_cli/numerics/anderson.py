@@ -10,16 +10,11 @@ DEPENDENT = 1e-8
 """Singular value over the largest one below which differences of residuals count as dependent: they have half of the digits."""
 
 
-Pairs = tuple[tuple[Array, Array], ...]
-
-
 class Anderson:
     """Mixes the last `depth` iterates (Anderson 1965; Walker & Ni 2011, type II)."""
 
-    def __init__(self, depth: int = 4, first_damping: float = 1.0, known: Pairs = ()) -> None:
-        """`known` are pairs of changes of g(x) and of its residual in a neighbouring problem; own ones replace them."""
+    def __init__(self, depth: int = 4, first_damping: float = 1.0) -> None:
         self.depth, self.first_damping = depth, first_damping
-        self._known = known
         self._values: list[Array] = []
         self._residuals: list[Array] = []
 
@@ -30,19 +25,11 @@ class Anderson:
         self._residuals.append(residual)
         if len(self._values) > self.depth + 1:
             del self._values[0], self._residuals[0]
-        pairs = self.pairs
-        if not pairs:
+        if len(self._values) == 1:
             return x + self.first_damping * residual
-        differences = np.stack([change.ravel() for _, change in pairs], axis=1)
+        differences = np.stack([(r - residual).ravel() for r in self._residuals[:-1]], axis=1)
         weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT)
         mixed = value.copy()
-        for w, (change, _) in zip(weights, pairs, strict=True):
-            mixed -= w * change
+        for w, v in zip(weights, self._values[:-1], strict=True):
+            mixed -= w * (v - value)
         return mixed
-
-    @property
-    def pairs(self) -> Pairs:
-        """Changes of g(x) and of its residual against the last iterate, up to `depth` of them."""
-        own = tuple((v - self._values[-1], r - self._residuals[-1])
-                    for v, r in zip(self._values[:-1], self._residuals[:-1], strict=True))
-        return own + self._known[: self.depth - len(own)]

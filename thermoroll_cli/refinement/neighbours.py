@@ -97,15 +97,8 @@ class Neighbours:
     coarse_before: RefinementLevel | None = None
     t: float = 0.0
 
-    def isothermal(self, discretisation: Discretisation) -> tuple[Contact, SteadyState] | None:
-        """The predicted state without thermal deformation, and the last one; None where nothing predicts it."""
-        return self._predicted(discretisation, coupled=False)
-
-    def coupled(self, discretisation: Discretisation) -> tuple[Contact, SteadyState] | None:
-        """The same with thermal deformation."""
-        return self._predicted(discretisation, coupled=True)
-
-    def _predicted(self, here: Discretisation, *, coupled: bool) -> tuple[Contact, SteadyState] | None:
+    def predicted(self, here: Discretisation, *, coupled: bool) -> Contact | None:
+        """The predicted state on `here`, with thermal deformation (`coupled`) or without; None where nothing predicts it."""
         last = _state(self.last, coupled=coupled)
         if last is None or (self.coarse is not None and _state(self.coarse, coupled=coupled) is None):
             return None
@@ -122,7 +115,7 @@ class Neighbours:
         if change is not None and change[0].keys() == found.keys():
             found = {name: field + change[0][name] for name, field in found.items()}
             creepage = creepage + change[1]
-        return _unscaled(here, found, creepage, inside, coupled=coupled), last
+        return _unscaled(here, found, creepage, inside, coupled=coupled)
 
     def _coarse_change(self, here: Discretisation, t: float, *, coupled: bool) -> tuple[Fields, Array] | None:
         """P(Δ_coarse − t Δ_coarse,old)."""

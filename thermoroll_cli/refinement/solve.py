@@ -150,8 +150,7 @@ class Solver:
             starts = Starts(discretisation, coarser, neighbours)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):
-                start, neighbour = starts.isothermal()
-                isothermal = fixed_point(discretisation, start, tolerances, neighbour=neighbour)
+                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances, predicted=neighbours is not None)
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
                                   "residual": isothermal.contact.tangential.residual})
             followed = None

@@ -45,36 +45,35 @@ class Starts:
     coarser: RefinementLevel | None = None
     neighbours: Neighbours | None = None
 
-    def isothermal(self) -> tuple[Contact, SteadyState | None]:
-        """First guess of the state without thermal deformation, and the neighbouring state that predicts it."""
+    def isothermal(self) -> Contact:
+        """First guess of the state without thermal deformation."""
         discretisation, source = self.discretisation, self.coarser
         fields = _unheated(discretisation)
-        predicted = None if self.neighbours is None else self.neighbours.isothermal(discretisation)
+        predicted = None if self.neighbours is None else self.neighbours.predicted(discretisation, coupled=False)
         if predicted is not None:
-            return _with_fields(predicted[0], fields), predicted[1]
+            return _with_fields(predicted, fields)
         if source is None:
             pressure, tangential = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
             if fields:
                 tangential = discretisation.roll(pressure, tangential, FIRST_GUESS)
-            return Contact(pressure, tangential, **fields), None
+            return Contact(pressure, tangential, **fields)
         guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
-        return _with_fields(guess, fields), None
+        return _with_fields(guess, fields)
 
-    def coupled(self, isothermal: Contact, home: Discretisation) -> tuple[Contact, SteadyState | None]:
+    def coupled(self, isothermal: Contact, home: Discretisation) -> Contact:
         """First guess of the state with thermal deformation on `home`, which may have another domain than the `isothermal` one
-        beside it, and the neighbouring state that predicts it."""
+        beside it."""
         source = self.of_coupled
-        if self.predicted_coupled is not None and home is self.discretisation:
-            guess, neighbour = self.predicted_coupled
-            return _with_fields(guess, _unheated(home) | {"expansion": np.zeros(home.grid.shape)}), neighbour
+        if self.predicted_coupled is not None:
+            return self.moved(home, self.discretisation, self.predicted_coupled)
         if source is None or source.coupled is None:
-            return self.moved(home, self.discretisation, isothermal), None
-        return self.moved(home, source.home, source.coupled.contact), None
+            return self.moved(home, self.discretisation, isothermal)
+        return self.moved(home, source.home, source.coupled.contact)
 
     @cached_property
-    def predicted_coupled(self) -> tuple[Contact, SteadyState] | None:
-        """The coupled state that neighbours predict, and theirs."""
-        return None if self.neighbours is None else self.neighbours.coupled(self.discretisation)
+    def predicted_coupled(self) -> Contact | None:
+        """The coupled state that neighbours predict, on the usual domain."""
+        return None if self.neighbours is None else self.neighbours.predicted(self.discretisation, coupled=True)
 
     @property
     def of_coupled(self) -> RefinementLevel | None:
@@ -143,9 +142,8 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
     # A contact that slides as a whole needs balancing on coarse grids alone: mixing goes on from there for a tenth of the work.
     balanced = (before is not None and before.balanced and before.converged
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
-    start, neighbour = starts.coupled(isothermal.contact, home)
-    state = fixed_point(home, start, tolerances, balanced=balanced if neighbour is None else neighbour.balanced,
-                        neighbour=neighbour)
+    state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced,
+                        predicted=starts.predicted_coupled is not None)
     left_behind, smaller, settled = 0, False, False
     for _ in range(home.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.

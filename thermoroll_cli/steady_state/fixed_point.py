@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.numerics.anderson import Anderson, Pairs
+from thermoroll_cli.numerics.anderson import Anderson
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -27,8 +27,6 @@ from thermoroll_cli.steady_state.solver_options import Tolerances
 DEPTH = 8
 """Iterations that Anderson's mixing remembers: the iterations are not solved so closely that more would gain anything. Strong
 heat of contacts that partly stick needs them: the article's case goes to twice the speed that it does with four."""
-CARRIED = 4
-"""Of these the most that a neighbouring problem begins with."""
 MOST_ITERATIONS = 60
 """The last state below the thermo-elastic limit took 44; beyond it no number of iterations would do."""
 NORMAL_SHARE = 1e-3
@@ -131,8 +129,6 @@ class SteadyState:
     history: tuple[float, ...]
     balanced: bool = False
     heat_reached: float = 1.0
-    pairs: Pairs = ()
-    """What the mixing has learned, for a neighbouring problem."""
 
     @property
     def acts_back(self) -> bool:
@@ -147,7 +143,7 @@ def unknowns_of(contact: Contact) -> Fields:
 
 def fixed_point(
     discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False,
-    neighbour: SteadyState | None = None,
+    predicted: bool = False,
 ) -> SteadyState:
     """Iterate from `start` until what acts back no longer changes.
 
@@ -155,14 +151,11 @@ def fixed_point(
     residual is below the tolerance and whose own problems are solved. Where mixing alone does not get there because of the
     heat, the iteration begins again with iterations that start from a pressure in balance with its own heat
     (`heated_pressure`): it takes more work, but strong heat too, if the contact slides. With `balanced` it begins so at once.
-    Where nothing converges the best state is returned. `neighbour` is the state of the problem from which the start was
-    predicted, if it was.
+    Where nothing converges the best state is returned. `predicted` is whether neighbouring problems predicted the start.
     """
     heated = start.expansion is not None or start.friction is not None
-    pace = (HEAT if neighbour is None else PREDICTED) if heated else SHEAR
-    alike = neighbour is not None and unknowns_of(neighbour.contact).keys() == unknowns_of(start).keys()
-    known = neighbour.pairs if neighbour is not None and alike else ()
-    first = _iterated(discretisation, start, tolerances, pace, balanced, known)
+    pace = (PREDICTED if predicted else HEAT) if heated else SHEAR
+    first = _iterated(discretisation, start, tolerances, pace, balanced)
     if first.converged or first.touches_rim or start.expansion is None:
         return first
     second = _iterated(discretisation, start, tolerances, HEAT, not balanced)
@@ -174,10 +167,10 @@ def fixed_point(
 
 
 def _iterated(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, pace: Pace, balanced: bool, known: Pairs = (),
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, pace: Pace, balanced: bool
 ) -> SteadyState:
     limit = tolerances.tangential if start.expansion is None else tolerances.coupling
-    mixing = _Mixing(discretisation, pace, balanced, known)
+    mixing = _Mixing(discretisation, pace, balanced)
     state = best = start
     residual = least = math.inf
     rim, history = False, list[float]()
@@ -206,7 +199,7 @@ def _iterated(
     return SteadyState(
         _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
-        balanced=balanced, heat_reached=mixing.heat_reached, pairs=mixing.pairs)
+        balanced=balanced, heat_reached=mixing.heat_reached)
 
 
 def _inside(
@@ -287,18 +280,14 @@ def _without_mean(contact: Contact) -> Contact:
 class _Mixing:
     """Anderson's mixing of all unknowns, each in its scale, within what a coefficient of friction can be."""
 
-    def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool, known: Pairs) -> None:
+    def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool) -> None:
         self._discretisation, self._pace = discretisation, pace
         # Steps to a balance of pressure and heat need no damping.
-        self._anderson = Anderson(DEPTH, 1.0 if balanced else pace.first_damping, known)
+        self._anderson = Anderson(DEPTH, 1.0 if balanced else pace.first_damping)
         self._balanced = balanced
         self.dampings = 0
         self.heat_reached = 1.0
         self.unbalanced = self.raised = 0
-
-    @property
-    def pairs(self) -> Pairs:
-        return self._anderson.pairs[:CARRIED]
 
     def next(self, before: Contact, after: Contact, changes: Fields, residual: float) -> Contact:
         """State of the next iteration: mixed unknowns, and the pressure and tractions of the last."""
