@@ -143,11 +143,11 @@ def _solve(
         return None
     edge = np.isfinite(lateral_gap(geometry, np.array([limits[0], limits[1]])))
     along = refined.covered.sum(axis=0).max() * grid.dx
-    # By the covered parts of its outermost elements: whole ones would make the domains of neighbouring problems wander.
-    covered = refined.covered.max(axis=0)
-    across = np.flatnonzero(covered)
-    low = grid.y[across[0]] + (0.5 - covered[across[0]]) * grid.dy
-    high = grid.y[across[-1]] - (0.5 - covered[across[-1]]) * grid.dy
+    # By the covered parts of its outermost elements and half an element of room, which is what whole ones are too wide on
+    # average: with whole ones the domains of neighbouring problems would wander.
+    covered = np.pad(refined.covered.max(axis=0), 1)
+    low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
+    high = grid.y[columns[-1]] + covered[columns[-1] + 1 : columns[-1] + 3].sum() * grid.dy
     area = float(refined.covered.sum()) * grid.element_area
     return ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
                          math.sqrt(area / math.pi), float(0.5 * (low + high)),
