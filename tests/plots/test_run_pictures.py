@@ -101,7 +101,7 @@ def test_text_in_svg_is_text(tmp_path: pathlib.Path) -> None:
 
 
 @pytest.mark.parametrize(("options", "said"), [
-    ({"formats": ["gif"]}, "png, svg, pdf"), ({"kinds": ["presure"]}, "pressure, profile"),
+    ({"formats": ["gif"]}, "png, svg, pdf"), ({"kinds": ["presure"]}, "pressure, traction"),
     ({"cut_y": 1.0}, "cut y = 1000 mm is outside the domain"),
 ])  # fmt: skip
 def test_wrong_wishes_write_nothing(tmp_path: pathlib.Path, options: dict[str, Any], said: str) -> None:

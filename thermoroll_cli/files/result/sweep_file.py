@@ -39,13 +39,15 @@ class SweepColumns:
 
 
 def is_sweep_file(path: pathlib.Path) -> bool:
-    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind."""
+    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind. A damaged file is
+    none; whoever reads it says what is wrong."""
     if path.suffix.lower() == ".csv":
         return True
-    if not (path.is_file() and h5py.is_hdf5(path)):
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return bool(file.attrs.get("kind") == KIND.encode())
+    except (OSError, RuntimeError, KeyError):
         return False
-    with h5py.File(path, "r", locking=False) as file:
-        return file.attrs.get("kind") == KIND.encode()
 
 
 def read_sweep(path: pathlib.Path) -> SweepColumns:
