@@ -21,6 +21,8 @@ from thermoroll_cli.files.case_templates import TEMPLATES
 
 CASES = Path(__file__).parents[2] / "cases"
 
+MECHANICAL_TEMPLATES = ("twin-disc-wear", "locomotive")
+
 
 @pytest.fixture
 def case(tmp_path: Path) -> Path:
@@ -84,7 +86,7 @@ def test_init_writes_a_valid_case(template: str, tmp_path: Path) -> None:
     assert call("validate", tmp_path / "my case.toml").returncode == 0
 
 
-@pytest.mark.parametrize("template", TEMPLATES)
+@pytest.mark.parametrize("template", [name for name in TEMPLATES if name not in MECHANICAL_TEMPLATES])
 def test_everything_a_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
@@ -99,6 +101,19 @@ def test_everything_a_template_offers_in_comments_works(template: str, tmp_path:
     assert problem.subsurface is not None and problem.heating.recirculates == ('peclet = "rolling"' in text)
     assert problem.heating.conducts and problem.friction_slope > 0.0 and problem.lower != problem.upper
     assert problem.motion.force_x == pytest.approx(0.5 * problem.traction_limit, rel=1e-3)
+
+
+@pytest.mark.parametrize("template", MECHANICAL_TEMPLATES)
+def test_everything_a_mechanical_template_offers_in_comments_works(template: str, tmp_path: Path) -> None:
+    offered = re.sub(r"^# (\w+ = |\[)", r"\1", call("init", "-", "--template", template).stdout, flags=re.MULTILINE)
+    offered = re.sub(r"^(longitudinal = 0.006|limit_coefficient|half_slip_m_s|depth_um).*\n", "", offered, flags=re.MULTILINE)
+    (tmp_path / "case.toml").write_text(offered.replace('law = "exponential"', 'law = "table"'))
+    problem = Case.read(tmp_path / "case.toml").problem
+    if template == "locomotive":
+        assert problem.friction_law is not None and problem.friction_law.kind == "table" and problem.motion.force_x == 25000.0
+    else:
+        assert problem.wear is not None and problem.wear.distance == 50e3 and problem.wear.lower.rate > 0.0
+        assert problem.subsurface is not None and problem.subsurface.upper_strength is not None
 
 
 def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:

@@ -9,7 +9,11 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli import Case, CaseError, solve
+from thermoroll_cli import Case, CaseError, CreepForceTable, solve
+from thermoroll_cli.files.case_source import Override
+from thermoroll_cli.plots.pictures import figure
+from thermoroll_cli.problem.friction_law import FrictionLaw
+from thermoroll_cli.refinement.plan import make_plan
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 EUROSPRINTER = Path(__file__).parents[2] / "cases" / "eurosprinter.toml"
@@ -33,6 +37,33 @@ LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s
 def test_what_does_not_fit_is_an_error(text: str, words: str) -> None:
     with pytest.raises(CaseError, match=words.replace("[", "\\[")):
         Case.parse(MECHANICAL + text)
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    ("\n[friction]\nmemory_um = 2.0\n", ["friction.memory_um has no effect"]),
+    (LAW + "memory_um = 2.0\n", []),
+    (LAW + "memory_um = 1e-6\n\n[layer]\ncompliance_um_GPa = 100.0\n", ["is shorter than the shear of the layer"]),
+    (LAW + "memory_um = 1e3\n\n[layer]\ncompliance_um_GPa = 100.0\n", []),
+])
+def test_memory_that_does_nothing_or_too_little_is_warned_of(text: str, words: list[str]) -> None:
+    warnings = make_plan(Case.parse(MECHANICAL + text).problem).warnings
+    assert len(warnings) == len(words) and all(word in warning for word, warning in zip(words, warnings, strict=True))
+
+
+def test_the_map_of_friction_lies_between_both_coefficients() -> None:
+    result = solve(Case.parse(MECHANICAL + LAW, overrides=[Override.parse("numerics.grid=16")]).problem)
+    picture = figure(result, "friction")
+    assert picture is not None
+    drawn = np.asarray(picture.axes[0].get_images()[0].get_array())
+    assert 0.1 <= drawn.min() < drawn.max() <= result.problem.friction
+    assert figure(solve(Case.parse(MECHANICAL, overrides=[Override.parse("numerics.grid=16")]).problem), "friction") is None
+
+
+def test_tables_of_creep_forces_refuse_laws_by_name() -> None:
+    law = FrictionLaw("exponential", 0.3, 0.5)
+    table = CreepForceTable.read(EUROSPRINTER.with_name("creep_forces_circle.h5"))
+    with pytest.raises(ValueError, match="constant friction"):
+        table.forces(1e-3, 0.0, 0.0, semi_axes=(1e-3, 1e-3), shear_modulus=8e10, friction=law, load=1e3)
 
 
 def test_measured_creep_forces_of_a_locomotive() -> None:

@@ -11,17 +11,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.support.command_line import MECHANICAL, call
+from tests.support.strong import strong_circle
 from thermoroll_cli import read_result
-from thermoroll_cli.problem.problem import (
-    Geometry,
-    Heating,
-    Material,
-    Motion,
-    Numerics,
-    Problem,
-    Strength,
-    SubsurfaceRequest,
-)
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.shakedown import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
 from thermoroll_cli.stress.smallest_ball import smallest_balls
@@ -89,18 +80,9 @@ def test_largest_over_depth_finds_the_top_of_a_parabola_and_leaves_the_surface_o
     assert value == pytest.approx(2.0) and depth == pytest.approx(0.3)
 
 
-def circle(friction: float, grid: int = 64) -> Problem:
-    """Two steel spheres that slide as a whole, with the strength of the lower one asked for."""
-    steel = Material(210e9, 0.3)
-    return Problem(
-        steel, steel, Geometry(*(0.03,) * 4), 65.0, friction, Motion(1.0, 0.1), Heating(heat=False),
-        Numerics(grid=(grid, grid)),
-        subsurface=SubsurfaceRequest(("lower",), layers=28, lower_strength=Strength(200e6, 0.3)))
-
-
 @pytest.mark.parametrize(("friction", "expected"), [(0.0, 4.632), (0.1, 4.129), (0.2, 3.683), (0.3, 3.315)])
 def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) -> None:
-    result = solve(circle(friction))
+    result = solve(strong_circle(friction))
     below = result.subsurface.scalars["shakedown_k_below_lower_MPa"]
     assert result.hertz["hertz_p0_MPa"] / below == pytest.approx(expected, rel=7e-4)
 
@@ -109,7 +91,7 @@ def test_shakedown_limit_of_circular_contacts(friction: float, expected: float) 
 def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
     """Against quadratures of Boussinesq's and Cerruti's stresses."""
     wanted = next(h for h in REFERENCE["hertz"] if (h["a"], h["b"], h["mu_x"], h["mu_y"]) == (1, 1, friction, 0))
-    result = solve(circle(friction))
+    result = solve(strong_circle(friction))
     body, p0 = result.subsurface.bodies["lower"], result.hertz["hertz_p0_MPa"] * 1e6
     depths = np.array(wanted["depths_over_smaller_semi_axis"][1:]) * result.hertz["hertz_a_mm"] * 1e-3
     for name, factor, column in (("shakedown_k", SQRT3, "shakedown"), ("alternating_k", SQRT3, "ball_5d"),
@@ -121,7 +103,7 @@ def test_shakedown_and_fatigue_over_depth(friction: float) -> None:
 
 
 def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
-    coarse, fine = solve(circle(0.2, 32)), solve(circle(0.2, 96))
+    coarse, fine = solve(strong_circle(0.2, 32)), solve(strong_circle(0.2, 96))
     scalars, error = coarse.subsurface.scalars, coarse.subsurface.error
     assert scalars["shakedown_factor_lower"] == pytest.approx(200.0 / scalars["shakedown_k_lower_MPa"])
     utilised = abs(coarse.coupled.scalars["force_x_N"]) / 65.0

@@ -13,8 +13,11 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
+from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.wear_of_passage import sliding_work
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -162,3 +165,6 @@ def test_what_does_not_fit_is_an_error(tmp_path: Path, old: str, new: str, words
 def test_nothing_wears_where_nothing_slips(tmp_path: Path) -> None:
     done = call("wear", CASE, "-o", tmp_path, "--set", "creepage.longitudinal=0", "--set", "numerics.grid=16", "--no-plots")
     assert done.returncode == 4 and "nothing slips" in done.stderr
+    plan = make_plan(Case.read(CASE, [Override.parse("creepage.longitudinal=0")]).problem)
+    assert plan.skipped["wear"] == "nothing slips" and any("nothing wears" in warning for warning in plan.warnings)
+    assert make_plan(Case.read(CASE).problem).runs("wear")

@@ -85,7 +85,7 @@ def query(
     spin: Annotated[str, typer.Option("--spin-rad-mm", metavar="VALUES", help=f"Spin. {RANGE}")] = "0",
     semi_axes: Annotated[str, typer.Option("--semi-axes-mm", metavar="A,B", help="a along rolling, b.")] = "",
     modulus: Annotated[float, typer.Option("--shear-modulus-GPa", help="Combined shear modulus.")] = math.nan,
-    friction: Annotated[float, typer.Option("--friction", help="Coefficient of friction.")] = math.nan,
+    friction: Annotated[float, typer.Option("--friction", help="Coefficient of friction, a constant.")] = math.nan,
     load: Annotated[float, typer.Option("--normal-N", help="Normal force.")] = math.nan,
     outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = OutsideChoice.error,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the whole table as CSV.")] = None,

@@ -15,6 +15,7 @@ from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.creep_table.table_file import read_table
 from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
+from thermoroll_cli.problem.friction_law import FrictionLaw
 
 Outside = Literal["error", "saturation"]
 DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")
@@ -70,8 +71,11 @@ class CreepForceTable:
         `friction` μ and `load` W in N. Where a/b is not within the table: an error, or with `outside="saturation"` the
         forces of full sliding of the nearest ellipse; nothing is extrapolated.
 
-        Raises ValueError for quantities that must be positive and finite and are not, OutsideTable.
+        Raises ValueError for quantities that must be positive and finite and are not, and for a law of friction; OutsideTable.
         """
+        if isinstance(friction, FrictionLaw):
+            raise ValueError("a table has constant friction and no layer between the bodies: solve cases with [friction] or "
+                             "[layer] by thermoroll run or sweep")
         xi, eta, phi, a, b, modulus, mu, weight = np.broadcast_arrays(*(
             np.asarray(v, dtype=float) for v in (longitudinal, lateral, spin, *semi_axes, shear_modulus, friction, load)))
         shape = xi.shape

@@ -232,13 +232,17 @@ def problem_of(settings: Settings) -> si.Problem:
 
 
 def _friction_law(settings: Settings) -> FrictionLaw | None:
-    """The law of slip, relative to the coefficient without slip; None for constant friction."""
+    """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
+    law that does not fall, which is warned of."""
     friction, at_rest = settings.friction, settings.load.friction_coefficient
-    if friction.law is None or at_rest == 0.0:
+    if at_rest == 0.0 or not (friction.law or friction.memory_um):
         return None
-    law = FrictionLaw(friction.law, memory=friction.si("memory_um"), memory_slip=friction.si("memory_slip_mm_s"))
+    law = FrictionLaw(friction.law or "exponential", memory=friction.si("memory_um"),
+                      memory_slip=friction.si("memory_slip_mm_s"))
     if friction.law == "table":
         return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in friction.table or ()))
+    if friction.law is None:
+        return law
     return replace(law, limit=(friction.limit_coefficient or 0.0) / at_rest, half_slip=friction.half_slip_m_s or 0.0)
 
 

@@ -12,6 +12,8 @@ TEMPLATES = {
     "roller": "a roller with a logarithmic crown",
     "traction-drive": "two rollers near their largest force",
     "twin-disc": "two discs that turn and get hot",
+    "twin-disc-wear": "two discs that wear",
+    "locomotive": "a wheel with friction that falls with slip, and a layer of dirt",
     "article": "the article's spheres, at a speed that no machine has",
 }
 """Templates of `thermoroll init`, the first by default; a new one is a file `templates/NAME.toml` and a line here."""

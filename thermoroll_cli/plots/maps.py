@@ -19,7 +19,7 @@ from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
-from scipy.ndimage import find_objects, label
+from scipy.ndimage import distance_transform_edt, find_objects, label
 
 from thermoroll_cli.plots.run_frame import (
     LONGEST_ASPECT,
@@ -138,10 +138,18 @@ def _panels(frame: RunFrame, quantity: Quantity) -> list[Panel]:
         for drawn in frame.states:
             values = drawn.values(quantity, body)
             if values is not None:
+                if not (quantity.from_zero or lives_everywhere(quantity)):
+                    values = _continued(values, drawn.state.fields["state"] > 0)
                 words = ", ".join(filter(None, (drawn.label, f"{body} body" if body else "")))
                 unbounded = quantity.maximum in frame.result.unbounded
                 panels.append(Panel(drawn, values, drawn.maximum(quantity, body), words, unbounded))
     return panels
+
+
+def _continued(values: Array, inside: NDArray[np.bool_]) -> Array:
+    """`values` with those of the nearest element `inside` the contact around it: a zero there is no value of the field."""
+    nearest = distance_transform_edt(~inside, return_distances=False, return_indices=True)
+    return np.asarray(values[tuple(nearest)]) if inside.any() else values
 
 
 def lives_everywhere(quantity: Quantity) -> bool:

@@ -14,6 +14,7 @@ from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figure import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
+from thermoroll_cli.plots.strength_figure import shakedown_map_figure, strength_figure
 from thermoroll_cli.plots.style import FORMATS, save, style
 from thermoroll_cli.plots.subsurface_figure import subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
@@ -30,6 +31,9 @@ KINDS: dict[str, Draw] = {
     "summary": summary_figure,
     "subsurface_lower": partial(subsurface_figure, body="lower"),
     "subsurface_upper": partial(subsurface_figure, body="upper"),
+    "strength_lower": partial(strength_figure, body="lower"),
+    "strength_upper": partial(strength_figure, body="upper"),
+    "shakedown_map": shakedown_map_figure,
 }
 """Pictures of a run by the end of their file names (`STEM_pressure.png`, …). A function returns None where there is nothing to
 show: where a stage was skipped, or a field vanishes everywhere."""

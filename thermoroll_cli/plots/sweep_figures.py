@@ -98,6 +98,8 @@ VISIBLE = 3e-3
 """Share of the range of a diagram by which two curves differ at least to be drawn both."""
 ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
 """Look of a peak that has no limit."""
+MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
+"""Look of the maximum of a creep curve."""
 THEORY_LOOKS = {"linear": DOTTED, "fastsim": DASHED, "polach": (0, (5.0, 1.4, 1.0, 1.4))}
 
 
@@ -253,6 +255,7 @@ def _draw_diagram(
     endless = unbounded_points(table, diagram.names)
     cold = isothermal(table, diagram.names)
     largest = float(np.nanmax(np.abs(values)))
+    falling = numbers(table.get("falling_friction_criterion", [math.nan] * len(values))) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
         axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
@@ -265,6 +268,9 @@ def _draw_diagram(
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit: a free end")]
+        if diagram.names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
+            axes.plot(*place, **MAXIMUM, color=line.colour)
+            handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
     _not_closer_than(axes, float(error.max(initial=0.0)))
     for theory, forces in theories.items():
         for line in lines if diagram.names[0] in forces else ():
@@ -276,6 +282,18 @@ def _draw_diagram(
     if diagram.names[0] in FORCES:
         _add_share_of_limit(axes, table, diagram.names[0])
     return handles
+
+
+def _maximum(x: Column, force: Column, falling: NDArray[np.bool_]) -> tuple[float, float] | None:
+    """Where the force has its largest size (a parabola through three points), if friction falls with slip and the force does
+    beyond."""
+    top = int(np.abs(force).argmax()) if force.size else 0
+    if not (0 < top < force.size - 1 and falling.all()):
+        return None
+    at = np.log(x[top - 1 : top + 2]) if is_logarithmic(x) else x[top - 1 : top + 2]
+    a, b, c = np.polyfit(at - at[1], force[top - 1 : top + 2], 2)
+    place = at[1] - 0.5 * b / a
+    return float(np.exp(place) if is_logarithmic(x) else place), float(c - 0.25 * b * b / a)
 
 
 def _draw_map(axes: Axes, table: Table, diagram: Diagram, over: Sequence[str], failed: NDArray[np.bool_]) -> None:

@@ -37,7 +37,7 @@ def draw_wear(
         for axis, (body, heights) in zip(axes, worn.items(), strict=False):
             for distance, line in zip(kilometres, heights, strict=True):
                 axis.plot(1e3 * y[shown], 1e6 * line[shown], color=colours.to_rgba(distance))
-            axis.set_ylabel(f"height, {body} body (µm)")
+            axis.set_ylabel(f"height (µm),\n{body} body")
         for distance, line in zip(kilometres, loads, strict=True):
             axes[-1].plot(1e3 * y[shown], 1e-3 * line[shown], color=colours.to_rgba(distance))
         axes[-1].set(xlabel="y (mm)", ylabel="line load (N/mm)", ylim=(0.0, None))

@@ -76,10 +76,11 @@ class Quantity:
 
 
 UNITS = {
-    "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm", "_km": "km", "_m": "m",
+    "_mm3_Nm": "mm³/(N m)", "_mm3_m": "mm³/m", "_um2": "µm²", "_nm": "nm",
+    "_um_GPa": "µm/GPa", "_mm_s": "mm/s", "_km": "km",
     "_mm2_s": "mm²/s", "_um_mK": "µm/(m K)", "_W_m2K": "W/(m² K)", "_W_mK": "W/(m K)", "_W_mm2": "W/mm²", "_rad_mm": "rad/mm",
     "_mrad": "mrad", "_m_s": "m/s", "_GPa": "GPa", "_MPa": "MPa", "_1_K": "1/K", "_K_W": "K/W", "_Nmm": "N mm", "_mm2": "mm²",
-    "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s",
+    "_mm": "mm", "_um": "µm", "_N": "N", "_K": "K", "_W": "W", "_s": "s", "_m": "m",
 }  # fmt: skip
 """Ends of names of scalars and case keys, longer ones first, and the units they stand for."""
 
@@ -191,6 +192,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
     Quantity("heat_flux", ("heat_flux",), "heat flux", "q", "q α l/k", "inferno", "heat_flux_max_W_mm2"),
     Quantity("temperature", ("temperature_rise_lower", "temperature_rise_upper"), "temperature rise", "ΔT", "ΔT", "inferno",
              "temperature_rise_max_{}_K", from_zero=False),
+    Quantity("friction", ("friction_coefficient",), "coefficient of friction", "μ", "μ", "viridis", from_zero=False),
     *(Quantity(field.name, (field.name,), field.name.replace("_", " "), field.symbol, field.symbol) for field in FIELDS.values()
       if field.symbol),
 )}  # fmt: skip
@@ -231,6 +233,7 @@ SUBSURFACE_FIELDS = _fields(
 STRENGTH_FIELDS = _fields(
     Field("shakedown_k", "Pa", "shear yield stress that shakedown needs"),
     Field("elastic_shakedown_k", "Pa", "shear yield stress that shakedown needs without thermal stresses"),
+    Field("elastic_limit_k", "Pa", "shear yield stress that no von Mises stress exceeds"),
     Field("residual_xx", "Pa", "residual stress along x of the shakedown state"),
     Field("residual_yy", "Pa", "residual stress along y of the shakedown state"),
     Field("residual_xy", "Pa", "residual shear stress xy of the shakedown state"),

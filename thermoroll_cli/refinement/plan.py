@@ -126,6 +126,12 @@ def _thermal_crown(derived: DerivedQuantities) -> str | None:
     return f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that"
 
 
+def _wear(derived: DerivedQuantities) -> str | None:
+    if derived.problem.wear is None:
+        return None
+    return "" if derived.kinematics.moves else "nothing slips"
+
+
 STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
     "elastic coupling": _elastic_coupling,
     "normal (isothermal)": _isothermal_normal,
@@ -138,6 +144,7 @@ STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
     "deformation": _deformation,
     "recirculation": _recirculation,
     "thermal crown": _thermal_crown,
+    "wear": _wear,
 }
 """For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
 

@@ -52,7 +52,7 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated:
     return layer_depths(width, request.depth, request.layers, skin)
 
 
-STAGE, THERMAL = "below the surface", "thermal stresses"
+STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
 """Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
 SIDEWAYS = 0.5
@@ -75,6 +75,8 @@ def subsurface_plan(
 ) -> SubsurfacePlan:
     """Plan for one problem on a grid of `shape`, with heat in the contact or not (`heated`)."""
     run, skipped = [STAGE], {}
+    if request.lower_strength is not None or request.upper_strength is not None:
+        run.append(STRENGTH)
     hot = hot_bodies(request, derived, heated=heated)
     for body in ("lower", "upper"):
         if body not in request.bodies:

@@ -61,8 +61,9 @@ PEAK_OVER_MEAN = 1.5
 
 def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem before it is solved."""
+    still = ["nothing slips, so nothing wears"] if derived.problem.wear is not None and not derived.kinematics.moves else []
     tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
-    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *tracks]
+    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *still, *tracks]
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
@@ -96,7 +97,7 @@ def warnings_after(
 
 def plausibility_warnings(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem that need no solution."""
-    return [*_constants(derived.problem), *_pressure(derived), *_without_effect(derived.problem)]
+    return [*_constants(derived.problem), *_pressure(derived), *_without_effect(derived.problem), *_memory(derived)]
 
 
 def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
@@ -189,6 +190,23 @@ def _without_effect(problem: Problem) -> Iterator[str]:
         yield "friction.temperature_minimum_factor has no effect: friction does not fall with temperature"
     if problem.friction_maximum != Problem.friction_maximum and not slope < 0.0:
         yield "friction.temperature_maximum_factor has no effect: friction does not rise with temperature"
+
+
+def _memory(derived: DerivedQuantities) -> Iterator[str]:
+    """Memory that changes nothing, and memory too short for a layer: the layer's shear L τ must not fall with slip faster than
+    friction follows, d_c > L p₀ (μ₀ − μ), with μ at the largest slip that the given creepages make (μ∞ where a force is
+    given)."""
+    problem, law, motion = derived.problem, derived.problem.friction_law, derived.problem.motion
+    if law is None or not law.memory:
+        return
+    if law.lowest >= 1.0:
+        yield "friction.memory_um has no effect: friction does not fall with slip"
+    slip = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0) + abs(motion.spin) * derived.scales.mean_radius
+    fallen = law.lowest if problem.prescribed_force else float(law.factor(np.array([slip * motion.speed]))[0][0])
+    needed = problem.layer * derived.scales.peak_pressure * problem.friction * (1.0 - fallen)
+    if law.memory < needed:
+        yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
+               f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")
 
 
 def _no_solid() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.numerics.mirror import unfolded
 from thermoroll_cli.problem.problem import Strength
+from thermoroll_cli.stress.invariants import von_mises
 from thermoroll_cli.stress.shakedown import LineFatigue, largest_over_depth, layer_shakedown, line_fatigue
 
 
@@ -23,6 +25,7 @@ class StrengthCollector:
     thermal: bool
     shakedown_k: Array = field(init=False)
     elastic_k: Array = field(init=False)
+    limit_k: Array = field(init=False)
     residual: Array = field(init=False)
     alternating_k: Array = field(init=False)
     dang_van: Array = field(init=False)
@@ -30,7 +33,7 @@ class StrengthCollector:
 
     def __post_init__(self) -> None:
         layers = len(self.depths)
-        self.shakedown_k, self.elastic_k = np.empty(layers), np.empty(layers)
+        self.shakedown_k, self.elastic_k, self.limit_k = np.empty(layers), np.empty(layers), np.empty(layers)
         self.residual = np.empty((layers, 3))
         self.alternating_k, self.dang_van = np.empty((layers, self.columns)), np.empty((layers, self.columns))
 
@@ -39,6 +42,7 @@ class StrengthCollector:
         needed = layer_shakedown(total, mirrored=self.mirrored)
         self.shakedown_k[layer], self.residual[layer] = needed.k, needed.residual
         self.elastic_k[layer] = layer_shakedown(elastic, mirrored=self.mirrored).k if self.thermal else needed.k
+        self.limit_k[layer] = float(von_mises(total).max()) / math.sqrt(3.0)
         start = None if self._above is None else self._above.balls
         self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
         self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
@@ -74,7 +78,7 @@ class StrengthCollector:
         """What is kept, over z or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
         lines = {"alternating_k": self.alternating_k, "dang_van": self.dang_van}
         return {
-            "shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k,
+            "shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k, "elastic_limit_k": self.limit_k,
             **{f"residual_{name}": self.residual[:, i] for i, name in enumerate(("xx", "yy", "xy"))},
             **{name: unfolded(values[:, None, :], 1)[:, 0] if self.mirrored else values for name, values in lines.items()},
         }
