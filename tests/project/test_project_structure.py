@@ -131,7 +131,7 @@ def test_package_folders_do_nothing_on_import() -> None:
         assert all(isinstance(node, ast.Expr) for node in tree.body), f"{name(init)} does more than describe"
 
 
-LONGEST_MODULE, LONGEST_FUNCTION = 560, 60
+LONGEST_MODULE, LONGEST_FUNCTION = 500, 60
 LONGEST_ITERATION = 29
 """In lines, with docstrings. `iterate` is the article's Fig. 2 and must be seen at a glance."""
 

@@ -11,7 +11,7 @@ from thermoroll_cli.cli import options, streams
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case
-    from thermoroll_cli.files.case_model import Input
+    from thermoroll_cli.files.case_keys import Input
     from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {

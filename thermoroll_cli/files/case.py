@@ -14,17 +14,16 @@ import tomli_w
 
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
+from thermoroll_cli.files.case_keys import Input, inputs
 from thermoroll_cli.files.case_model import (
     MOVED,
     BodyStrengthTable,
-    Input,
     MaterialTable,
     ProfileTable,
     RecirculationTable,
     Settings,
     Table,
     WornBodyTable,
-    inputs,
 )
 from thermoroll_cli.files.case_source import (
     STANDARD_INPUT,

@@ -6,7 +6,8 @@ import json
 import re
 from typing import Any
 
-from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Settings, table_at
+from thermoroll_cli.files.case_keys import table_at
+from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Settings
 
 
 def case_schema() -> dict[str, Any]:
