@@ -143,8 +143,7 @@ def _solve(
         return None
     edge = np.isfinite(lateral_gap(geometry, np.array([limits[0], limits[1]])))
     along = refined.covered.sum(axis=0).max() * grid.dx
-    # By the covered parts of its outermost elements and half an element of room, which is what whole ones are too wide on
-    # average: with whole ones the domains of neighbouring problems would wander.
+    # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would wander.
     covered = np.pad(refined.covered.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
     high = grid.y[columns[-1]] + covered[columns[-1] + 1 : columns[-1] + 3].sum() * grid.dy

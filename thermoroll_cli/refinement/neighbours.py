@@ -144,18 +144,16 @@ def _state(level: RefinementLevel | None, *, coupled: bool) -> SteadyState | Non
     if level is None:
         return None
     state = level.coupled if coupled else level.isothermal
-    usable = state is not None and state.converged and (not coupled or level.home is level.discretisation)
-    return state if usable else None
+    return state if state is not None and state.converged and (not coupled or level.home is level.discretisation) else None
 
 
 def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
     """The fields of a state and its creepages in Hertz's units."""
     derived, normal = home.derived, contact.normal
     bound = (derived.problem.friction if contact.friction is None else contact.friction) * normal.pressure
-    peak = derived.scales.peak_pressure
     found = {
-        "pressure": normal.pressure / peak,
-        "start": normal.start / peak,
+        "pressure": normal.pressure / derived.scales.peak_pressure,
+        "start": normal.start / derived.scales.peak_pressure,
         "share": contact.tangential.traction / np.where(bound > 0.0, bound, 1.0),
     } | {name: field / UNKNOWNS[name](derived) for name, field in unknowns_of(contact).items()}
     return found, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)
