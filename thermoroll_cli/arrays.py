@@ -1,4 +1,4 @@
-"""Types of the arrays that pass between modules; their docstrings tell shapes and units."""
+"""Types of the arrays that pass between modules; docstrings give shapes and units."""
 
 from __future__ import annotations
 

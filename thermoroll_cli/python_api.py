@@ -1,4 +1,4 @@
-"""What notebooks and scripts use: `thermoroll_cli` offers these names, and loads them when they are asked for.
+"""Functions and classes for notebooks and scripts: `thermoroll_cli` offers these names, and loads them when they are asked for.
 
 It stands above all rooms, so a `Result` can have the methods that write and draw it here."""
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 Report = Callable[[str, Mapping[str, Any]], None]
 COMMAND_LINE = "Python"
-"""What files written from Python have in place of a command line."""
+"""Stands in files written from Python in place of a command line."""
 
 
 class Result(results.Result):

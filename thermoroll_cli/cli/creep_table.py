@@ -31,7 +31,7 @@ table = typer.Typer(help="Build a table of creep forces for vehicle and bearing 
 
 
 class OutsideChoice(StrEnum):
-    """What to do with a contact ellipse that the table does not reach."""
+    """Treatment of a contact ellipse outside the table."""
 
     error = "error"
     saturation = "saturation"
@@ -143,7 +143,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
 
 
 def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
-    """What to build. Ends the program (usage) where that makes no sense."""
+    """The plan of the table. Ends the program (usage) where that makes no sense."""
     from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.values import DEFAULT_ASPECTS, Axes
 

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 
 class ExitCode(IntEnum):
-    """What each exit code means. Scripts depend on these."""
+    """Exit codes and their meanings. Scripts depend on these."""
 
     FINE = 0
     BUG = 1

@@ -92,7 +92,7 @@ def unsolvable(case: Case, source: str, cause: Unsolvable) -> CaseError:
 
 
 def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str] = ()) -> dict[str, Any]:
-    """What --json says of a case that is checked: its errors (none where it is valid) and warnings."""
+    """The JSON object of a checked case: its errors (none where it is valid) and warnings."""
     findings = [finding.record() for finding in error.findings] if error else []
     return {"case": source, "valid": error is None, "errors": findings, "warnings": list(warnings)}
 
@@ -122,7 +122,7 @@ def check_writable(folder: Path) -> None:
 
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        # Permission bits do not tell it all (root, read-only mounts): trying does.
+        # Permission bits are not enough (root, read-only mounts), so a file is tried.
         with tempfile.TemporaryFile(dir=folder):
             pass
     except FileExistsError:

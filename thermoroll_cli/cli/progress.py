@@ -1,4 +1,4 @@
-"""What the program is doing: a bar that redraws itself on a terminal, the same words as plain lines elsewhere."""
+"""Progress of the work: a bar that redraws itself on a terminal, the same words as plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def duration(seconds: float) -> str:
 
 
 def work(grid: Sequence[int]) -> float:
-    """What an iteration on `grid` takes, in operations of its transforms."""
+    """Cost of an iteration on `grid`, in operations of its transforms."""
     padded = 4 * grid[0] * grid[1]
     return OVERHEAD + padded * math.log2(padded)
 

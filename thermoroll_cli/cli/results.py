@@ -198,7 +198,7 @@ def _comparison_record(comparison: Comparison) -> dict[str, Any]:
 
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
-    """What differs by more than the tolerance, worst first; with `verbose` everything, in its order."""
+    """Differences above the tolerance, worst first; with `verbose` all of them, in their order."""
     from thermoroll_cli.cli.result_table import folded, with_remarks
 
     shown = comparison.rows if verbose else comparison.outside

@@ -143,7 +143,7 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
     try:
         files = _write_files(case, result, wishes)
     except OSError as cause:
-        # What was computed is still worth printing.
+        # The computed scalars are still worth printing.
         streams.error(f"{case.name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
     if files and not wishes.quiet:

@@ -93,7 +93,7 @@ def sweep(
 
 
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
-    """What is swept. Ends the program (usage) where that makes no sense."""
+    """The swept keys with their values. Ends the program (usage) where they make no sense."""
     from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, parse_axes, read_points
 
     if bool(over) == (listed is not None):

@@ -1,4 +1,4 @@
-"""What `thermoroll sweep` prints at the end: the points as a table that fits the terminal."""
+"""The table that `thermoroll sweep` prints at the end, as wide as the terminal allows."""
 
 from __future__ import annotations
 

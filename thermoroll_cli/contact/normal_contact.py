@@ -38,7 +38,7 @@ BORDER_ITERATIONS = 60
 @dataclass(frozen=True)
 class NormalSolution:
     """`pressure` in Pa and `gap`, `displacement` in m on the grid; `approach` in m; `residual` is the rms of the remaining
-    gap on the contact over the approach; `touches_rim` tells that the contact reaches the edge of the domain."""
+    gap on the contact over the approach; `touches_rim` is whether the contact reaches the edge of the domain."""
 
     pressure: Array
     displacement: Array
@@ -278,7 +278,7 @@ TOLERABLE_BEND = 0.05
 TOLERABLE_MISFIT = 0.25
 """A paraboloid that misses the fitted elements by this distance of the border, in elements, is trusted by half."""
 FAINT = 1e-12
-"""Of the peak: a pressure below it is rounding, beside which nothing can be told of a change."""
+"""Pressures below this fraction of the peak are rounding noise."""
 TOLERABLE_CHANGE = 0.2
 """Whole elements carry another load than the fit gives them, by up to this part of the highest pressure beside them (0.17 at
 the border of ellipses from N = 16 to 128). Where the fit wants more, the pressure falls within an element, as at the end of a
@@ -378,7 +378,7 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     weighted = w * values
     right = weighted @ basis
     total = w.sum(axis=1)
-    # All fitted elements in one row or column leave directions undetermined: the determinant of the scaled matrix tells.
+    # All fitted elements in one row or column leave directions undetermined: the determinant of the scaled matrix shows it.
     diagonal = np.sqrt(np.maximum(np.einsum("maa->ma", normal), 1e-300))
     scaled = normal / diagonal[:, :, None] / diagonal[:, None, :]
     usable = (np.count_nonzero(w, axis=1) >= FEWEST) & (np.linalg.det(scaled) > UNDETERMINED)

@@ -26,12 +26,12 @@ CHECK_FINER = 2.25
 errors of both its solver and its interpolation in it."""
 SEED = 20
 DECIMALS = 9
-"""Of forces over μW in the journal."""
+"""Digits of forces over μW in the journal."""
 
 
 @dataclass(frozen=True)
 class TablePlan:
-    """What is to be built, and at how many random points (`checks`) it is compared with the solver."""
+    """The table to be built, and the number of random points (`checks`) at which it is compared with the solver."""
 
     axes: Axes = field(default_factory=Axes)
     poisson_ratio: float = DEFAULT_POISSON

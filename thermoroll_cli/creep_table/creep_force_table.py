@@ -20,7 +20,7 @@ from thermoroll_cli.problem.friction_law import FrictionLaw
 Outside = Literal["error", "saturation"]
 DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")
 NOISE = 1e-9
-"""Of the largest of F_x/μW, F_y/μW and M_z/(μW sqrt(ab))."""
+"""Error of the largest of F_x/μW, F_y/μW and M_z/(μW sqrt(ab))."""
 TINY = 1e-15
 
 

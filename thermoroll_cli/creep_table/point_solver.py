@@ -32,7 +32,7 @@ MOST_ELEMENTS, FEWEST_ELEMENTS = 64, 16
 SHAPE_EXPONENT, MOST_STRETCHED = 0.27, 2.0
 """Slender contacts want more elements along their long side, but not in proportion to it."""
 TOLERANCE = 3e-5
-"""Of the residual: forces are then 5e-6 μW from those of a perfect solution, 3e-5 at most."""
+"""Tolerance of the residual: forces are then 5e-6 μW from those of a perfect solution, 3e-5 at most."""
 BATCH = 160
 """Points solved together: enough for products of matrices to run at full speed, few enough for the memory."""
 LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11

@@ -22,7 +22,7 @@ from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, l
 FORMAT_VERSION = 1
 KIND = "creep_force_table"
 RESOLUTION = 2.0**-15
-"""Of stored forces over μW: a twentieth of the errors of a table."""
+"""Resolution of stored forces over μW: a twentieth of the errors of a table."""
 DIMENSIONS = ("aspect_ratio", "magnitude", "direction", "spin_direction")
 LONG_NAMES = {
     "force_x": "F_x/(μW)",

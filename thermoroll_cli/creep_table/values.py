@@ -46,7 +46,7 @@ class Axes:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Of the values of one ellipse."""
+        """Shape of the values of one ellipse."""
         return self.magnitudes, self.directions, self.spins
 
     @property

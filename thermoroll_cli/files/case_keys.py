@@ -1,4 +1,4 @@
-"""What is known about the keys of a case: the tables, words and values they take, and the inputs of a case with their units."""
+"""The keys of a case: the tables, words and values that each allows, and the inputs of a case with their units."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def _leaves(annotation: Any, wanted: Any) -> Iterator[Any]:
 
 
 def _metadata(field: FieldInfo) -> list[Any]:
-    """What is noted at a field, and at the alternatives of its type."""
+    """Annotations of a field and of the alternatives of its type."""
     inner = [item for part in get_args(field.annotation) for item in getattr(part, "__metadata__", ())]
     # Limits in Annotated[float, Field(ge=0)] stand in a field of their own.
     return [*field.metadata, *(note for item in inner for note in (item.metadata if isinstance(item, FieldInfo) else (item,)))]

@@ -295,7 +295,7 @@ class SubsurfaceTable(Table):
 
 
 class BodyStrengthTable(Table):
-    """What one body can stand: its shakedown and fatigue are computed below the surface."""
+    """Strength of one body: its shakedown and fatigue are computed below the surface."""
 
     shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress k; without it the yield stress needed is reported",
                                              None, ge=1e-12, le=1e9)  # fmt: skip
@@ -330,13 +330,13 @@ class WearTable(Table):
 
 
 class OutputTable(Table):
-    """What is written besides the result file."""
+    """Output besides the result file."""
 
     plots: bool = Field(default=True, description="Draw pictures")
 
 
 class Head(Table):
-    """What stands above all tables."""
+    """Keys above all tables."""
 
     title: Annotated[str, BeforeValidator(_one_line), Allowed("up to 200 characters on one line")] = Field(
         default="", description="What the case is, for pictures and tables", max_length=200

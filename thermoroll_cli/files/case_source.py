@@ -81,7 +81,7 @@ class CaseSource:
     def finding(self, path: KeyPath, message: str, *, allowed: str = "", hint: str = "", at_key: bool = False) -> Finding:
         """An error about `path`, placed at its value (or its key), or at the nearest table around it."""
         key = ".".join(str(part) for part in path)
-        # What was set last counts; a table is meant by what was set in it only if the text does not have it.
+        # The last setting counts; a table is meant by what was set in it only if the text does not have it.
         within = [item for item in reversed(self.overrides) if item.path[: len(path)] == path]
         override = next((item for item in within if item.path == path or path not in self.places), None)
         if override is not None:
@@ -184,7 +184,7 @@ def _read_bytes(path: str | os.PathLike[str], name: str) -> bytes:
             raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
         else:
             with open(path, "rb") as stream:
-                # One byte more than allowed tells a large file, and an endless one, without reading it.
+                # One byte more than allowed identifies a large or endless file without reading it.
                 raw = stream.read(SIZE_LIMIT + 1)
     except FileNotFoundError:
         raise CaseError([Finding("no such file", source=name, hint=_similar_file(name))]) from None
@@ -223,7 +223,7 @@ def _similar_file(name: str) -> str:
         files = [entry for entry in os.listdir(folder or ".") if entry.endswith(".toml")]
     except (OSError, ValueError):
         return ""
-    # Of the names alone: the ending that all have in common would make any two of them similar.
+    # The names alone are compared: the ending that all have in common would make any two of them similar.
     stems = {os.path.splitext(file)[0]: file for file in files}
     near = difflib.get_close_matches(os.path.splitext(base)[0], stems, n=1)
     return f"did you mean {os.path.join(folder, stems[near[0]])}?" if near else ""

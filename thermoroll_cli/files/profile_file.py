@@ -27,7 +27,7 @@ _COMMENT = re.compile(r"[!#%].*")
 
 
 class ProfileError(ValueError):
-    """What is wrong with a profile file, with its place in it, and a `hint`."""
+    """A fault of a profile file, with its place in it, and a `hint`."""
 
     def __init__(self, message: str, hint: str = "") -> None:
         super().__init__(message)
@@ -49,7 +49,7 @@ def read_profile(path: str | os.PathLike[str]) -> Points:
 
 
 def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
-    """What is wrong with point `k`, as the points before it are; nothing if it is fine."""
+    """The fault of point `k`, given the points before it; empty if it is fine."""
     if not all(math.isfinite(value) for value in points[k]):
         return "nan and inf are no heights"
     if k and not points[k][0] > points[k - 1][0]:

@@ -1,4 +1,4 @@
-"""What a result depends on besides the case: stored with it."""
+"""Versions and platform on which a result depends besides the case: stored with it."""
 
 from __future__ import annotations
 

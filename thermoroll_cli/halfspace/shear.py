@@ -23,7 +23,7 @@ def shear_symbols(tables: tuple[AnyArray, AnyArray, AnyArray], padded: tuple[int
 
 class FreeShear:
     """u = A τ: (2, n, m) -> (2, n + 2·margin, m), `margin` more rows at either end; `symbols` on the plane that
-    `free_space(n + margin, m)` names. `coupled` tells whether the third of them acts at all."""
+    `free_space(n + margin, m)` names. `coupled` is whether the third of them acts at all."""
 
     def __init__(
         self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int

@@ -38,7 +38,7 @@ from scipy.special import erf, wrightomega
 from thermoroll_cli.arrays import Array
 
 Spread = Callable[[Array, float, float, Array], Array]
-"""Of centres, element length, speed and times: where the heat of an element is by then, (times, centres)."""
+"""From centres, element length, speed and times: where the heat of an element is by then, (times, centres)."""
 
 TAIL = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""

@@ -43,7 +43,7 @@ from thermoroll_cli.halfspace.thermal import (
 TAIL = 5.4
 """Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
 TOLERANCE = 1e-10
-"""What may be left beyond the last node and what may be lumped into the first, in Eα/(1−ν) · q dx/k."""
+"""Allowed remainders beyond the last node and within the first one, in Eα/(1−ν) · q dx/k."""
 
 
 @dataclass(frozen=True)
@@ -248,7 +248,7 @@ class VariablePecletKernel:
         return _evaluate(self.weight_series, values, self.peclet_max).reshape(self.terms, *values.shape)
 
     def offset(self, peclet: ArrayLike) -> Array:
-        """What is the same at every point of the table: its mean. Zero for temperature; shape of ``peclet``.
+        """The mean of the table, the same at every point. Zero for temperature; shape of ``peclet``.
 
         The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
         the table without motion, whose constant is arbitrary. Where the flux is made by the slip, q ∝ P and
@@ -333,7 +333,7 @@ def _polynomials(position: Array, degree: int) -> Array:
 
 
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
-    """What is sampled: T, or Φ with its unbounded part −b ln(P)/2π taken away."""
+    """The sampled function: T, or Φ with its unbounded part −b ln(P)/2π taken away."""
     if kind == "temperature":
         return temperature_at(x, y, aspect, peclet)
     logarithm = aspect / (2.0 * math.pi)

@@ -81,7 +81,7 @@ def divide(
 
 
 def account(heat: Heat) -> dict[str, dict[str, float]]:
-    """What the response took: terms and error of sliding Péclet numbers, applications and mismatch of a matched partition."""
+    """Cost of the response: terms and error of sliding Péclet numbers, applications and mismatch of a matched partition."""
 
     result: dict[str, dict[str, float]] = {}
     if isinstance(heat.response, SlidingHeatResponse):

@@ -32,7 +32,7 @@ class HeatedBody:
 class DividedHeat:
     """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the lower body takes the part `share` at every point, and
     the flux `exchanged` that leaves the upper body for the lower one besides, of either sign (None: nothing does). `total`
-    changes by `slope` along x through each element (None: as its neighbours tell, `kernels.thermal_slope`)."""
+    changes by `slope` along x through each element (None: as its neighbours suggest, `thermal.slopes`)."""
 
     total: Array
     share: float

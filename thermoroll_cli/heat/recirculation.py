@@ -25,7 +25,7 @@ and mode by mode, with ρ = I₁(λR)/I₀(λR), ε = κλ²P, β = k/√κ, ρc
     u_m = (1 + ν)α q̄_m [c(λR)/(λ(kλρ + h)) + 2P/ρc · S(ε)].
 
 A body that is concave along rolling is the rim of a bore, R inside, with much around it: ρ = K₁(λR)/K₀(λR), and the c that
-belongs to it. Where such a ring is cooled, and how thick it is, R does not tell: its mean takes a resistance.
+belongs to it. R does not say where such a ring is cooled and how thick it is, so its mean needs a resistance.
 
 Both are what the track brings back into the contact; there they depend on y alone, but for a part of about a/(2πR) of T. What
 the present pass adds is the half-space's response. Where ε is large both terms cancel: heat has spread before it returns.
@@ -212,7 +212,7 @@ class Track:
         epsilon = r.diffusivity * wave**2 * period
         argument = wave * r.radius
         if r.resistance is not None:
-            # Of the mean, whose wavenumber is 0; it is replaced below.
+            # The mean has the wavenumber 0; it is replaced below.
             argument[0] = 1.0
         loss = k * wave * surface_slope(argument, bore=r.ring) + h
         bulging = 2.0 * period * r.diffusivity / k * bulge_sum(epsilon)
@@ -222,7 +222,7 @@ class Track:
         with np.errstate(divide="ignore"):
             bulging += np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / wave, 0.0) * steady
         if r.resistance is not None:
-            # Of the mean, only a constant of the bulge would follow.
+            # The mean would only add a constant to the bulge.
             steady[0] = r.resistance * 2.0 * math.pi * r.radius * r.width
         passing = math.sqrt(period * r.diffusivity / math.pi) / k * pass_sum(epsilon)
         return steady + passing, r.free_expansion * bulging

@@ -50,7 +50,7 @@ class PaddedPlane:
         self.half = py // 2 + 1
         self.transforms = 0
         self._shape = (self.half, px)
-        # What is read and what is written are kept apart: the zeros around a field are then written once.
+        # Input and output have buffers of their own: the zeros around a field are then written once.
         self.field = pyfftw.zeros_aligned((nx, py))
         self.line = pyfftw.empty_aligned((rows, py))
         self._line_hat = pyfftw.zeros_aligned((max(nx, rows), self.half), dtype=np.complex128)
@@ -232,7 +232,7 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
 def _waves(last: int, parity: int) -> Array:
     """The transform of type I as a matrix (last + 1, last + 1), of cosines or of sines; sines have zeros at both ends."""
     steps = np.arange(last + 1)
-    # Of angles within one period, so that all are as exact as the first.
+    # Angles are reduced to one period, so that all are as exact as the first.
     angles = np.pi / max(last, 1) * (np.outer(steps, steps) % max(2 * last, 1))
     waves: Array = 2.0 * (np.cos(angles) if parity > 0 else np.sin(angles))
     ends = [0, last]

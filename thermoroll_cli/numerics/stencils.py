@@ -94,7 +94,7 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
     """`peak_value` of the elements away from the border of the contact, where there are any: near a border that is steeper than
     an element, single elements carry what belongs to their neighbours.
 
-    `covered` are the covered fractions, (nx, ny); `ends` tells that the first and the last column lie at the end of a profile,
+    `covered` are the covered fractions, (nx, ny); `ends` says that the first and the last column lie at the end of a profile,
     which is no border of this kind."""
     whole = np.pad(covered > 0.0, 1)
     whole[:, 0], whole[:, -1] = whole[:, 1] & ends[0], whole[:, -2] & ends[1]

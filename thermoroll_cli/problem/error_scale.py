@@ -1,4 +1,4 @@
-"""What the estimated error of each scalar is relative to: the one meaning of `error` in tables, JSON, HDF5 and pictures."""
+"""Scale of the estimated error of each scalar: the one meaning of `error` in tables, JSON, HDF5 and pictures."""
 
 from __future__ import annotations
 

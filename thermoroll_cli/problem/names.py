@@ -14,7 +14,7 @@ from thermoroll_cli.problem.problem import BODIES, SubsurfaceRequest
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
                 "stress below", "place below"]  # fmt: skip
-"""What an error and a difference of a scalar are measured by: see `error_scale`."""
+"""Scales of the errors and differences of scalars: see `error_scale`."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a map or a curve shows: a field, the length of the vector of two `fields`, or a field of each body.
+    """The quantity of a map or a curve: a field, the length of the vector of two `fields`, or a field of each body.
 
     `maximum` is the scalar that reports the largest value ("{}" stands for the body), `normalised` the symbol of the article's
     dimensionless quantity, `colours` a perceptually uniform colour map. With `from_zero` the scale begins at 0, which means
@@ -196,7 +196,7 @@ QUANTITIES = {quantity.name: quantity for quantity in (
     *(Quantity(field.name, (field.name,), field.name.replace("_", " "), field.symbol, field.symbol) for field in FIELDS.values()
       if field.symbol),
 )}  # fmt: skip
-"""What the pictures of a run show of its fields, in their order."""
+"""Quantities that the pictures of a run show, in their order."""
 
 HERTZ_SCALARS = _scalars(
     Scalar("hertz_a_mm", "Hertz semi-axis along x"),

@@ -11,7 +11,7 @@ from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 
 SIGNIFICANT_DIGITS = 5
-"""Of a value without an error."""
+"""Digits of a value without an error."""
 NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
 NOISE = 1e-6

@@ -1,4 +1,4 @@
-"""What is to be solved: two bodies, a load, creepages and heat, in SI units."""
+"""The problem to be solved: two bodies, a load, creepages and heat, in SI units."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ class Numerics:
 
 @dataclass(frozen=True)
 class Strength:
-    """What a body can stand: shear yield stress k (Pa; None: not known), and the weight of the hydrostatic stress in Dang Van's
+    """Strength of a body: shear yield stress k (Pa; None: not known), and the weight of the hydrostatic stress in Dang Van's
     criterion."""
 
     shear_yield: float | None = None
@@ -176,8 +176,8 @@ class Strength:
 
 @dataclass(frozen=True)
 class SubsurfaceRequest:
-    """What to compute below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None: by
-    the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields are
+    """Stresses asked for below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None:
+    by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields are
     kept, and the strength of the bodies whose shakedown and fatigue are wanted."""
 
     bodies: tuple[BodyName, ...] = BODIES

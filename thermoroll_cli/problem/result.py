@@ -158,8 +158,8 @@ class Result:
     def __repr__(self) -> str:
         title = f"{self.problem.title!r}, " if self.problem.title else ""
         outcome = "converged" if self.converged else f"not converged: {self.reason}"
-        told = {"Q_F_W": "Q_F = {:.4g} W", "force_x_N": "F_x = {:.4g} N", "gamma_st": "γ_st = {:.3g}"}
-        numbers = [text.format(self.coupled.scalars[k]) for k, text in told.items() if self.coupled.scalars.get(k, 0.0) != 0.0]
+        shown = {"Q_F_W": "Q_F = {:.4g} W", "force_x_N": "F_x = {:.4g} N", "gamma_st": "γ_st = {:.3g}"}
+        numbers = [text.format(self.coupled.scalars[k]) for k, text in shown.items() if self.coupled.scalars.get(k, 0.0) != 0.0]
         return f"<Result {title}{len(self.x)}×{len(self.y)}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:

@@ -24,13 +24,13 @@ DIRECTION_ERROR = 1e-3
 HEAT_BALANCE = 1e-6
 """Heat over the work of the creep forces: it is distributed so that they agree, but for rounding."""
 TEMPERATURE_MISMATCH = 1e-4
-"""Of both surfaces with a matched partition, over the peak: a hundred times what it is solved to."""
+"""Temperature difference of both surfaces with a matched partition, over the peak: a hundred times the solver's tolerance."""
 UNRESOLVED_HEAT = 0.5
 """Share of the heat from slip zones narrower than an element: where most of the heat is, and it shapes the contact, the state
 is one of the grid's."""
 SHAPING = 0.3
 """Variation of the thermal expansion over the contact from which heat shapes it, over the approach. Below it, unresolved slip
-costs accuracy alone, which the estimates tell."""
+costs accuracy alone, which the estimates include."""
 FEWEST_ELEMENTS = 12
 """Elements of a heated contact below which its grid no longer shows it."""
 
@@ -52,7 +52,7 @@ def failures(
     if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
     reasons += of_heat
-    # What else is wrong with an iteration that has not converged only follows from that.
+    # Other faults of an iteration that has not converged only follow from that.
     if coupled is not None and (coupled.converged or not of_heat):
         reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
     return reasons

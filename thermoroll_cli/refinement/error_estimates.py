@@ -44,7 +44,7 @@ HALF_THE_LAYERS = 1.0 / 31.0
 FLOOR = 1.5e-5
 """Tolerances and rounding."""
 NEAR_LIMIT = 0.9
-"""Of μW: forces above it determine the creepage through the small patch that still sticks."""
+"""Share of μW above which a force determines the creepage through the small patch that still sticks."""
 SLIDES = 1.5
 """Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
 
@@ -106,7 +106,7 @@ def converges_one_way(before: float, last: float) -> bool:
 
 @dataclass(frozen=True)
 class Resolution:
-    """What a grid with `elements` over 1.1 diameters shows of a contact whose share `sticking` sticks (0 without friction)."""
+    """Resolution of the slip zone: `elements` over 1.1 diameters, a share `sticking` that sticks (0 without friction)."""
 
     elements: float
     sticking: float
@@ -217,7 +217,7 @@ def unseen_stick(resolution: Resolution, summary: Mapping[str, float], derived: 
 
 
 def _carried(name: str, summary: Mapping[str, float]) -> float:
-    """Of forces and the moment the share of μW that is carried: where all is proportional to creepage, so are errors."""
+    """The share of μW that forces and moment carry: where all is proportional to creepage, so are errors."""
     if name not in FORCES and name != "spin_moment_Nmm":
         return 1.0
     forces = [summary[force] / error_scale(force, summary) for force in (*FORCES, "spin_moment_Nmm")

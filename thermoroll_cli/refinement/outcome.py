@@ -23,7 +23,7 @@ def result_of(
     problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], of_heat: Sequence[str], *,
     extrapolated: bool = True,
 ) -> Result:
-    """What is reported of the last of `levels`; its integrals `extrapolated` from the last three, if so. `of_heat` are the
+    """The result of the last of `levels`; its integrals `extrapolated` from the last three, if so. `of_heat` are the
     reasons for which its heat makes it no result (`heat_failures`)."""
     last = levels[-1]
     derived = last.discretisation.derived
@@ -91,7 +91,7 @@ def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
 
 
 def _coupling_name(level: RefinementLevel) -> str:
-    """What the state without thermal deformation iterates on."""
+    """Name of the coupling that the state without thermal deformation iterates on."""
     return "warm_friction" if level.discretisation.derived.problem.friction_varies else "elastic_coupling"
 
 

@@ -68,7 +68,7 @@ class RefinementLevel:
 def refinement_level(
     discretisation: Discretisation, isothermal: SteadyState, followed: FollowedState | None, plan: Plan
 ) -> RefinementLevel:
-    """Report both states of a grid. The isothermal one tells the expansion that its heat would make."""
+    """Report both states of a grid. The isothermal one includes the expansion that its heat would cause."""
     heating, contact = discretisation.derived.problem.heating, isothermal.contact
     heat = plan.runs("heat")
     expansion = expansion_in(discretisation.heat(contact), contact) if heat and heating.deformation else None

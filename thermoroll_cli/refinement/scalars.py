@@ -105,7 +105,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, fl
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
-    # What vanishes by symmetry is zero, and not the rounding of its sum.
+    # A force that vanishes by symmetry is zero, and not the rounding of its sum.
     force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
     if abs(moment) < VANISHING * problem.traction_limit * derived.scales.mean_radius:
         moment = 0.0
@@ -238,7 +238,7 @@ TRACK_SCALARS = (
       ("flash_temperature_max", "K"), ("warm_up_time", "s")) for body in ("lower", "upper")),
     "recirculation_bulge_um", "thermal_crown_ratio",
 )
-"""What `track_scalars` makes."""
+"""Names of the scalars that `track_scalars` computes."""
 
 
 ROUNDING = 1e-12

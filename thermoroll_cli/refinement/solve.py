@@ -68,7 +68,7 @@ def solve(
 
     `threads` > 1 transforms the two traction components side by side (the result does not depend on it). `report` is
     called with a stage name and a mapping (grid, iteration, residual, …) as the work goes on. `options` are for experiments
-    with the solvers. Raises ValueError where no steady state can exist; everything else that goes wrong is told in
+    with the solvers. Raises ValueError where no steady state can exist; everything else that goes wrong is reported in
     `Result.converged` and `Result.reason`.
     """
     return Solver(threads, options).solve(problem, report=report)
@@ -123,7 +123,7 @@ class Solver:
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         too_hot = heat_failures(last.isothermal, last.home, last.coupled)
-        # A coarser grid on which no steady state was found tells nothing about the order in which errors fall.
+        # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
         found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
         result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
@@ -189,7 +189,7 @@ def _accurate_enough(problem: Problem, levels: list[RefinementLevel], plan: Plan
     wanted = problem.numerics.accuracy
     if wanted is None or len(levels) < 3:
         return False
-    # Of the state that is asked for; the isothermal one beside it has its own estimates.
+    # Estimates of the state that is asked for; the isothermal one beside it has its own.
     scalars, _ = scalars_by_level(levels)
     errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across, plan)
     return not missed_accuracy(errors, scalars[-1], wanted)

@@ -160,7 +160,7 @@ def _elastic(transforms: LayerTransforms, loads: dict[str, SurfaceLoad], depths:
 
 
 Peaks = dict[tuple[str, str], tuple[Peak, Peak, Peak]]
-"""Of each body and of total (prefix "") and elastic stresses: largest von Mises stress, range of σ_xz, principal stress."""
+"""Largest von Mises stress, range of σ_xz and principal stress, by body and prefix ("": total, "elastic_")."""
 
 
 def _peaks(collectors: dict[str, Collector], every: int = 1) -> Peaks:
@@ -200,7 +200,7 @@ def _at_surface(peaks: Peaks, near: float, collectors: dict[str, Collector]) -> 
 
 
 GRIDS = 3
-"""The finest grids that are solved tell the error."""
+"""Number of the finest grids from which errors are estimated."""
 
 
 def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:

@@ -259,7 +259,7 @@ RELIEVE = ('Give more of a measured profile, and relieve the ends of a roller, b
 
 
 WORTH_TELLING = 0.02
-"""Part of the saturation creepage from which the estimate is told; the true gradient may be 2–3 times as large locally."""
+"""Part of the saturation creepage from which the warning is given; the true gradient may be 2–3 times as large locally."""
 
 
 def tangential_expansion(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> float:

@@ -57,7 +57,7 @@ class PairMatrix:
         same, mirrored = columns[:, None] - columns + m - 1, columns[:, None] + columns + m
 
         def block(kernel: AnyArray, parity: int) -> AnyArray:
-            """What a field of a parity does to the elements y > 0."""
+            """Effect of a field of a parity on the elements y > 0."""
             return np.asarray(kernel[along, same] + parity * kernel[along, mirrored])
 
         xx, yy, xy = kernels
@@ -237,7 +237,7 @@ class BatchSolver:
     def solve(self, rigid: AnyArray, starts: AnyArray, tolerance: float) -> BatchSolution:
         """Solve for `rigid` slips from the tractions `starts`, both (B, 2, n, m), to the residual `tolerance`.
 
-        Points that do not get there are told in `converged`; from full stick cut down to the bound almost all do."""
+        Points that do not get there are marked in `converged`; from full stick cut down to the bound almost all do."""
         bound, newton = self._newton.traction_bound, self._newton
         reference = self._references(rigid)
         size = np.hypot(starts[:, 0], starts[:, 1])
@@ -267,7 +267,7 @@ class BatchSolver:
                              state.stick & newton.contact, state.norm, state.norm <= 2.0 * tolerance, steps)
 
     def _references(self, rigid: AnyArray) -> AnyArray:
-        """What residuals count against, as in `Newton`."""
+        """Scale of the residuals, as in `Newton`."""
         size = np.hypot(rigid[:, 0], rigid[:, 1])
         expected = np.minimum(self._newton.traction_bound, STICK_TRACTION * size / self._own_size)
         norm = np.sqrt(np.einsum("bij,bij->b", expected, expected))

@@ -2,7 +2,7 @@
 
 **Leading edge** (`known_gradient`): an error of the difference formula where tractions begin at zero like a square root.
 There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
-shaped like the pressure the true gradient is known, so what D A makes of their element averages tells its error element by
+shaped like the pressure the true gradient is known, so D A of their element averages gives its error element by
 element:
 
     E τ = [(∂u/∂x of p) − D A p] τ/p       on the elements cut by the leading edge and on the two next to it.
@@ -84,8 +84,8 @@ def continued_gradient(
     """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
     from the normal problem, as u_z inside the contact is what closes the gap.
 
-    What the potential's gradient lacks belongs to the border and so varies along its normal n alone: of the directional
-    kernels only the one across n feels it, dir·(I − n nᵀ) times the same."""
+    The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Of the
+    directional kernels only the one across n feels it, dir·(I − n nᵀ) times the same."""
     c = compliance
     missing = isotropic - (found[0] + found[1]) / (2.0 * c.isotropic + c.directional)
     along, across = _slopes(pressure, dx, dy)
@@ -109,7 +109,7 @@ class EdgeCompliance:
     Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
     `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
     elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
-    `mirrored` tells that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
+    `mirrored` says that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
     compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K; `layer`
     (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
 
@@ -203,7 +203,7 @@ def _border_normal(
 
 
 FLATTEST = 1e-3
-"""Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not tell its distance."""
+"""Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not determine its distance."""
 
 
 def stick_share(
@@ -265,7 +265,7 @@ def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tupl
     1/Pa."""
     inside = bound > 0.0
     compliance = np.where(inside, variation / np.where(inside, bound, 1.0), 0.0)
-    # Of a column, because the thin pressure at the edge of the contact says nothing about what its elements can hold.
+    # The ratio is that of a column: the low pressure at the edge of the contact does not show what its elements can hold.
     highest = bound.max(axis=0)
     ratio = np.where(highest > 0.0, variation.max(axis=0) / np.where(highest > 0.0, highest, 1.0) / own, 0.0)
     # So that the fourth power stays a number.
@@ -278,7 +278,7 @@ END_CHANGE = 1e-9
 
 
 def layer_ends(covered: AnyArray, contact: Mask, layer: float, dx: float, weights: tuple[float, ...], least: float) -> Array:
-    """What the difference formula misses of the gradient of a layer's displacement at both ends of rows, in 1/Pa, (n, m).
+    """Part of the gradient of a layer's displacement that the difference formula misses at both ends of rows, in 1/Pa, (n, m).
 
     Over a layer of compliance L (m/Pa) tractions rise from zero linearly, as f = φ (D + φ/2) in element averages with the
     covered share φ and the covered length D upstream, in elements. The gradient L τ/(f dx) is right where the formula gives

@@ -168,7 +168,7 @@ class Newton:
         return np.where(state.stick, 0.0, self._free_slip(state.slip, state.traction)[1])
 
     def friction_factor(self, state: Iterate) -> AnyArray:
-        """What slip makes of the coefficient of friction, (n, m)."""
+        """Factor by which slip changes the coefficient of friction, (n, m)."""
         if state.response is not None:
             return state.response.factor
         return np.where(self.contact, state.bound / np.where(self.contact, self.traction_bound, 1.0), 1.0)

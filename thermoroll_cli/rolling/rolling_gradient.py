@@ -17,7 +17,7 @@ from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHT
 
 @dataclass(frozen=True)
 class RollingOptions:
-    """What experiments vary of the tangential solver."""
+    """Options of the tangential solver that experiments vary."""
 
     difference_weights: tuple[float, float, float, float] = UPSTREAM_WEIGHTS
     relaxation: float = 0.35

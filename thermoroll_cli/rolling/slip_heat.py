@@ -1,6 +1,6 @@
 """Where along its row slip makes heat: the heat of each element, and how it changes along x within.
 
-The power is τ·s, plus what the discretisation takes up and `lost` tells element by element (`TangentialSolution`): with it each
+The power is τ·s, plus the part that the discretisation takes up, `lost` of each element (`TangentialSolution`): with it each
 row has the power that it should, and the sum is exactly the work of the forces. Where a slip zone begins that is the wrong
 heat in single elements, though: slip starts like a square root, at a place inside an element (`stick_border`), and behind a
 stick area of the length L it is close to Carter's (1926)
@@ -197,7 +197,7 @@ def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) ->
     behind = np.pad(covered, ((0, 1), (0, 0)))[i + 1, j]
     i, j = i[behind == 0.0], j[behind == 0.0]
     part = covered[i, j]
-    # A line cannot have all heat at one end: on less than a third of an element it tells the temperature of that element.
+    # A line cannot have all heat at one end: on less than a third of an element it determines the temperature of that element.
     slope[i, j] = heat[i, j] * np.maximum(4.8 * part - 6.0, -6.0 * part)
     one, other = np.maximum(i - 1, 0), np.maximum(i - 2, 0)
     two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE)

@@ -104,8 +104,8 @@ class Discretisation:
         if known is None:
             response = self.heat_response(tangential.creepage, tangential.slip)
             heating, normal = self.derived.problem.heating, contact.normal
-            # What returns depends on all heat exchanged, and border elements that are hardly covered would exchange as much as
-            # others: half covered ones are the whole contact on average.
+            # The returning heat depends on all heat exchanged, and border elements that are hardly covered would exchange as
+            # much as others: half covered ones are the whole contact on average.
             inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
             slope = self.derived.problem.motion.speed * tangential.heat_slope
             before = self._heats[-1][1].into.exchanged if self._heats else None

@@ -115,7 +115,7 @@ there, a line in `iterate` and a line here."""
 @dataclass(frozen=True)
 class SteadyState:
     """The best state found, with the iterations that it took and what the inner solvers did in them; `residual` is what its
-    iteration has changed of the unknowns, over their scales. `balanced` tells whether pressures in balance with their heat led
+    iteration has changed of the unknowns, over their scales. `balanced` is whether pressures in balance with their heat led
     to it; `heat_reached` is 1, or the part of the heat to which it could be raised where there is no balance with all of it."""
 
     contact: Contact
@@ -160,7 +160,7 @@ def fixed_point(
         return first
     second = _iterated(discretisation, start, tolerances, HEAT, not balanced)
     best = second if second.converged or second.residual < first.residual else first
-    # What both have found out about the heat, and what both have cost.
+    # Both attempts contribute to the knowledge of the heat, and to the cost.
     reached = (first if balanced else second).heat_reached
     return replace(best, normal_iterations=first.normal_iterations + second.normal_iterations, heat_reached=reached,
                    applications=first.applications + second.applications, newton_steps=first.newton_steps + second.newton_steps)
@@ -216,7 +216,7 @@ def _inside(
 
 
 def _changes(before: Contact, after: Contact) -> Fields:
-    """What an iteration has changed of the unknowns; of the expansion without its mean, which the approach absorbs."""
+    """Change of the unknowns in an iteration; that of the expansion without its mean, which the approach absorbs."""
     changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
     if "expansion" in changes:
         changes["expansion"] -= changes["expansion"][after.normal.contact].mean()

@@ -27,7 +27,7 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 @dataclass(frozen=True)
 class HeatedStep:
     """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next iteration with; `reached` is the part
-    of the heat at which such a state was found, `applications` what it took; `raised` tells that the heat had to be raised from
+    of the heat at which such a state was found, `applications` what it took; `raised` is whether the heat had to be raised from
     none."""
 
     pressure: Array

@@ -89,8 +89,8 @@ class PressureSolver:
         if mirrored:
             # So they are but for rounding, which must not decide about an element of the border on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
-        # Of whole elements, whose errors on both sides of the border cancel in the approach, where there is no Hertz contact
-        # to compare with: four times closer on profiles.
+        # Whole elements are counted: their errors on both sides of the border cancel in the approach, where there is no Hertz
+        # contact to compare with. That is four times closer on profiles.
         approach = solution.approach if profile else refined.approach
         peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
         return Pressure(

@@ -75,7 +75,7 @@ class StrengthCollector:
         return names
 
     def fields(self) -> dict[str, AnyArray]:
-        """What is kept, over z or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
+        """The kept fields over z, or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
         lines = {"alternating_k": self.alternating_k, "dang_van": self.dang_van}
         return {
             "shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k, "elastic_limit_k": self.limit_k,

@@ -21,7 +21,7 @@ PRECISION = np.float32
 
 @dataclass
 class _Judged:
-    """What strength is judged by, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
+    """Measures of strength, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
 
     von_mises: AnyArray
     principal: AnyArray
@@ -94,7 +94,7 @@ class Collector:
         return found[0], found[1]
 
     def result(self, most_stressed: Peak) -> BodyStresses:
-        """What is kept, on both sides of a mirror."""
+        """The kept fields, on both sides of a mirror."""
         fields = {"von_mises": self.total.von_mises}
         if self.temperature is not None:
             fields |= {"von_mises_elastic": self.elastic.von_mises, "temperature_rise": self.temperature}

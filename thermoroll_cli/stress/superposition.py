@@ -15,7 +15,7 @@ from thermoroll_cli.numerics.convolution import Convolution, Spectrum, in_pairs,
 from thermoroll_cli.numerics.grid import Grid
 
 ODD_IN_Y = (False, False, False, True, False, True)
-"""Of the stresses xx yy zz xy xz yz, those that change sign in the mirror y → −y."""
+"""Which of the stresses xx yy zz xy xz yz change sign in the mirror y → −y."""
 ODD_IN_X = (False, False, False, True, True, False)
 
 TABLE_BYTES = 64 * 2**20
@@ -68,7 +68,7 @@ class LayerTransforms:
     def back(self, spectra: list[Spectrum], odd: tuple[bool, ...]) -> Array:
         """Fields (n, nx, columns) of `spectra`, of which some are `odd` in y.
 
-        Of mirror-symmetric states one transform brings back an even and an odd field: both halves of the sum tell."""
+        Of mirror-symmetric states one transform brings back an even and an odd field: from both halves of the sum."""
         out = np.empty((len(spectra), self.grid.nx, self.columns))
         if not self.mirrored:
             for target, spectrum in zip(out, spectra, strict=True):

@@ -1,4 +1,4 @@
-"""What is finished already: a file of JSON lines that only grows, from which tables are written and work is resumed."""
+"""Finished items: a file of JSON lines that only grows, from which tables are written and work is resumed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from thermoroll_cli.files.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError
 
 Record = Mapping[str, Any]
-"""What is known about one finished item: its `key`, and whatever the task writes. One with `"solved": false` is tried again
+"""One finished item: its `key`, and whatever the task writes. One with `"solved": false` is tried again
 when work is resumed."""
 
 

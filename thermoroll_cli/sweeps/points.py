@@ -1,4 +1,4 @@
-"""What is swept, and the points of a sweep: each a checked problem.
+"""The swept keys and the points of a sweep: each a checked problem.
 
 `KEY=START:STOP:COUNT[:log]` or `KEY=v1,v2,…` make an axis, and all combinations of the axes are points; or a CSV file lists
 the points one by one.

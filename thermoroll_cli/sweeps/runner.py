@@ -40,7 +40,7 @@ class Task(Protocol):
 
     @property
     def key(self) -> str:
-        """Of the first item."""
+        """Key of the first item."""
 
     def items(self) -> Iterator[Item]:
         """Do the work, item by item. What raises an OSError ends everything."""

@@ -38,7 +38,7 @@ MOST_DRAWN = 1000
 
 @dataclass(frozen=True)
 class Row:
-    """What became of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, with nan for
+    """The outcome of one point. `summary` has the shape of `Result.summary()` and the columns of `OVER_LIMIT`, with nan for
     numbers that were not computed; `file` is the result file, if there is one."""
 
     number: int

@@ -1,4 +1,4 @@
-"""What an evolution writes: a journal of its steps, a table, a result file with the group /wear, and the worn profiles."""
+"""Files of an evolution: a journal of its steps, a table, a result file with the group /wear, and the worn profiles."""
 
 from __future__ import annotations
 

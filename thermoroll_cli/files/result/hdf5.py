@@ -67,7 +67,7 @@ BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
 
 ITERATION = "_iteration"
-"""What the name of a history's dimension scale ends with."""
+"""End of the name of a history's dimension scale."""
 
 BODY_PARTS = {
     "": ("fields", "zxy", ""),
