@@ -177,8 +177,8 @@ class Strength:
 @dataclass(frozen=True)
 class SubsurfaceRequest:
     """Stresses asked for below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None:
-    by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields are
-    kept, and the strength of the bodies whose shakedown and fatigue are wanted."""
+    by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields
+    are kept, and the strength of the bodies whose shakedown and fatigue are wanted."""
 
     bodies: tuple[BodyName, ...] = BODIES
     depth: float | None = None
