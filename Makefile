@@ -49,6 +49,7 @@ stress: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_profiles --write
 	$(BIN)/python -m scripts.stress.stress_signals --write
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_neighbours
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_friction
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.estimate_coverage
 
 figures: install

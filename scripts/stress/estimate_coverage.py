@@ -22,10 +22,11 @@ from typing import Any
 import numpy as np
 
 from scripts.stress.random_contacts import random_contact
+from scripts.stress.random_friction import random_friction, random_strength
 from scripts.stress.random_profiles import random_profile_contact
 from scripts.stress.stress_cases import stress_case
 from thermoroll_cli.problem.error_scale import CREEPAGES, error_scale
-from thermoroll_cli.problem.names import SCALARS
+from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import AREAS, INTEGRALS, MAXIMA, PRESSURES, STICK
@@ -43,7 +44,9 @@ DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2"
            "surface_temperature_max_upper_K")
 """Scalars whose error is that of another one."""
 
-BELOW, PROFILES = "below the surface", "profiles"
+BELOW, PROFILES, FALLING, STRONG = "below the surface", "profiles", "falling friction", "strength and wear"
+APART = (PROFILES, BELOW, FALLING, STRONG)
+"""Populations that are families of their own."""
 FAMILIES: dict[str, Sequence[str]] = {
     "integrals": INTEGRALS, "creepages found": CREEPAGES, "areas": AREAS, "stick": STICK, "maxima": MAXIMA,
     "pressure, approach": PRESSURES,
@@ -53,7 +56,7 @@ OTHERS = "temperatures, expansion"
 
 def family(population: str, scalar: str) -> str:
     """The family by which a pair is judged."""
-    if population in (BELOW, PROFILES):
+    if population in APART:
         return population
     return next((name for name, scalars in FAMILIES.items() if scalar in scalars), OTHERS)
 
@@ -69,7 +72,7 @@ def _below_the_surface(seed: int) -> Problem:
 
 POPULATIONS: dict[str, Callable[[int], Problem | None]] = {
     "random contacts": random_contact, "stress generator": _of_the_generator, PROFILES: random_profile_contact,
-    BELOW: _below_the_surface}
+    BELOW: _below_the_surface, FALLING: random_friction, STRONG: random_strength}
 
 
 @dataclass(frozen=True)
@@ -102,9 +105,12 @@ def pairs_of(population: str, seed: int, grid: int) -> Iterator[Pair]:
     if not (coarse.converged and fine.converged):
         return
     summary, truth = coarse.summary(), fine.summary()
-    names = coarse.subsurface.scalars if coarse.subsurface is not None else SCALARS
+    names = tuple(coarse.subsurface.scalars) if coarse.subsurface is not None else tuple(SCALARS)
+    if population == STRONG:
+        names = tuple(name for name in names if name in STRENGTH_SCALARS)
+        names += tuple(name for name in SCALARS if name.startswith("wear_"))
     for name in names:
-        scale, estimate = error_scale(name, summary), summary["error"][name]
+        scale, estimate = error_scale(name, summary), summary["error"].get(name, math.nan)
         if name not in DERIVED and math.isfinite(estimate) and scale > 0.0:
             yield Pair(population, seed, grid, name, estimate, abs(summary[name] - truth[name]) / scale)
 
@@ -125,7 +131,7 @@ def table(pairs: list[Pair], grids: tuple[int, ...]) -> str:
     """In Markdown, by family: pairs, covered, short by three and ten times, median of estimate over true error."""
     head = ["", *(f"N = {n}: {column}" for n in grids for column in ("pairs", "covered", "short by 3", "by 10", "median"))]
     lines = [head, ["---", *["---:"] * (len(head) - 1)]]
-    for name in (*FAMILIES, OTHERS, "all of these", PROFILES, BELOW):
+    for name in (*FAMILIES, OTHERS, "all of these", *APART):
         cells = [f"**{name}**" if name == "all of these" else name]
         for grid in grids:
             cells += _figures([p for p in pairs if p.grid == grid and _belongs(p, name)])
@@ -135,7 +141,7 @@ def table(pairs: list[Pair], grids: tuple[int, ...]) -> str:
 
 
 def _belongs(pair: Pair, name: str) -> bool:
-    return pair.family == name or (name == "all of these" and pair.population not in (BELOW, PROFILES))
+    return pair.family == name or (name == "all of these" and pair.population not in APART)
 
 
 def _figures(some: list[Pair]) -> list[str]:
@@ -172,11 +178,13 @@ def missed(pairs: list[Pair]) -> list[str]:
     return found
 
 
-def measured(cases: range, grids: tuple[int, ...], store: pathlib.Path | None = None) -> list[Pair]:
+def measured(
+    cases: range, grids: tuple[int, ...], store: pathlib.Path | None = None, populations: Sequence[str] = tuple(POPULATIONS)
+) -> list[Pair]:
     """All pairs; each is appended to `store` as a line of JSON as soon as it is known."""
     pairs: list[Pair] = []
     for seed in cases:
-        for population in POPULATIONS:
+        for population in populations:
             for grid in grids:
                 new = list(pairs_of(population, seed, grid))
                 pairs += new
@@ -197,13 +205,15 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=CASES, help=f"of each population (default {CASES})")
     parser.add_argument("--first", type=int, default=FIRST, help="first seed")
     parser.add_argument("--grids", type=int, nargs="+", default=[32], help="elements per side (default 32)")
+    parser.add_argument("--only", nargs="+", choices=tuple(POPULATIONS), default=tuple(POPULATIONS), metavar="POPULATION",
+                        help=", ".join(POPULATIONS))
     parser.add_argument("--store", type=pathlib.Path, help="keep the pairs in this file, line by line")
     parser.add_argument("--load", action="store_true", help="solve nothing: judge the pairs in that file")
     parser.add_argument("--write", action="store_true", help=f"put the table into {DOCUMENT.name}")
     wishes = parser.parse_args()
     start, grids = time.perf_counter(), tuple(wishes.grids)
     seeds = range(wishes.first, wishes.first + wishes.cases)
-    pairs = loaded(wishes.store) if wishes.load else measured(seeds, grids, wishes.store)
+    pairs = loaded(wishes.store) if wishes.load else measured(seeds, grids, wishes.store, wishes.only)
     text = table(pairs, grids)
     print(text)
     print(f"{len({(p.population, p.seed, p.grid) for p in pairs})} cases in {time.perf_counter() - start:.0f} s")

@@ -5,8 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from scripts.stress.estimate_coverage import STRONG, pairs_of
 from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
 from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
+from scripts.stress.stress_friction import AGREE
+from scripts.stress.stress_friction import missed as missed_falling
+from scripts.stress.stress_friction import outcome as falling_outcome
 from scripts.stress.stress_neighbours import FIRST as FIRST_NEIGHBOURS
 from scripts.stress.stress_neighbours import differences
 from scripts.stress.stress_profiles import run_seed as run_profile_seed
@@ -14,6 +18,7 @@ from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case
 
 CASES = 80
+FALLING = range(0, 20)
 BEYOND = (18, 48)
 """Seeds beyond the limit that have a steady state all the same."""
 HOT = THERMAL.replace("grid = 16", "grid = 8").replace("speed_m_s = 1.0", "speed_m_s = 2e3")
@@ -39,6 +44,16 @@ def test_the_largest_speed_of_a_case_beyond_the_limit_keeps_the_invariants() -> 
 
 def test_nothing_crashes_and_no_invariant_breaks(outcomes: list[Outcome]) -> None:
     assert [told(o) for o in outcomes if o.broken] == []
+
+
+def test_falling_friction_converges_to_one_solution() -> None:
+    outcomes = [falling_outcome(seed, 16) for seed in FALLING]
+    assert missed_falling(outcomes) == [] and sum(o.difference <= AGREE for o in outcomes) == 2
+
+
+def test_strength_and_wear_have_estimates_that_cover_their_errors() -> None:
+    pairs = [pair for seed in (3,) for pair in pairs_of(STRONG, seed, 12)]
+    assert len(pairs) > 10 and np.mean([pair.shortfall <= 1.0 for pair in pairs]) > 0.85
 
 
 def test_what_does_not_converge_has_a_reason(outcomes: list[Outcome]) -> None:

@@ -242,7 +242,7 @@ STRENGTH_FIELDS = _fields(
 )
 """Shakedown and fatigue of a body over depth, and over depth and y."""
 
-_STRENGTH_SCALARS = _scalars(*(
+STRENGTH_SCALARS = _scalars(*(
     Scalar(name.format(body), f"{meaning}, {body} body", scale, listed)  # type: ignore[arg-type]
     for body in BODIES
     for name, meaning, scale, listed in (
@@ -264,7 +264,7 @@ _STRENGTH_SCALARS = _scalars(*(
     )
 ))  # fmt: skip
 
-SUBSURFACE_SCALARS = _STRENGTH_SCALARS | _scalars(*(
+SUBSURFACE_SCALARS = STRENGTH_SCALARS | _scalars(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
            "stress below" if name.endswith("_MPa") else "place below", listed)
     for body in BODIES
@@ -290,4 +290,4 @@ def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
         return ()
     strong = [body for body in request.bodies if getattr(request, f"{body}_strength") is not None]
     return tuple(name for name in SUBSURFACE_SCALARS
-                 if any(f"_{body}" in name for body in (strong if name in _STRENGTH_SCALARS else request.bodies)))
+                 if any(f"_{body}" in name for body in (strong if name in STRENGTH_SCALARS else request.bodies)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -197,7 +198,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
 
 def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
     """Mean coefficient of friction over slip, and the criterion of falling friction, p₀ |dμ/ds| V B₀ with the compliance B₀ of
-    an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only."""
+    an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only. That of
+    a layer does not count: it grows with every refinement, and a layer needs memory."""
     derived, grid = discretisation.derived, discretisation.grid
     problem, law = derived.problem, derived.problem.friction_law
     slips = contact.normal.contact & ~contact.tangential.stick
@@ -206,7 +208,8 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
     if contact.local_friction is not None and pressure.any():
         mean = float((contact.local_friction * pressure).sum() / pressure.sum())
     if law is not None:
-        own = RollingGradient((1, 1), grid.dx, grid.dy, derived.shear_compliance).self_gradient[0]
+        bodies = replace(derived.shear_compliance, layer=0.0)
+        own = RollingGradient((1, 1), grid.dx, grid.dy, bodies).self_gradient[0]
         criterion = contact.normal.peak * problem.friction * law.steepest * problem.motion.speed * own
     return {"friction_mean": mean, "falling_friction_criterion": criterion}
 

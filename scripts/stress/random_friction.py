@@ -1,0 +1,61 @@
+"""Seeded contacts with friction that falls with slip, memory and layers, and contacts whose strength and wear are asked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from scripts.stress.random_contacts import random_contact
+from thermoroll_cli.problem.friction_law import FrictionLaw
+from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+WELL_POSED = 0.6
+"""Criterion of falling friction without memory up to which there is one solution."""
+STEEPEST = 10.0
+"""Criterion with memory, at most."""
+LAYER_SHARE, MEMORY_SHARE, WARM_SHARE = 0.3, 0.5, 0.3
+
+
+def random_friction(seed: int) -> Problem:
+    """The contact of `seed` with a law of friction, always the same: criterion up to 0.6, with memory up to 10."""
+    rng = np.random.default_rng([11, seed])
+    problem = random_contact(70000 + seed)
+    if rng.random() > WARM_SHARE:
+        problem = replace(problem, heating=Heating(heat=False))
+    limit = float(rng.uniform(0.2, 0.9))
+    layered = bool(rng.random() < LAYER_SHARE)
+    remembers = layered or bool(rng.random() < MEMORY_SHARE)
+    wanted = 10.0 ** rng.uniform(-2.0, math.log10(STEEPEST if remembers else WELL_POSED))
+    kind = str(rng.choice(["exponential", "rational", "linear", "table"]))
+    # A law falls by `steepness` per half slip at most.
+    derived = DerivedQuantities(problem)
+    a, b = derived.hertz.semi_axis_x, derived.hertz.semi_axis_y
+    own = RollingGradient((1, 1), a, b, derived.shear_compliance).self_gradient[0]
+    steepness = {"exponential": math.log(2.0), "rational": 1.0, "linear": 0.5, "table": 1.0}[kind] * (1.0 - limit)
+    half = derived.hertz.peak_pressure * problem.friction * steepness * problem.motion.speed * own / wanted
+    law = FrictionLaw(kind, limit, half)  # type: ignore[arg-type]
+    if kind == "table":
+        law = FrictionLaw("table", table=((0.0, 1.0), (0.5 * half, 0.5 * (1.0 + limit)), (2.0 * half, limit)))
+    if remembers:
+        size = math.sqrt(a * b) * derived.saturation_creepage
+        if layered:
+            # The layer shears by 0.1 to 3 times as much as the surfaces under the same traction.
+            layer = 10.0 ** rng.uniform(-1.0, 0.5) * a * own
+            problem = replace(problem, layer=layer)
+            size = max(size, layer * derived.hertz.peak_pressure * problem.friction * (1.0 - limit))
+        law = replace(law, memory=size * 10.0 ** rng.uniform(0.0, 1.0), memory_slip=1e-3 * problem.motion.speed)
+    return replace(problem, friction_law=law)
+
+
+def random_strength(seed: int) -> Problem:
+    """The contact of `seed` with strength and wear of both bodies."""
+    rng = np.random.default_rng([13, seed])
+    problem = random_contact(90000 + seed)
+    modulus = DerivedQuantities(problem).hertz.peak_pressure
+    weak, strong = (Strength(float(modulus * rng.uniform(0.15, 0.5)), float(rng.uniform(0.0, 0.4))) for _ in range(2))
+    return replace(problem, subsurface=SubsurfaceRequest(lower_strength=weak, upper_strength=strong),
+                   wear=Wear(WornBody(1e-15, 1.0), WornBody(3e-15, 2.0)))
