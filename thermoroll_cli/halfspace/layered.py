@@ -1,0 +1,211 @@
+"""Elastic half-spaces with bonded layers: compliance in wave numbers, and its difference to a half-space of the top material.
+
+Wave vector k along x, z into the body: u_x = iV, u_z = W, σ_xz = iT, σ_zz = S, all real. In a layer, downward solutions carry
+e^{−kz} and upward ones e^{−kζ}, ζ from its lower face, so nothing grows:
+
+    (V, W) = D_u N(kz) α,   (T, S)/2k = D_s N(kz) α,   N(t) = [[1, t], [0, 1]],   upward: mirrored by R = diag(1, −1).
+
+Impedances (T, S)/2k = Z (V, W) are carried from the substrate to the surface. The surface compliance is returned as the
+difference to the half-space of the top material, so that equal materials give exactly zero and nothing cancels. Across the wave
+vector the problem is scalar. Source: the stiffness-matrix method for layered media (Kausel & Roësset 1981), in reflection form.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import fht
+from scipy.interpolate import BSpline, make_interp_spline
+
+from thermoroll_cli.arrays import Array
+
+MIRROR = np.diag([1.0, -1.0])
+
+
+@dataclass(frozen=True)
+class ElasticLayer:
+    """A bonded layer: `thickness` (m), `youngs_modulus` (Pa), `poisson_ratio`."""
+
+    thickness: float
+    youngs_modulus: float
+    poisson_ratio: float
+
+
+@dataclass(frozen=True)
+class SurfaceCompliance:
+    """k times the surface compliance in 1/Pa at each wave number: u_x = i(tt q + tn p), u_z = tn q + nn p for tractions i q
+    along the wave vector and pressure p; `ss` across it."""
+
+    tt: Array
+    tn: Array
+    nn: Array
+    ss: Array
+
+
+def halfspace_compliance(youngs_modulus: float, poisson_ratio: float) -> SurfaceCompliance:
+    """The compliance of a homogeneous half-space, which does not depend on the wave number (Johnson, Contact Mechanics, 3)."""
+    shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
+    normal = np.array((1.0 - poisson_ratio) / shear_modulus)
+    return SurfaceCompliance(normal, np.array(0.5 * (1.0 - 2.0 * poisson_ratio) / shear_modulus), normal,
+                             np.array(1.0 / shear_modulus))
+
+
+def _matrices(youngs_modulus: float, poisson_ratio: float) -> tuple[float, Array, Array, Array, Array]:
+    """Shear modulus, D_u, D_s, and the impedances of downward and of upward solutions."""
+    shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
+    displacement = np.array([[1.0, 0.0], [-1.0, 4.0 * poisson_ratio - 3.0]])
+    stress = shear_modulus * np.array([[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
+    downward = stress @ np.linalg.inv(displacement)
+    return shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR
+
+
+def difference_compliance(
+    layers: Sequence[ElasticLayer], substrate: tuple[float, float], wave_numbers: Array
+) -> SurfaceCompliance:
+    """k times (compliance of the layered half-space − compliance of a half-space of the top material), at `wave_numbers` (n,).
+
+    `layers` from the surface down; `substrate` has Young's modulus (Pa) and Poisson's ratio."""
+    count = wave_numbers.size
+    antiplane_below, _, _, below, _ = _matrices(*substrate)
+    impedance = np.broadcast_to(below, (count, 2, 2))
+    antiplane = np.full(count, antiplane_below)
+    for layer in reversed(layers):
+        shear_modulus, displacement, stress, down, up = _matrices(layer.youngs_modulus, layer.poisson_ratio)
+        phase = wave_numbers * layer.thickness
+        twice = np.exp(-2.0 * phase)
+        propagation = np.tile(np.eye(2), (count, 1, 1))
+        propagation[:, 0, 1] = phase
+        reflection = -np.linalg.inv(MIRROR @ displacement) @ np.linalg.solve(up - impedance, down - impedance)
+        echo = MIRROR @ displacement @ propagation @ reflection @ displacement @ propagation * twice[:, None, None]
+        impedance = down + (up - down) @ echo @ np.linalg.inv(displacement + echo)
+        mismatch = (shear_modulus - antiplane) / (shear_modulus + antiplane) * twice
+        antiplane = shear_modulus * (1.0 - mismatch) / (1.0 + mismatch)
+    compliance = -0.5 * (np.eye(2) - np.linalg.solve(down, up)) @ echo @ np.linalg.inv(stress + up @ echo)
+    across = 2.0 * mismatch / (1.0 - mismatch) / shear_modulus
+    return SurfaceCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1], across)
+
+
+STEP = 0.02
+"""Step of the logarithmic grids of wave numbers and radii."""
+FIRST_WAVE_NUMBER, LAST_WAVE_NUMBER = 1e-9, 1e6
+"""Smallest wave number times the total thickness: without its limit the symbol is proportional to k there. Largest wave number
+times the thinnest layer: radii begin at its inverse, and the area within the first of them does not count."""
+
+
+@dataclass(frozen=True)
+class RadialDifference:
+    """The difference of point-load displacements H(r) = ∫ b(k) J_m(kr) dk/2π of `order` m: r H as a spline over ln r, and the
+    spline of ∫_0^R H r dr."""
+
+    order: int
+    weighted: BSpline
+    integral: BSpline
+
+    def __call__(self, r: Array) -> Array:
+        return np.asarray(self.weighted(np.log(r)) / r)
+
+
+def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> RadialDifference:
+    """Hankel transform of `symbol` (k times compliance) by FFTLog (Hamilton 2000, MNRAS 312).
+
+    Its limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz} with z = `depth`, whose transform is closed form."""
+    limit = symbol[0]
+    r = 1.0 / wave_numbers[::-1]
+    transform = fht(symbol - limit * np.exp(-wave_numbers * depth), STEP, order)
+    distance = np.hypot(r, depth)
+    closed = {0: 1.0 / distance, 1: r / (distance * (distance + depth)),
+              2: (r / (distance + depth)) ** 2 / distance}[order]
+    weighted = (transform + limit * r * closed) / (2.0 * np.pi)
+    log_r = np.log(r)
+    return RadialDifference(order, make_interp_spline(log_r, weighted, 5),
+                            make_interp_spline(log_r, weighted * r, 5).antiderivative())
+
+
+NEAR = 3.5
+"""Offsets in elements up to which an element is integrated in polar coordinates about the point where it is seen."""
+ANGLES = 24
+"""Gauss points in each of the two angles of a corner."""
+GAUSS = ((60.0, 2), (14.0, 3), (6.0, 4), (NEAR, 6))
+"""Beyond so many elements so many Gauss points per side."""
+WEIGHTS: dict[str, Callable[[Array], Array]] = {
+    "even": np.ones_like, "cos": np.cos, "cos2": lambda t: np.asarray(np.cos(2.0 * t)), "sin2": lambda t: np.asarray(np.sin(2.0 * t)),
+}
+"""Angular factors of point-load displacements."""
+
+
+def element_integral(radial: RadialDifference, angular: str, shape: tuple[int, int], dx: float, dy: float) -> Array:
+    """∬ H(r) w(θ) over one dx × dy element, seen from element centres at offsets (i dx, j dy), i < nx, j < ny: (nx, ny).
+
+    `angular` names w: 1, cos θ, cos 2θ or sin 2θ, with θ the direction from the load to the point."""
+    table = np.empty(shape)
+    i, j = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij")
+    far = np.maximum(i * dx, j * dy) / max(dx, dy)
+    last = np.inf
+    for start, points in GAUSS:
+        here = (far > start) & (far <= last)
+        last = start
+        nodes, weights = np.polynomial.legendre.leggauss(points)
+        x = (i[here][:, None, None] + 0.5 * nodes[:, None]) * dx
+        y = (j[here][:, None, None] + 0.5 * nodes) * dy
+        values = radial(np.hypot(x, y)) * WEIGHTS[angular](np.arctan2(y, x))
+        table[here] = 0.25 * dx * dy * np.einsum("nij,i,j->n", values, weights, weights)
+    near = np.argwhere(far <= NEAR)
+    if near.size:
+        count_x, count_y = near.max(axis=0) + 1
+        corner = _corner_integrals(radial, angular, count_x, count_y, dx, dy)
+        element = corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
+        table[near[:, 0], near[:, 1]] = element[near[:, 0], near[:, 1]]
+    return table
+
+
+def _corner_integrals(radial: RadialDifference, angular: str, count_x: int, count_y: int, dx: float, dy: float) -> Array:
+    """∬ from the origin to the corners ((i − ½) dx, (j − ½) dy), i ≤ count_x, j ≤ count_y: (count_x + 1, count_y + 1)."""
+    odd_x, odd_y = {"even": (1, 1), "cos2": (1, 1), "cos": (0, 1), "sin2": (0, 0)}[angular]
+    nodes, weights = np.polynomial.legendre.leggauss(ANGLES)
+    x, y = (np.abs(np.arange(n + 1) - 0.5) * d for n, d in ((count_x, dx), (count_y, dy)))
+    diagonal = np.arctan2(y[None, :], x[:, None])[..., None]
+    low = 0.5 * diagonal * (1.0 + nodes)
+    high = diagonal + 0.5 * (0.5 * np.pi - diagonal) * (1.0 + nodes)
+    first = radial.integral(np.log(x[:, None, None] / np.cos(low))) * WEIGHTS[angular](low)
+    second = radial.integral(np.log(y[None, :, None] / np.sin(high))) * WEIGHTS[angular](high)
+    corner = 0.5 * (diagonal[..., 0] * (first @ weights) + (0.5 * np.pi - diagonal[..., 0]) * (second @ weights))
+    corner[0, :] *= -1.0 if odd_x else 1.0
+    corner[:, 0] *= -1.0 if odd_y else 1.0
+    return corner
+
+
+@dataclass(frozen=True)
+class DifferenceTables:
+    """Displacements (m/Pa, each (nx, ny), offsets ≥ 0) of a uniformly loaded element on the layered body less those on a
+    half-space of the top material: u_z under p; u_x under q_x, u_y under q_y, u_x under q_y; u_x and u_y under p."""
+
+    normal: Array
+    xx: Array
+    yy: Array
+    xy: Array
+    x_normal: Array
+    y_normal: Array
+
+
+def difference_tables(
+    layers: Sequence[ElasticLayer], substrate: tuple[float, float], shape: tuple[int, int], dx: float, dy: float
+) -> DifferenceTables:
+    """All difference tables of one body on a grid of nx × ny elements of dx × dy (m)."""
+    total, thinnest = sum(layer.thickness for layer in layers), min(layer.thickness for layer in layers)
+    low, high = np.log(FIRST_WAVE_NUMBER / total), np.log(LAST_WAVE_NUMBER / thinnest)
+    wave_numbers = np.exp(np.arange(low, high, STEP))
+    symbol = difference_compliance(layers, substrate, wave_numbers)
+    isotropic, directional = 0.5 * (symbol.tt + symbol.ss), 0.5 * (symbol.tt - symbol.ss)
+
+    def integral(order: int, values: Array, angular: str) -> Array:
+        return element_integral(_radial(order, wave_numbers, values, total), angular, shape, dx, dy)
+
+    second = _radial(2, wave_numbers, directional, total)
+    even = integral(0, isotropic, "even")
+    along, cross = (element_integral(second, angular, shape, dx, dy) for angular in ("cos2", "sin2"))
+    x_normal = -integral(1, symbol.tn, "cos")
+    y_normal = x_normal.T if shape[0] == shape[1] and dx == dy else -element_integral(
+        _radial(1, wave_numbers, symbol.tn, total), "cos", shape[::-1], dy, dx).T
+    return DifferenceTables(integral(0, symbol.nn, "even"), even - along, even + along, -cross, x_normal, y_normal)
