@@ -78,11 +78,11 @@ class Result(results.Result):
 
     def _repr_html_(self) -> str:
         """A table of the scalars that `thermoroll run` prints, for notebooks."""
-        summary, both, profiles = self.summary(), self.isothermal is not self.coupled, self.problem.geometry.has_profile
+        summary, both = self.summary(), self.isothermal is not self.coupled
         rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
         for name in listed_scalars(self):
             beside = [isothermal_text(name, summary)] if both else []
-            meaning = ALL_SCALARS[name].meaning_of(profiles=profiles)
+            meaning = ALL_SCALARS[name].meaning_of(hertz=self.problem.has_hertz_solution)
             rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
         lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
         return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"

@@ -71,13 +71,18 @@ def _table(name: str, shape: Schema, schema: Schema) -> Iterator[list[str]]:
     """The heading of a table with its keys, then the tables inside it, of which those of both bodies are one."""
     yield [f"**`{name}`**", "", "", shape.get("description", "")]
     inner: list[tuple[str, Schema]] = []
+    lists: list[tuple[str, Schema]] = []
     required = set(shape.get("required", ())) | ({"youngs_modulus_GPa", "poisson_ratio"} if name == "[material]" else set())
     for key, entry in shape["properties"].items():
         found = _resolved(entry, schema)
         if "properties" in found:
             inner.append((key, found))
+        elif "properties" in (item := _resolved(found.get("items", {}), schema)):
+            lists.append((key, item))
         else:
             yield _key(key, found, required=key in required)
+    for key, item in lists:
+        yield from _table(f"[{name[:-1]}.{key}]]", item, schema)
     for key, found in inner:
         if "upper" in key:
             continue

@@ -3,22 +3,42 @@
 from __future__ import annotations
 
 import json
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_tables, normal_table, shear_tables
-from thermoroll_cli.halfspace.layered import ElasticLayer, difference_compliance, difference_tables, halfspace_compliance
+from thermoroll_cli.halfspace.layered import LayeredBody, difference_compliance, halfspace_compliance
+from thermoroll_cli.problem.problem import Layer
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 SYMBOLS, TABLES = (json.loads((REFERENCE / f"layered_{name}.json").read_text()) for name in ("symbols", "tables"))
 STEEL = (210e9, 0.3)
 
 
-def stack(row: dict) -> tuple[list[ElasticLayer], tuple[float, float]]:
+def stack(row: dict) -> tuple[list[Layer], tuple[float, float]]:
     substrate = row["substrate"]
-    return [ElasticLayer(**layer) for layer in row["layers"]], (substrate["youngs_modulus"], substrate["poisson_ratio"])
+    return [Layer(**layer) for layer in row["layers"]], (substrate["youngs_modulus"], substrate["poisson_ratio"])
+
+
+@dataclass(frozen=True)
+class Tables:
+    normal: Array
+    xx: Array
+    yy: Array
+    xy: Array
+    x_normal: Array
+    y_normal: Array
+
+
+def difference_tables(
+    layers: list[Layer], substrate: tuple[float, float], shape: tuple[int, int], dx: float, dy: float
+) -> Tables:
+    body, place = LayeredBody(tuple(layers), substrate), (shape, dx, dy)
+    return Tables(body.normal_table(*place), *body.shear_tables(*place), *body.coupling_tables(*place))
 
 
 @pytest.mark.parametrize("row", SYMBOLS["rows"])
@@ -50,7 +70,7 @@ def test_tables_agree_with_direct_quadrature(row: dict) -> None:
 
 
 def test_a_layer_of_the_substrates_material_changes_nothing() -> None:
-    found = difference_tables([ElasticLayer(1e-3, *STEEL), ElasticLayer(2e-3, *STEEL)], STEEL, (8, 6), 1e-4, 2e-4)
+    found = difference_tables([Layer(1e-3, *STEEL), Layer(2e-3, *STEEL)], STEEL, (8, 6), 1e-4, 2e-4)
     peak = normal_table(8, 6, 1e-4, 2e-4, STEEL[0] / (1.0 - STEEL[1] ** 2))[0, 0]
     assert max(np.abs(table).max() for table in vars(found).values()) < 1e-14 * peak
 
@@ -58,14 +78,14 @@ def test_a_layer_of_the_substrates_material_changes_nothing() -> None:
 @pytest.mark.parametrize(("thickness", "expected"), [(1e-9, STEEL), (1e3, (50e9, 0.2))])
 def test_thin_and_thick_layers_are_half_spaces(thickness: float, expected: tuple[float, float]) -> None:
     """Of the substrate and of the layer. A thin layer's own self-compliance remains, of the order of its thickness."""
-    layer = ElasticLayer(thickness, 50e9, 0.2)
+    layer = Layer(thickness, 50e9, 0.2)
     found = difference_tables([layer], STEEL, (6, 6), 1e-3, 1e-3).normal + normal_table(6, 6, 1e-3, 1e-3, 50e9 / (1.0 - 0.2**2))
     wanted = normal_table(6, 6, 1e-3, 1e-3, expected[0] / (1.0 - expected[1] ** 2))
     assert np.allclose(found, wanted, rtol=0.0, atol=1e-5 * wanted[0, 0])
 
 
 def test_tables_along_both_axes_are_transposes() -> None:
-    layers = [ElasticLayer(3e-4, 50e9, 0.2)]
-    wide, tall = (difference_tables(layers, STEEL, shape, *size) for shape, size in (((7, 5), (1e-4, 3e-4)), ((5, 7), (3e-4, 1e-4))))
+    layers = [Layer(3e-4, 50e9, 0.2)]
+    wide, tall = difference_tables(layers, STEEL, (7, 5), 1e-4, 3e-4), difference_tables(layers, STEEL, (5, 7), 3e-4, 1e-4)
     assert np.allclose(wide.x_normal, tall.y_normal.T, rtol=1e-9, atol=1e-18)
     assert np.allclose(wide.xx, tall.yy.T, rtol=1e-9, atol=1e-18) and np.allclose(wide.xy, tall.xy.T, rtol=1e-9, atol=1e-18)

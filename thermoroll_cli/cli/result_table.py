@@ -33,7 +33,7 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     room = width - max(map(len, align(rows)), default=0) - 2
     meanings = [""] if both else []
     for name in shown:
-        meaning = ALL_SCALARS[name].meaning_of(profiles="patches" in summary)
+        meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
         fitting = (text for text in (meaning, brief) if len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))

@@ -1,4 +1,4 @@
-"""How large a contact is and how hard it presses, before it is solved: by Hertz, or by a coarse solution for profiles."""
+"""How large a contact is and how hard it presses, before it is solved: by Hertz, or by a coarse solution."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import brentq
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.exact.hertz import HertzContact
+from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
@@ -20,6 +22,8 @@ COARSE = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
 ROOM = 1.1
 """Sides of the domain over those of the contact in it, as on the grids to come."""
+FITS = 3
+"""Domains on which a contact below layers is solved in turn."""
 ATTEMPTS = 8
 """How often the domain may prove too small; each time the overlap is half as deep again."""
 CLOSENESS = 1e-6
@@ -64,13 +68,24 @@ class ContactScales:
         return Domain(side_x, high - low, 0.5 * (low + high))
 
 
+def undeformed_gap(geometry: Geometry, x: Array, y: Array) -> Array:
+    """Gap of the unloaded surfaces in m, (n, m), at all places `x` (n,) and `y` (m,)."""
+    across = lateral_gap(geometry, y) if geometry.has_profile else 0.5 * geometry.curvature_y * y**2
+    return np.asarray(0.5 * geometry.curvature_x * x[:, None] ** 2 + across[None, :])
+
+
 @lru_cache(maxsize=64)
-def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: float) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile at least, from a coarse normal solution.
+def contact_scales(
+    geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None
+) -> ContactScales:
+    """Scales of the contact of two bodies of which one has a profile or layers, from a coarse normal solution.
 
     The domain is where the rigid bodies would overlap, and then what the contact fills. Raises Unsolvable where the bodies
     never face each other.
     """
+    if not geometry.has_profile:
+        assert coatings is not None
+        return _of_smooth(geometry, contact_modulus, normal_force, coatings)
     low, high = facing(geometry)
     mirror = is_symmetric(geometry)
     depth = _overlap(geometry, contact_modulus, normal_force)
@@ -78,7 +93,8 @@ def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: flo
         y = np.linspace(low, high, SAMPLES)
         inside = y[lateral_gap(geometry, y) < depth]
         box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
-        found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high))
+        found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high),
+                       coatings)
         if found is not None:
             break
         depth *= 1.5
@@ -87,8 +103,26 @@ def contact_scales(geometry: Geometry, contact_modulus: float, normal_force: flo
                          if geometry.upper_profile is None else "geometry.upper_profile")
     # Once more with all elements on the contact: its border is known to an element.
     box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
-    found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high)) or found
+    found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high),
+                   coatings) or found
     return found
+
+
+def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
+    """Below layers, begun with Hertz's contact of the surfaces' materials, then on what the contact before fills."""
+    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
+    box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
+    found, fits = None, 0
+    for _ in range(4 * ATTEMPTS):
+        attempt = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, *limits, mirror=True), limits, coatings)
+        if attempt is None:
+            box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
+            continue
+        found, fits = attempt, fits + 1
+        box = _Box(found.semi_axis_x, -found.semi_axis_y, found.semi_axis_y)
+        if fits == FITS:
+            return found
+    raise Unsolvable("no contact of these layered bodies was found", "material")
 
 
 @dataclass(frozen=True)
@@ -126,13 +160,14 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
 
 
 def _solve(
-    geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float]
+    geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
+    coatings: Coatings | None,
 ) -> ContactScales | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
     nx, ny = COARSE
     grid = Grid.over(COARSE, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
-    gap = 0.5 * geometry.curvature_x * grid.x[:, None] ** 2 + lateral_gap(geometry, grid.y)[None, :]
-    solver = NormalSolver(grid, contact_modulus)
+    gap = undeformed_gap(geometry, grid.x, grid.y)
+    solver = NormalSolver(grid, contact_modulus, coatings)
     solution = solver.solve(gap, normal_force, np.zeros(grid.shape), CLOSENESS)
     refined = solver.refine(solution, gap, normal_force, CLOSENESS)
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
@@ -141,7 +176,7 @@ def _solve(
     first, last = columns[0] == 0, columns[-1] == ny - 1
     if rows[0] == 0 or rows[-1] == nx - 1 or (first and not at_end[0]) or (last and not at_end[1]):
         return None
-    edge = np.isfinite(lateral_gap(geometry, np.array([limits[0], limits[1]])))
+    edge = np.isfinite(undeformed_gap(geometry, np.zeros(1), np.array(limits))[0])
     along = refined.covered.sum(axis=0).max() * grid.dx
     # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would wander.
     covered = np.pad(refined.covered.max(axis=0), 1)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
 from thermoroll_cli.numerics.grid import Grid
@@ -78,22 +79,30 @@ class RefinedContact:
 
 
 class NormalSolver:
-    """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions."""
+    """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions.
 
-    def __init__(self, grid: Grid, contact_modulus: float) -> None:
+    Of bodies with `coatings`, `contact_modulus` is that of the surfaces' materials."""
+
+    def __init__(self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None) -> None:
         pyfftw = fftw()
 
         nx, ny = grid.shape
         self.grid = grid
-        self.contact_modulus = contact_modulus
+        self.contact_modulus, self._border_trust = contact_modulus, 1.0
         self.applications = 0
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
         reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
         table = normal_table(*reach, grid.dx, grid.dy, contact_modulus)
+        if coatings is None:
+            symbol = periodic_symbol(table, (px, py))
+        else:
+            table = table + coatings.normal_table(*reach, grid.dx, grid.dy)
+            symbol = np.ascontiguousarray(coatings.periodic_symbols((px, py), grid.dx, grid.dy)[0].T)
+            border = coatings.near_border(grid.dx, grid.dy)
+            self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
         self._kernel = self._convolution.quadrant_spectrum(table)
         self._hat = self._convolution.empty_spectrum()
-        symbol = periodic_symbol(table, (px, py))
         # Rounding could leave a wavenumber without stiffness; the kernel itself is positive.
         self._inverse_symbol = 1.0 / np.maximum(symbol, 1e-12 * symbol.max())
         self._field = pyfftw.zeros_aligned((px, py))
@@ -231,7 +240,7 @@ class NormalSolver:
         that whole elements make on both sides of the border cancel, those beside elements of known load do not.
         """
         border, load, covered = border_elements(solution.pressure, solution.contact, solution.gap, self.grid,
-                                                self.contact_modulus)
+                                                self.contact_modulus, self._border_trust)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
         wanted = normal_force / self.grid.element_area - float(fixed.sum())
@@ -290,13 +299,14 @@ UNDETERMINED = 1e-9
 
 
 def border_elements(
-    pressure: Array, contact: Mask, gap: Array, grid: Grid, contact_modulus: float
+    pressure: Array, contact: Mask, gap: Array, grid: Grid, contact_modulus: float, certainty: float = 1.0
 ) -> tuple[Mask, Array, Array]:
     """Border of the contact from the `pressure` (Pa) inside it and the `gap` (m) around it, all (nx, ny).
 
-    `pressure` and `gap` are those of whole elements, `contact` is where they touch; `contact_modulus` is E* in Pa. Returns the
-    mask of elements at the border (partly covered, or next to such), and on these the element averages of the pressure and
-    the covered fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
+    `pressure` and `gap` are those of whole elements, `contact` is where they touch; `contact_modulus` is E* in Pa, and
+    `certainty`, 0 to 1, how far half-spaces of it describe the surfaces within an element of the border. Returns the mask of
+    elements at the border (partly covered, or next to such), and on these the element averages of the pressure and the covered
+    fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
     """
     scale = max(float(pressure.max()), 1e-300)
     # Whole elements next to the border carry up to 3 % too much pressure, the first ones outside are as much too far apart:
@@ -318,7 +328,7 @@ def border_elements(
     # Beside a contact of almost no pressure any change is too large.
     beside = np.maximum(highest(pressure)[i, j], FAINT * scale)
     change = np.abs(scale * root - np.where(contact, pressure, 0.0)[i, j]) / beside
-    trust = trust * np.minimum(1.0, TOLERABLE_CHANGE / np.maximum(change, 1e-300)) ** 4
+    trust = certainty * trust * np.minimum(1.0, TOLERABLE_CHANGE / np.maximum(change, 1e-300)) ** 4
     covered = contact.astype(np.float64)
     load = np.where(contact, pressure, 0.0)
     covered[i, j] += trust * (part - covered[i, j])

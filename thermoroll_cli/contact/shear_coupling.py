@@ -1,10 +1,11 @@
-"""How pressure and shear act on each other between different bodies (Dundurs' β)."""
+"""How pressure and shear act on each other between bodies of unlike elasticity (Dundurs' β, or layers)."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Spectrum
+from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import coupling_tables
 from thermoroll_cli.numerics.convolution import Convolution
 from thermoroll_cli.numerics.grid import Grid
@@ -12,15 +13,18 @@ from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHT
 
 
 class NormalShearCoupling:
-    """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa) and the difference formula `weights`.
+    """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa) between the surfaces' materials, what
+    `coatings` add to it, and the difference formula `weights`.
 
     The tangential problem sees the pressure as a further part of its rigid slip, −∂u^p/∂x (`tangential_gradient`); the normal
     problem sees the tractions as an offset of its gap, like a thermal expansion (`normal_displacement`). Neither solver has to
     know more. Kernels and the derivation of their signs: `coupling_tables`.
     """
 
-    def __init__(self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS) -> None:
-        self.grid, self.constant, self._weights = grid, constant, weights
+    def __init__(
+        self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS, coatings: Coatings | None = None
+    ) -> None:
+        self.grid, self.constant, self._weights, self._coatings = grid, constant, weights, coatings
         self._convolution = Convolution(*grid.shape)
         self._gradient_kernels: list[Spectrum] = []
         self._displacement_kernels: list[Spectrum] = []
@@ -29,11 +33,15 @@ class NormalShearCoupling:
     def transforms(self) -> int:
         return self._convolution.transforms
 
-    def _tables(self) -> tuple[Array, Array]:
-        """J_x and J_y in m at offsets −(nx+1)…nx+1 by −(ny−1)…ny−1."""
-        grid = self.grid
-        j_x, j_y = coupling_tables(grid.nx + 2, grid.ny, grid.dx, grid.dy)
-        return _all_offsets(j_x, -1, 1), _all_offsets(j_y, 1, -1)
+    def _tables(self) -> list[list[tuple[float, Array]]]:
+        """For x and y factors (1/Pa) and tables (m) at offsets −(nx+1)…nx+1 by −(ny−1)…ny−1, of which the kernel is the sum."""
+        place = self.grid.nx + 2, self.grid.ny, self.grid.dx, self.grid.dy
+        parts = [(self.constant, coupling_tables(*place))]
+        if self._coatings is not None:
+            # In units in which the factor is one.
+            parts.append((1.0, self._coatings.coupling_tables(*place)))
+        return [[(factor, _all_offsets(tables[axis], *parities)) for factor, tables in parts]
+                for axis, parities in enumerate(((-1, 1), (1, -1)))]
 
     def tangential_gradient(self, pressure: Array) -> Array:
         """∂u^p/∂x, (2, nx, ny): gradient of the relative tangential displacement by the pressure (nx, ny) in Pa.
@@ -43,18 +51,22 @@ class NormalShearCoupling:
         u^p leaves ten times the error in the forces (docs/numerics.md)."""
         if not self._gradient_kernels:
             n = self.grid.nx
-            scale = self.constant / self.grid.dx
-            for table in self._tables():
-                terms = (w * table[k + 2 : k + 2 + 2 * n - 1] for k, w in
-                         zip(DIFFERENCE_OFFSETS, self._weights, strict=True))
-                self._gradient_kernels.append(self._convolution.spectrum(scale * sum(terms, start=np.zeros(()))))
+            for parts in self._tables():
+                kernel = np.zeros(())
+                for factor, table in parts:
+                    terms = (w * table[k + 2 : k + 2 + 2 * n - 1] for k, w in
+                             zip(DIFFERENCE_OFFSETS, self._weights, strict=True))
+                    kernel = kernel + factor / self.grid.dx * sum(terms, start=np.zeros(()))
+                self._gradient_kernels.append(self._convolution.spectrum(kernel))
         hat = self._convolution.forward(pressure)
         return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._gradient_kernels])
 
     def normal_displacement(self, traction: Array) -> Array:
         """−u_z^τ in m, (nx, ny): by how much the tractions (2, nx, ny) in Pa bring the surfaces towards each other."""
         if not self._displacement_kernels:
-            self._displacement_kernels = [self._convolution.spectrum(self.constant * table[2:-2]) for table in self._tables()]
+            self._displacement_kernels = [
+                self._convolution.spectrum(sum((factor * table[2:-2] for factor, table in parts), start=np.zeros(())))
+                for parts in self._tables()]
         total = self._convolution.forward(traction[0])
         total *= self._displacement_kernels[0]
         if traction[1].any():

@@ -18,6 +18,7 @@ from thermoroll_cli.files.case_keys import Input, inputs
 from thermoroll_cli.files.case_model import (
     MOVED,
     BodyStrengthTable,
+    CoatingTable,
     MaterialTable,
     ProfileTable,
     RecirculationTable,
@@ -290,8 +291,13 @@ def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Rec
 
 
 def _material(material: MaterialTable) -> si.Material:
-    return si.Material(material.si("youngs_modulus_GPa"), material.poisson_ratio, material.conductivity_W_mK,
-                       material.si("expansion_um_mK"), material.si("diffusivity_mm2_s"))
+    return si.Material(*_constants(material), layers=tuple(
+        si.Layer(layer.si("thickness_um"), *_constants(layer)) for layer in material.layers or ()))
+
+
+def _constants(table: MaterialTable | CoatingTable) -> tuple[float, float, float | None, float | None, float | None]:
+    return (table.si("youngs_modulus_GPa"), table.poisson_ratio, table.conductivity_W_mK, table.si("expansion_um_mK"),
+            table.si("diffusivity_mm2_s"))
 
 
 def _profile(table: ProfileTable | None) -> Profile | None:

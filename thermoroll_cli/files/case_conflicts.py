@@ -12,6 +12,7 @@ from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import (
     BODIES,
     THERMAL_CONSTANTS,
+    CoatingTable,
     FrictionTable,
     MaterialTable,
     ProfileTable,
@@ -41,8 +42,8 @@ class Conflict:
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid."""
-    checks = (_convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _bulk_temperatures, _recirculation,
-              _subsurface, _wear)
+    checks = (_convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _layers, _layers_elsewhere,
+              _bulk_temperatures, _recirculation, _subsurface, _wear)
     for check in checks:
         yield from check(sections)
 
@@ -192,6 +193,55 @@ def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
             yield Conflict(path, f"{asked}, but missing: {', '.join(missing)}",
                            f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them and no heat",
                            "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
+
+
+STIFF_ON_SOFT, SOFT_ON_STIFF = 300.0, 1e5
+"""Largest ratios of the moduli of neighbours that the solvers are made for."""
+
+
+def _layers(sections: Sections) -> Iterator[Conflict]:
+    geometry = sections.get("geometry")
+    for path, material in _materials(sections) if "material" in sections else ():
+        below: MaterialTable | CoatingTable = material
+        bodies = BODIES if path == ("material",) else path[-1:]
+        radii = [abs(radius) for body in bodies for axis in "xy" if geometry is not None
+                 and (radius := getattr(geometry, f"{body}_radius_{axis}_mm")) is not None]
+        for number, layer in reversed(list(enumerate(material.layers or ()))):
+            place = (*path, "layers", number)
+            if radii and layer.thickness_um >= 1e3 * min(radii):
+                yield Conflict((*place, "thickness_um"), "the layer is as thick as the smallest radius of its body",
+                               f"less than {1e3 * min(radii):g}")
+            given = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is not None]
+            if given and len(given) < len(THERMAL_CONSTANTS):
+                missing = [key for key in THERMAL_CONSTANTS if key not in given]
+                yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
+                               f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
+            ratio = layer.youngs_modulus_GPa / below.youngs_modulus_GPa
+            if ratio > STIFF_ON_SOFT or 1.0 / ratio > SOFT_ON_STIFF:
+                kind, most = ("stiffer", STIFF_ON_SOFT) if ratio > 1.0 else ("softer", SOFT_ON_STIFF)
+                yield Conflict((*place, "youngs_modulus_GPa"),
+                               f"the layer is {max(ratio, 1.0 / ratio):.4g} times {kind} than what is below it",
+                               f"at most {most:g} times {kind}")
+            below = layer
+
+
+def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
+    """What is not computed for bodies with layers."""
+    coated = [(*path, "layers") for path, material in _materials(sections) if material.layers]
+    if not coated:
+        return
+    if "thermal" in sections and heat_is_on(sections):
+        given = sections["thermal"] is not None
+        yield Conflict(("thermal", "heat") if given else coated[0], "heat is not computed for bodies with layers",
+                       "heat = false in [thermal], or no layers", other=coated[0], at_key=True)
+    if sections.get("subsurface") is not None:
+        yield Conflict(("subsurface",), "stresses below the surface are not computed for bodies with layers",
+                       "no [subsurface], or no layers", other=coated[0], at_key=True)
+    wear = sections.get("wear")
+    if wear is not None and (wear.distance_km is not None or wear.depth_um is not None):
+        yield Conflict(("wear", "distance_km" if wear.distance_km is not None else "depth_um"),
+                       "the evolution of wear does not thin layers", "[wear] without distance_km and depth_um: the wear of one "
+                       "passage, or no layers", other=coated[0])
 
 
 def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:

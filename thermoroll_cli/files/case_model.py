@@ -19,6 +19,7 @@ GRID_RANGE = (8, 2048)
 RADIUS_RANGE = (1e-9, 1e9)
 LARGEST_PROFILE = 2000
 """Points of a profile."""
+MOST_LAYERS = 5
 
 SI = {
     "GPa": ("Pa", 1e9),
@@ -101,14 +102,28 @@ class Table(BaseModel):
         return value / round(1.0 / factor) if factor < 1.0 else value * factor
 
 
+class CoatingTable(Table):
+    """A bonded layer of a body, from the surface down."""
+
+    thickness_um: float = quantity("um", "Thickness of the layer", ge=1e-6, le=1e9)
+    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
+    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
+    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
+    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+
+
 class MaterialTable(Table):
-    """Constants of one material."""
+    """Constants of one material, with layers on it."""
 
     youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
     poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
     conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
     expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
     diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+    layers: Annotated[list[CoatingTable] | None, Allowed(f"1 to {MOST_LAYERS} tables, from the surface down")] = Field(
+        default=None, description="Bonded layers, from the surface down", min_length=1, max_length=MOST_LAYERS
+    )
 
 
 class TwoMaterials(Table):

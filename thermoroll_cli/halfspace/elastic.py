@@ -9,20 +9,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 
+if TYPE_CHECKING:
+    from thermoroll_cli.halfspace.coatings import Coatings
+
 
 @dataclass(frozen=True)
 class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an interfacial `layer`
-    between them in m/Pa: all that the tangential kernel needs of the materials."""
+    between them in m/Pa: all that the tangential kernel needs of the materials.
+
+    Of bodies with `coatings` these are the surfaces' materials. `trust`, 0 to 1, is the part to which half-spaces of them
+    describe the bodies near a border (`near_border`)."""
 
     isotropic: float
     directional: float
     layer: float = 0.0
+    coatings: Coatings | None = None
+    trust: float = 1.0
 
     @classmethod
     def of(cls, *bodies: tuple[float, float], layer: float = 0.0) -> ShearCompliance:
@@ -32,6 +41,15 @@ class ShearCompliance:
             sum(nu / (2.0 * np.pi * g) for g, nu in bodies),
             layer,
         )
+
+    def near_border(self, dx: float, dy: float) -> ShearCompliance:
+        """That of half-spaces which the bodies look like within an element of dx × dy (m)."""
+        return self if self.coatings is None else self.coatings.near_border(dx, dy, self.layer).compliance
+
+    @property
+    def coupled(self) -> bool:
+        """Whether tractions along x and y act on each other."""
+        return bool(self.directional) or self.coatings is not None
 
     @property
     def along(self) -> float:
@@ -95,11 +113,12 @@ def shear_tables(nx: int, ny: int, dx: float, dy: float, compliance: ShearCompli
     i_xx, i_yy, i_xy = rectangle_integrals(nx, ny, dx, dy)
     isotropic = compliance.isotropic * (i_xx + i_yy)
     isotropic[0, 0] += compliance.layer  # the layer shears where it is loaded
-    return (
-        isotropic + compliance.directional * i_xx,
-        isotropic + compliance.directional * i_yy,
-        compliance.directional * i_xy,
-    )
+    xx, yy, xy = (isotropic + compliance.directional * i_xx, isotropic + compliance.directional * i_yy,
+                  compliance.directional * i_xy)
+    if compliance.coatings is not None:
+        xx, yy, xy = (table + more for table, more in
+                      zip((xx, yy, xy), compliance.coatings.shear_tables(nx, ny, dx, dy), strict=True))
+    return xx, yy, xy
 
 
 def coupling_tables(nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:

@@ -14,23 +14,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.fft import fht
 from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.problem import Layer
 
 MIRROR = np.diag([1.0, -1.0])
-
-
-@dataclass(frozen=True)
-class ElasticLayer:
-    """A bonded layer: `thickness` (m), `youngs_modulus` (Pa), `poisson_ratio`."""
-
-    thickness: float
-    youngs_modulus: float
-    poisson_ratio: float
 
 
 @dataclass(frozen=True)
@@ -62,7 +55,7 @@ def _matrices(youngs_modulus: float, poisson_ratio: float) -> tuple[float, Array
 
 
 def difference_compliance(
-    layers: Sequence[ElasticLayer], substrate: tuple[float, float], wave_numbers: Array
+    layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array
 ) -> SurfaceCompliance:
     """k times (compliance of the layered half-space − compliance of a half-space of the top material), at `wave_numbers` (n,).
 
@@ -97,20 +90,30 @@ times the thinnest layer: radii begin at its inverse, and the area within the fi
 @dataclass(frozen=True)
 class RadialDifference:
     """The difference of point-load displacements H(r) = ∫ b(k) J_m(kr) dk/2π of `order` m: r H as a spline over ln r, and the
-    spline of ∫_0^R H r dr."""
+    spline of ∫_0^R H r dr, between the radii `ends`. Before them H is even, beyond them it decays like 1/r."""
 
     order: int
     weighted: BSpline
-    integral: BSpline
+    primitive: BSpline
+    ends: tuple[float, float]
 
     def __call__(self, r: Array) -> Array:
-        return np.asarray(self.weighted(np.log(r)) / r)
+        inside = np.clip(r, *self.ends)
+        return np.asarray(self.weighted(np.log(inside)) / np.where(r < self.ends[0], inside, r))
+
+    def integral(self, r: Array) -> Array:
+        """∫_0^r H r dr."""
+        inside = np.clip(r, *self.ends)
+        weighted = self.weighted(np.log(inside))
+        within = np.minimum(r, self.ends[0])
+        return np.asarray(self.primitive(np.log(inside)) + weighted * (0.5 * within**2 / self.ends[0] * (r < self.ends[0])
+                                                                      + np.maximum(r - self.ends[1], 0.0)))
 
 
 def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> RadialDifference:
     """Hankel transform of `symbol` (k times compliance) by FFTLog (Hamilton 2000, MNRAS 312).
 
-    Its limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz} with z = `depth`, whose transform is closed form."""
+    Its limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz}, z = `depth`, whose transform is closed form."""
     limit = symbol[0]
     r = 1.0 / wave_numbers[::-1]
     transform = fht(symbol - limit * np.exp(-wave_numbers * depth), STEP, order)
@@ -120,7 +123,7 @@ def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> Rad
     weighted = (transform + limit * r * closed) / (2.0 * np.pi)
     log_r = np.log(r)
     return RadialDifference(order, make_interp_spline(log_r, weighted, 5),
-                            make_interp_spline(log_r, weighted * r, 5).antiderivative())
+                            make_interp_spline(log_r, weighted * r, 5).antiderivative(), (float(r[0]), float(r[-1])))
 
 
 NEAR = 3.5
@@ -130,7 +133,8 @@ ANGLES = 24
 GAUSS = ((60.0, 2), (14.0, 3), (6.0, 4), (NEAR, 6))
 """Beyond so many elements so many Gauss points per side."""
 WEIGHTS: dict[str, Callable[[Array], Array]] = {
-    "even": np.ones_like, "cos": np.cos, "cos2": lambda t: np.asarray(np.cos(2.0 * t)), "sin2": lambda t: np.asarray(np.sin(2.0 * t)),
+    "even": np.ones_like, "cos": np.cos,
+    "cos2": lambda t: np.asarray(np.cos(2.0 * t)), "sin2": lambda t: np.asarray(np.sin(2.0 * t)),
 }
 """Angular factors of point-load displacements."""
 
@@ -168,8 +172,8 @@ def _corner_integrals(radial: RadialDifference, angular: str, count_x: int, coun
     diagonal = np.arctan2(y[None, :], x[:, None])[..., None]
     low = 0.5 * diagonal * (1.0 + nodes)
     high = diagonal + 0.5 * (0.5 * np.pi - diagonal) * (1.0 + nodes)
-    first = radial.integral(np.log(x[:, None, None] / np.cos(low))) * WEIGHTS[angular](low)
-    second = radial.integral(np.log(y[None, :, None] / np.sin(high))) * WEIGHTS[angular](high)
+    first = radial.integral(x[:, None, None] / np.cos(low)) * WEIGHTS[angular](low)
+    second = radial.integral(y[None, :, None] / np.sin(high)) * WEIGHTS[angular](high)
     corner = 0.5 * (diagonal[..., 0] * (first @ weights) + (0.5 * np.pi - diagonal[..., 0]) * (second @ weights))
     corner[0, :] *= -1.0 if odd_x else 1.0
     corner[:, 0] *= -1.0 if odd_y else 1.0
@@ -177,35 +181,53 @@ def _corner_integrals(radial: RadialDifference, angular: str, count_x: int, coun
 
 
 @dataclass(frozen=True)
-class DifferenceTables:
-    """Displacements (m/Pa, each (nx, ny), offsets ≥ 0) of a uniformly loaded element on the layered body less those on a
-    half-space of the top material: u_z under p; u_x under q_x, u_y under q_y, u_x under q_y; u_x and u_y under p."""
+class LayeredBody:
+    """A half-space of `substrate` (Young's modulus in Pa, Poisson's ratio) under `layers` from the surface down, one at least.
 
-    normal: Array
-    xx: Array
-    yy: Array
-    xy: Array
-    x_normal: Array
-    y_normal: Array
+    Tables are displacements (m/Pa, (nx, ny), offsets ≥ 0) of a uniformly loaded element of dx × dy (m) less those on a
+    half-space of the top material."""
 
+    layers: tuple[Layer, ...]
+    substrate: tuple[float, float]
 
-def difference_tables(
-    layers: Sequence[ElasticLayer], substrate: tuple[float, float], shape: tuple[int, int], dx: float, dy: float
-) -> DifferenceTables:
-    """All difference tables of one body on a grid of nx × ny elements of dx × dy (m)."""
-    total, thinnest = sum(layer.thickness for layer in layers), min(layer.thickness for layer in layers)
-    low, high = np.log(FIRST_WAVE_NUMBER / total), np.log(LAST_WAVE_NUMBER / thinnest)
-    wave_numbers = np.exp(np.arange(low, high, STEP))
-    symbol = difference_compliance(layers, substrate, wave_numbers)
-    isotropic, directional = 0.5 * (symbol.tt + symbol.ss), 0.5 * (symbol.tt - symbol.ss)
+    @property
+    def thickness(self) -> float:
+        return sum(layer.thickness for layer in self.layers)
 
-    def integral(order: int, values: Array, angular: str) -> Array:
-        return element_integral(_radial(order, wave_numbers, values, total), angular, shape, dx, dy)
+    @cached_property
+    def _wave_numbers(self) -> Array:
+        thinnest = min(layer.thickness for layer in self.layers)
+        low, high = np.log(FIRST_WAVE_NUMBER / self.thickness), np.log(LAST_WAVE_NUMBER / thinnest)
+        return np.exp(np.arange(low, high, STEP))
 
-    second = _radial(2, wave_numbers, directional, total)
-    even = integral(0, isotropic, "even")
-    along, cross = (element_integral(second, angular, shape, dx, dy) for angular in ("cos2", "sin2"))
-    x_normal = -integral(1, symbol.tn, "cos")
-    y_normal = x_normal.T if shape[0] == shape[1] and dx == dy else -element_integral(
-        _radial(1, wave_numbers, symbol.tn, total), "cos", shape[::-1], dy, dx).T
-    return DifferenceTables(integral(0, symbol.nn, "even"), even - along, even + along, -cross, x_normal, y_normal)
+    @cached_property
+    def _compliance(self) -> SurfaceCompliance:
+        return difference_compliance(self.layers, self.substrate, self._wave_numbers)
+
+    @cached_property
+    def _radials(self) -> dict[str, RadialDifference]:
+        """Point-load displacements: u_z under p, the two parts of u under q, u_x under p."""
+        c = self._compliance
+        symbols = {"normal": (0, c.nn), "isotropic": (0, 0.5 * (c.tt + c.ss)), "directional": (2, 0.5 * (c.tt - c.ss)),
+                   "coupling": (1, c.tn)}
+        return {name: _radial(order, self._wave_numbers, symbol, self.thickness) for name, (order, symbol) in symbols.items()}
+
+    def _integral(self, radial: str, angular: str, shape: tuple[int, int], dx: float, dy: float) -> Array:
+        return element_integral(self._radials[radial], angular, shape, dx, dy)
+
+    def normal_table(self, shape: tuple[int, int], dx: float, dy: float) -> Array:
+        """u_z under p."""
+        return self._integral("normal", "even", shape, dx, dy)
+
+    def shear_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array]:
+        """u_x under q_x, u_y under q_y, u_x under q_y."""
+        even = self._integral("isotropic", "even", shape, dx, dy)
+        along, cross = (self._integral("directional", angular, shape, dx, dy) for angular in ("cos2", "sin2"))
+        return even - along, even + along, -cross
+
+    def coupling_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array]:
+        """u_x and u_y under p."""
+        along = -self._integral("coupling", "cos", shape, dx, dy)
+        if shape[0] == shape[1] and dx == dy:
+            return along, along.T
+        return along, -self._integral("coupling", "cos", shape[::-1], dy, dx).T

@@ -20,7 +20,7 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
 @dataclass(frozen=True)
 class Scalar:
     """A number that a result reports. `listed`: `run` prints it without `-v`. `brief` is a meaning for narrow terminals,
-    `without_hertz` the meaning where bodies have profiles and there is no Hertz contact to compare with."""
+    `without_hertz` the meaning where there is no Hertz contact to compare with: of profiles and layers."""
 
     name: str
     meaning: str
@@ -29,9 +29,9 @@ class Scalar:
     brief: str = ""
     without_hertz: str = ""
 
-    def meaning_of(self, *, profiles: bool) -> str:
-        """The meaning, where bodies have `profiles` or not."""
-        return self.without_hertz if profiles and self.without_hertz else self.meaning
+    def meaning_of(self, *, hertz: bool) -> str:
+        """The meaning, where the cold contact is Hertz's or not."""
+        return self.meaning if hertz or not self.without_hertz else self.without_hertz
 
     @property
     def unit(self) -> str:

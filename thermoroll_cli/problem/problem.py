@@ -33,14 +33,43 @@ class Unsolvable(ValueError):
 
 
 @dataclass(frozen=True)
+class Layer:
+    """A bonded layer of a body: `thickness` (m) and constants as those of `Material`."""
+
+    thickness: float
+    youngs_modulus: float
+    poisson_ratio: float
+    conductivity: float | None = None
+    expansion: float | None = None
+    diffusivity: float | None = None
+
+
+@dataclass(frozen=True)
 class Material:
-    """An isotropic body. Thermal constants are None in a purely mechanical problem (SI units)."""
+    """An isotropic body, bonded `layers` on it from the surface down. Thermal constants are None in a purely mechanical problem
+    (SI units)."""
 
     youngs_modulus: float
     poisson_ratio: float
     conductivity: float | None = None
     expansion: float | None = None
     diffusivity: float | None = None
+    layers: tuple[Layer, ...] = ()
+
+    @property
+    def elastic_layers(self) -> tuple[Layer, ...]:
+        """`layers` without those at the bottom that have the elastic constants of the body below: they change nothing."""
+        count = len(self.layers)
+        while count and (self.layers[count - 1].youngs_modulus, self.layers[count - 1].poisson_ratio) == (
+                self.youngs_modulus, self.poisson_ratio):
+            count -= 1
+        return self.layers[:count]
+
+    @property
+    def surface(self) -> Material:
+        """The material of the surface: that of the first layer, or of the whole body."""
+        top = self.elastic_layers[:1]
+        return Material(top[0].youngs_modulus, top[0].poisson_ratio) if top else self
 
     @property
     def shear_modulus(self) -> float:
@@ -246,8 +275,18 @@ class Problem:
 
     @property
     def contact_modulus(self) -> float:
-        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa."""
-        return 1.0 / (1.0 / self.lower.plane_strain_modulus + 1.0 / self.upper.plane_strain_modulus)
+        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa; below layers that of the surfaces' materials."""
+        return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
+
+    @property
+    def coated(self) -> bool:
+        """Whether a body has layers that are felt."""
+        return bool(self.lower.elastic_layers or self.upper.elastic_layers)
+
+    @property
+    def has_hertz_solution(self) -> bool:
+        """Whether the cold contact without shear is Hertz's: between homogeneous bodies with radii."""
+        return not self.geometry.has_profile and not self.coated
 
     @property
     def friction_varies(self) -> bool:

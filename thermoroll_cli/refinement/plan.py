@@ -46,7 +46,7 @@ def _elastic_coupling(derived: DerivedQuantities) -> str | None:
 
 
 def _isothermal_normal(derived: DerivedQuantities) -> str | None:
-    if derived.problem.geometry.has_profile:
+    if not derived.problem.has_hertz_solution:
         return ""
     return None if derived.kinematics.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
 
@@ -291,7 +291,7 @@ def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQua
 
 def _facts(derived: DerivedQuantities) -> dict[str, float]:
     scales, problem = derived.scales, derived.problem
-    if problem.geometry.has_profile:
+    if not problem.has_hertz_solution:
         # Of the coarse solution from which the domain follows.
         size = {"contact_length_mm": 2e3 * scales.semi_axis_x, "contact_width_mm": 2e3 * scales.semi_axis_y,
                 "contact_centre_mm": 1e3 * scales.centre, "contact_pressure_MPa": scales.peak_pressure * 1e-6}

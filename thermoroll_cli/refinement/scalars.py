@@ -45,8 +45,8 @@ def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
 
 
 def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
-    """Hertz's contact; nothing (nan) where a body has a profile."""
-    if derived.problem.geometry.has_profile:
+    """Hertz's contact; nothing (nan) where there is none."""
+    if not derived.problem.has_hertz_solution:
         return dict.fromkeys(("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa"), math.nan)
     hertz = derived.hertz
     return {
@@ -58,7 +58,7 @@ def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
 
 def _kalker(derived: DerivedQuantities) -> dict[str, float]:
     """Kalker's coefficients, which are those of ellipses, and the shear modulus that goes with them."""
-    if derived.problem.geometry.has_profile:
+    if not derived.problem.has_hertz_solution:
         return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23", "shear_modulus_GPa"), math.nan)
     lower, upper, hertz = derived.problem.lower, derived.problem.upper, derived.hertz
     shear_modulus, poisson_ratio = combined_constants(
@@ -69,9 +69,9 @@ def _kalker(derived: DerivedQuantities) -> dict[str, float]:
 
 
 def _reference(discretisation: Discretisation) -> tuple[float, float]:
-    """Area (m²) and peak pressure (Pa) to which γ_c and γ_p relate: Hertz's, or those of the cold profiles on this grid."""
+    """Area (m²) and peak pressure (Pa) to which γ_c and γ_p relate: Hertz's, or those of the cold bodies on this grid."""
     derived = discretisation.derived
-    if not derived.problem.geometry.has_profile:
+    if derived.problem.has_hertz_solution:
         return derived.hertz.area, derived.hertz.peak_pressure
     cold = discretisation.isothermal_pressure
     return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
@@ -92,7 +92,7 @@ def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
         return contact.normal.covered * tangential.stick
     bound = contact.traction_bound(derived.problem.friction)
     return stick_share(tangential.traction, tangential.slip, bound, tangential.stick, contact.normal.covered,
-                       grid.dx, grid.dy, derived.shear_compliance)
+                       grid.dx, grid.dy, derived.shear_compliance.near_border(grid.dx, grid.dy))
 
 
 def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:

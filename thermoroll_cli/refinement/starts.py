@@ -188,8 +188,8 @@ def _is_worth(domain: Domain, home: Discretisation) -> bool:
 def _around(home: Discretisation, state: SteadyState) -> Domain | None:
     """The domain around the contact of `state`; None where it does not follow."""
     derived, grid, inside = home.derived, home.grid, state.contact.normal.contact
-    if derived.problem.geometry.has_profile or not inside.any():
-        # The pressure of a profile, with which that of the heated contact is compared, is known on its own domain alone.
+    if not derived.problem.has_hertz_solution or not inside.any():
+        # The pressure, with which that of the heated contact is compared, is known everywhere for Hertz's contact alone.
         return None
     low_x, high_x = _span(grid.x, grid.dx, np.flatnonzero(inside.any(axis=1)))
     low_y, high_y = _span(grid.y, grid.dy, np.flatnonzero(inside.any(axis=0)))

@@ -63,7 +63,29 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem before it is solved."""
     still = ["nothing slips, so nothing wears"] if derived.problem.wear is not None and not derived.kinematics.moves else []
     tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
-    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *still, *tracks]
+    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *layer_warnings(derived.problem), *still, *tracks]
+
+
+THICK_LAYER = 0.1
+"""Thickness of layers over the smallest radius of their body from which plane layers are a doubtful model."""
+STIFF_ON_SOFT = 30.0
+"""Modulus of a layer over that below it from which layers bend as plates, and break."""
+
+
+def layer_warnings(problem: Problem) -> Iterator[str]:
+    """Doubts about bonded layers."""
+    geometry = problem.geometry
+    radii = ((geometry.lower_radius_x, geometry.lower_radius_y), (geometry.upper_radius_x, geometry.upper_radius_y))
+    for body, material, both in zip(("lower", "upper"), (problem.lower, problem.upper), radii, strict=True):
+        thickness, radius = sum(layer.thickness for layer in material.layers), min(map(abs, both))
+        if thickness > THICK_LAYER * radius:
+            yield (f"layers of the {body} body are {thickness / radius:.2g} of its smallest radius thick: plane layers are a "
+                   f"doubtful model above {THICK_LAYER:g}")
+        below = (*(layer.youngs_modulus for layer in material.layers[1:]), material.youngs_modulus)
+        for number, (layer, modulus) in enumerate(zip(material.layers, below, strict=False), 1):
+            if layer.youngs_modulus > STIFF_ON_SOFT * modulus:
+                yield (f"layer {number} of the {body} body is {layer.youngs_modulus / modulus:.3g} times stiffer than what is "
+                       f"below it: above {STIFF_ON_SOFT:g} layers bend like plates, and real ones crack")
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
@@ -166,7 +188,7 @@ def _bodies(problem: Problem) -> Iterator[tuple[Material, str]]:
 
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     pressure = derived.scales.peak_pressure
-    modulus = min(derived.problem.lower.youngs_modulus, derived.problem.upper.youngs_modulus)
+    modulus = min(body.surface.youngs_modulus for body in (derived.problem.lower, derived.problem.upper))
     if pressure > LARGEST_PRESSURE:
         yield f"the pressure is {pressure * 1e-9:.3g} GPa: beyond {LARGEST_PRESSURE * 1e-9:g} GPa no solid stays elastic"
     elif pressure > PRESSURE_OVER_MODULUS * modulus:

@@ -144,7 +144,7 @@ class EdgeCompliance:
         trailing[i, j] = nx < 0.0
         if leading is not None:
             known = leading.any(axis=0) & contact
-            trust = min(1.0, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
+            trust = min(compliance.trust, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
             k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
             # Over a layer tractions rise linearly: the root-like rise is what the half-spaces leave of it.
             k[:, known] /= 1.0 + compliance.layer / (along * dx)

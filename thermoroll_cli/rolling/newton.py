@@ -104,7 +104,7 @@ class Newton:
         layer = gradient.compliance.layer
         self.layer = layer_ends(problem.covered, self.contact, layer, gradient.dx, gradient.weights,
                                 options.smallest_cover) if layer else None
-        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.compliance,
+        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.near_border,
                                      problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
                                      options, self.layer)
         self.self_compliance = element + self.border.diagonal

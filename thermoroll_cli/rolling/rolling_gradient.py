@@ -79,7 +79,7 @@ class RollingGradient:
         self.weights, self._dissipative = weights, dissipative_part(weights)
         self.shape = shape
         self.dx, self.dy = dx, dy
-        self.compliance = compliance
+        self.compliance, self.near_border = compliance, compliance.near_border(dx, dy)
         self.mirror = mirror
         self.applications = 0
         self._threads = threads
@@ -102,7 +102,7 @@ class RollingGradient:
 
     @cached_property
     def _shear(self) -> FreeShear | MirroredShear:
-        coupled = bool(self.compliance.directional)  # ν = 0: the components do not act on each other
+        coupled = self.compliance.coupled
         if self.mirror is not None:
             return MirroredShear(self.shape, MARGIN, self._symbols, coupled, self.mirror)
         return FreeShear(self.shape, MARGIN, self._symbols, coupled, self._threads)
@@ -122,7 +122,7 @@ class RollingGradient:
 
     def of_shape(self, shape: AnyArray) -> AnyArray:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f), of the
-        half-spaces alone, without the layer.
+        half-spaces alone, without the layer between them.
 
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
         of one application."""

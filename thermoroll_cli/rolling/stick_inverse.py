@@ -27,8 +27,12 @@ def inverse_symbols(
 ) -> Symbols:
     """Symbols (py//2+1, px) of the inverse of D A on a periodic plane, after a running sum along x."""
     px, py = padded
-    tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
-    xx, yy, xy = shear_symbols(tables, padded)
+    if compliance.coatings is None:
+        tables = shear_tables(px // 2 + 1, py // 2 + 1, dx, dy, compliance)
+        xx, yy, xy = shear_symbols(tables, padded)
+    else:
+        _, xx, yy, xy = compliance.coatings.periodic_symbols(padded, dx, dy)
+        xx, yy = xx + compliance.layer, yy + compliance.layer
     theta = 2.0 * np.pi * np.fft.fftfreq(px)
     step = -np.expm1(-1j * theta)
     difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
+from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales, undeformed_gap
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities
 from thermoroll_cli.problem.problem import Material, Problem
-from thermoroll_cli.problem.surface import is_symmetric, lateral_gap
+from thermoroll_cli.problem.surface import is_symmetric
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
 SAMPLES = 65
@@ -30,41 +31,51 @@ class DerivedQuantities:
 
     @cached_property
     def hertz(self) -> HertzContact:
-        """Hertz's contact of bodies with radii. Raises ValueError where a body has a profile: see `scales`."""
+        """Hertz's contact of homogeneous bodies with radii. Raises ValueError for others: see `scales`."""
         p = self.problem
-        if p.geometry.has_profile:
-            raise ValueError("bodies with a transverse profile are in no Hertz contact")
+        if not p.has_hertz_solution:
+            raise ValueError("bodies with a transverse profile or with layers are in no Hertz contact")
         return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
 
     @cached_property
     def scales(self) -> ContactScales:
-        """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for a profile."""
+        """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and layers."""
         p = self.problem
-        if p.geometry.has_profile:
-            return contact_scales(p.geometry, p.contact_modulus, p.normal_force)
+        if not p.has_hertz_solution:
+            return contact_scales(p.geometry, p.contact_modulus, p.normal_force, self.coatings)
         return ContactScales.of_hertz(self.hertz)
 
     @cached_property
+    def coatings(self) -> Coatings | None:
+        """What layers add to influence tables; None without layers."""
+        return Coatings.of(self.problem.lower, self.problem.upper)
+
+    @cached_property
     def shear_compliance(self) -> ShearCompliance:
-        lower, upper = self.problem.lower, self.problem.upper
-        return ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
-                                  layer=self.problem.layer)
+        lower, upper = self.problem.lower.surface, self.problem.upper.surface
+        of_surfaces = ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
+                                         layer=self.problem.layer)
+        return replace(of_surfaces, coatings=self.coatings)
 
     @cached_property
     def coupling_constant(self) -> float:
-        """K in 1/Pa by which normal and tangential problem are coupled; 0 for bodies without elastic mismatch."""
-        lower, upper = self.problem.lower, self.problem.upper
+        """K in 1/Pa by which normal and tangential problem are coupled; 0 for bodies without elastic mismatch. Of bodies with
+        layers that of the surfaces' materials."""
+        lower, upper = self.problem.lower.surface, self.problem.upper.surface
         return coupling_constant((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
 
     @property
     def dissimilar(self) -> bool:
-        """Whether pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0)."""
-        return self.coupling_constant != 0.0
+        """Whether pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0, at any wave
+        number)."""
+        return self.dundurs_beta != 0.0
 
     @property
     def dundurs_beta(self) -> float:
-        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3)."""
-        return math.pi * self.problem.contact_modulus * self.coupling_constant
+        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). Layers make it
+        depend on the wave number: then the largest, and E* that of the surfaces."""
+        constant = self.coupling_constant if self.coatings is None else self.coatings.coupling_constant
+        return math.pi * self.problem.contact_modulus * constant
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
         """`shape` elements over `extent` semi-axes in each direction; not beyond the ends of a profile."""
@@ -73,10 +84,9 @@ class DerivedQuantities:
     def undeformed_gap(self, x: Array, y: Array) -> Array:
         """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across takes the place of
         y²/2R'_y: (n, m)."""
-        geometry = self.problem.geometry
-        if not geometry.has_profile:
+        if self.problem.has_hertz_solution:
             return self.hertz.undeformed_gap(x[:, None], y[None, :])
-        return 0.5 * geometry.curvature_x * x[:, None] ** 2 + lateral_gap(geometry, y)[None, :]
+        return undeformed_gap(self.problem.geometry, x, y)
 
     @cached_property
     def symmetric(self) -> bool:
@@ -93,8 +103,10 @@ class DerivedQuantities:
     def saturation_creepage(self) -> float:
         """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
         estimate, 3μW/(C G a b) with C ≈ 4, and what a layer between the bodies adds): the scale of all creepages."""
-        compliance = self.shear_compliance
-        modulus = 2.0 / compliance.across  # G of two equal bodies
+        across = self.shear_compliance.across
+        if self.coatings is not None:
+            across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
+        modulus = 2.0 / across  # G of two equal bodies
         layer = self.problem.layer * self.problem.friction * self.scales.peak_pressure / self.scales.semi_axis_x
         return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + layer
 

@@ -33,7 +33,8 @@ class Discretisation:
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
         before = None if coarser is None else coarser.pressure
         self.pressure: PressureSolver = PressureSolver(derived, self.grid, None if followed else extent, self.options, before)
-        self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling)
+        self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling,
+                                                         derived.coatings)
         self.responses: HeatResponses = HeatResponses(self.grid)
         self._heats: list[tuple[Traction, Heat]] = []
         self._transforms_before = 0
@@ -125,6 +126,7 @@ class Discretisation:
 
 def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:
     """Whether two problems have the same gap and the same isothermal pressure."""
-    if one.problem.geometry.has_profile or other.problem.geometry.has_profile:
-        return one.problem.geometry == other.problem.geometry and one.scales == other.scales
+    if not (one.problem.has_hertz_solution and other.problem.has_hertz_solution):
+        return (one.problem.geometry == other.problem.geometry and one.scales == other.scales
+                and one.problem.contact_modulus == other.problem.contact_modulus and one.coatings == other.coatings)
     return one.hertz == other.hertz

@@ -43,13 +43,13 @@ class PressureSolver:
 
     @cached_property
     def solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self._derived.problem.contact_modulus)
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings)
 
     @cached_property
     def isothermal(self) -> Pressure:
-        """Pressure on bodies that nothing but their load deforms: bodies with radii are in Hertz contact exactly, so nothing is
-        solved."""
-        if not self._derived.problem.geometry.has_profile:
+        """Pressure on bodies that nothing but their load deforms: homogeneous bodies with radii are in Hertz contact exactly,
+        so nothing is solved."""
+        if self._derived.problem.has_hertz_solution:
             return self._hertz()
         if self._start is None:
             start = np.zeros(self.grid.shape)
@@ -91,7 +91,7 @@ class PressureSolver:
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         # Whole elements are counted: their errors on both sides of the border cancel in the approach, where there is no Hertz
         # contact to compare with. That is four times closer on profiles.
-        approach = solution.approach if profile else refined.approach
+        approach = refined.approach if self._derived.problem.has_hertz_solution else solution.approach
         peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
         return Pressure(
             pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset, whole_elements=solution.pressure,
@@ -114,7 +114,7 @@ class PressureSolver:
         if self._extent is None:
             return bool(touched)
         half_room = 0.5 * (1.0 + 0.5 * self._extent)
-        if touched and not self._derived.problem.geometry.has_profile:
+        if touched and self._derived.problem.has_hertz_solution:
             before = _outermost(self.isothermal.pressure)
             if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
                 return True

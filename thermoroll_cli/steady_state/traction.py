@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import shear_gradients
+from thermoroll_cli.halfspace.coatings import Coatings
+from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
+from thermoroll_cli.numerics.convolution import Convolution, multiply
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.mirror import Parities, unfolded
 from thermoroll_cli.problem.contact import Pressure, Traction
@@ -30,8 +33,10 @@ FORCE_TOLERANCE = 0.4
 class TractionSolver:
     """Solves tangential problems that share kernels (`Discretisation.has_kernels_of`); keeps the solvers of their windows."""
 
-    def __init__(self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions) -> None:
-        self.grid, self.options = grid, options
+    def __init__(
+        self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions, coatings: Coatings | None = None
+    ) -> None:
+        self.grid, self.options, self._coatings = grid, options, coatings
         self._coupling_constant = coupling_constant
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
@@ -42,7 +47,7 @@ class TractionSolver:
     @cached_property
     def coupling(self) -> NormalShearCoupling:
         """How pressure and shear of unlike bodies act on each other."""
-        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights)
+        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings)
 
     @property
     def transforms(self) -> int:
@@ -89,7 +94,7 @@ class TractionSolver:
             local[window.rows, window.both_sides.columns] = window.scalar(solution.friction_factor)[
                 window.rows, window.both_sides.columns]
             local *= problem.friction if friction is None else friction
-        heat, slope = heat_of_slip(solution, cell, rigid_inner, derived.shear_compliance, self.grid.dx, self.grid.dy)
+        heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
             slip=window.vector(solution.slip * (cell.covered > 0.0)),
@@ -137,19 +142,22 @@ class TractionSolver:
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
-        grid, compliance = self.grid, derived.shear_compliance
-        found = self._solvers[window.mirror].gradient.of_shape(window.cut(normal.pressure))
+        grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
+        found = self._of_half_spaces(window, compliance).of_shape(window.cut(normal.pressure))
         both = window.both_sides
         if window.mirror is not None:
             found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
         pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
-        if undisturbed and not derived.problem.geometry.has_profile:
+        if undisturbed and derived.problem.has_hertz_solution:
             along, across, mixed = shear_gradients(derived.hertz, compliance.isotropic, compliance.directional)
             x, y = np.broadcast_arrays(grid.x[both.rows][:, None], grid.y[both.columns])
             exact = np.stack([along * x, across * x, mixed * y])
         else:
             closed = self._closing(derived, normal)[both.rows.start : both.rows.stop + 2 * MARGIN, both.columns]
-            isotropic = np.pi * derived.problem.contact_modulus * difference(closed, self.options.difference_weights, grid.dx)
+            modulus = derived.problem.contact_modulus
+            if self._coatings is not None:
+                modulus = self._coatings.near_border(grid.dx, grid.dy).contact_modulus
+            isotropic = np.pi * modulus * difference(closed, self.options.difference_weights, grid.dx)
             exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
         return known_gradient(pressure, found, exact, covered, self.options.leading_ring)[:, :, -window.shape[1] :]
 
@@ -161,7 +169,29 @@ class TractionSolver:
         if normal.offset is not None:
             # Rows beyond the domain matter on the coarsest grids alone.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
+        if self._by_layers is not None:
+            convolution, kernel = self._by_layers
+            hat = convolution.forward(normal.pressure)
+            closing -= convolution.inverse(multiply(hat, kernel, out=hat))
         return closing
+
+    @cached_property
+    def _by_layers(self) -> tuple[Convolution, Array] | None:
+        """Kernel of the normal displacement beyond that of the half-spaces that rule at the border, on `MARGIN` more rows."""
+        if self._coatings is None:
+            return None
+        grid, place = self.grid, (self.grid.nx + MARGIN, self.grid.ny, self.grid.dx, self.grid.dy)
+        surface, border = self._coatings.surface_modulus, self._coatings.near_border(grid.dx, grid.dy).contact_modulus
+        table = self._coatings.normal_table(*place) + normal_table(*place, surface) - normal_table(*place, border)
+        convolution = Convolution(*grid.shape, MARGIN, MARGIN)
+        return convolution, convolution.quadrant_spectrum(table)
+
+    def _of_half_spaces(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
+        """The operator of half-spaces that the bodies look like at the border: that of the solver itself without layers."""
+        if self._coatings is None:
+            return self._solvers[window.mirror].gradient
+        return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
+                               self.options.difference_weights)
 
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:

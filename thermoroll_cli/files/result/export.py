@@ -203,7 +203,7 @@ def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
         cells = [scalar_text(name, summary)]
         if both:
             cells.append(isothermal_text(name, summary))
-        meaning = scalar.meaning_of(profiles=result.problem.geometry.has_profile)
+        meaning = scalar.meaning_of(hertz=result.problem.has_hertz_solution)
         lines.append(" & ".join([_latex(meaning), *(_latex_number(cell) for cell in cells), _latex(scalar.unit)]) + r" \\")
     lines += [r"\bottomrule", r"\end{tabular}"]
     title = f"% {result.problem.title}\n" if result.problem.title else ""

@@ -1,0 +1,237 @@
+"""Bodies with bonded layers: indentation and rolling against independent solutions, limits, coupling, files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.cases import findings, parse
+from tests.support.scenes import MECHANICAL, reference
+from thermoroll_cli.contact.normal_contact import NormalSolver
+from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
+from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.halfspace.coatings import Coatings
+from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.contact import Traction
+from thermoroll_cli.problem.problem import Geometry, Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.python_api import solve
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+INDENTATION, ROLLING = reference("layered_indentation")["rows"], reference("layered_rolling")["linear"]
+STEEL, RIGID = Material(210e9, 0.3), Material(1e25, 0.0)
+POLYMER_LAYER = Layer(1e-4, 3e9, 0.4)
+ROLLS = Motion(1.0, 0.0, 0.0, differential_slip=False)
+
+
+def pressed(body: Material, other: Material, radius: float, force: float, *, friction: float = 0.0) -> Problem:
+    return Problem(body, other, Geometry(radius, radius, math.inf, math.inf), force, friction, ROLLS, MECHANICAL)
+
+
+def of_radius(problem: Problem, radius: float, elements: int) -> Problem:
+    """`problem` under the load that makes its contact as large as a circle of `radius`."""
+    for _ in range(12):
+        pressure = Discretisation(DerivedQuantities(problem), (elements, elements), 2.2)
+        area = float(pressure.isothermal_pressure.covered.sum()) * pressure.grid.element_area
+        problem = replace(problem, normal_force=problem.normal_force * (math.pi * radius**2 / area) ** 1.3)
+    return problem
+
+
+@pytest.mark.parametrize("row", INDENTATION, ids=lambda row: f"{row['E_layer_over_E_substrate']}-{row['a_over_h']}")
+def test_indentation_agrees_with_an_integral_equation(row: dict) -> None:
+    """Below stiff layers the largest pressure is not that of the middle, which the reference gives."""
+    h, radius, modulus = 1e-4, 0.1, 1e9
+    a, contact_modulus = row["a_over_h"] * h, modulus / (1.0 - row["nu_layer"] ** 2)
+    force = 4.0 * contact_modulus * (a / row["a_over_a_hertz"]) ** 3 / (3.0 * radius)
+    layer = Layer(h, modulus, row["nu_layer"])
+    body = Material(modulus / row["E_layer_over_E_substrate"], row["nu_substrate"], layers=(layer,))
+    derived = DerivedQuantities(pressed(body, RIGID, radius, force))
+    discretisation = Discretisation(derived, (64, 64), 2.2)
+    found, hertz = discretisation.isothermal_pressure, hertz_contact(1.0 / radius, 1.0 / radius, contact_modulus, force)
+    assert found.approach == pytest.approx(row["approach_over_hertz"] * hertz.approach, rel=1.5e-4)
+    middle = 1.125 * found.pressure[32, 32] - 0.125 * found.pressure[33, 33]
+    assert middle == pytest.approx(row["p0_over_p0_hertz"] * hertz.peak_pressure, rel=2e-3)
+    assert found.peak > (1.0 - 1e-3) * middle
+    area = float(found.covered.sum()) * discretisation.grid.element_area
+    assert area == pytest.approx(math.pi * a**2, rel=2e-3 if h > 8.0 * discretisation.grid.dx else 2e-2)
+
+
+@pytest.mark.parametrize("row", ROLLING[:5:2], ids=lambda row: str(row["substrate"]["youngs_modulus"]))
+def test_creep_coefficients_without_slip(row: dict) -> None:
+    layer = Layer(**row["layers"][0])
+    body = Material(row["substrate"]["youngs_modulus"], row["substrate"]["poisson_ratio"], layers=(layer,))
+    problem = of_radius(pressed(body, body, 200.0, 0.01, friction=1e3), 1.0, 64)
+    shear_modulus, creepage = 0.5 * layer.youngs_modulus / (1.0 + layer.poisson_ratio), 1e-3
+    for axis, name in enumerate(("c11", "c22")):
+        motion = replace(ROLLS, creepage_x=(creepage, 0.0)[axis], creepage_y=(0.0, creepage)[axis])
+        discretisation = Discretisation(DerivedQuantities(replace(problem, motion=motion)), (64, 64), 2.2)
+        rolled = discretisation.roll(discretisation.isothermal_pressure, Traction.unknown((64, 64)), 1e-6)
+        assert rolled.converged
+        force = float(rolled.traction[axis].sum()) * discretisation.grid.element_area
+        assert force == pytest.approx(shear_modulus * creepage * row[name], rel=4e-3)
+
+
+@pytest.mark.parametrize(("thickness", "alike"), [(1e-13, STEEL), (1e5, Material(50e9, 0.2))])
+def test_thin_and_thick_layers_are_half_spaces(thickness: float, alike: Material) -> None:
+    body = Material(210e9, 0.3, layers=(Layer(thickness, 50e9, 0.2),))
+    grid, load = Grid.over((24, 24), 2.4e-3, 2.4e-3), 500.0
+    gap = (grid.x[:, None] ** 2 + grid.y[None, :] ** 2) / 0.04
+    layered, plain = (pressed(lower, STEEL, 0.02, load) for lower in (body, alike))
+    solvers = (NormalSolver(grid, layered.contact_modulus, Coatings.of(body, STEEL)), NormalSolver(grid, plain.contact_modulus))
+    found, expected = (s.refine(s.solve(gap, load, np.zeros(grid.shape)), gap, load) for s in solvers)
+    assert np.abs(found.pressure - expected.pressure).max() < 1e-6 * expected.pressure.max()
+    assert found.approach == pytest.approx(expected.approach, rel=1e-6)
+    place = (24, 24, grid.dx, grid.dy)
+    pairs = [(DerivedQuantities(problem).shear_compliance) for problem in (layered, plain)]
+    for one, other in zip(*(shear_tables(*place, compliance) for compliance in pairs), strict=True):
+        assert np.abs(one - other).max() < 1e-6 * shear_tables(*place, pairs[1])[0].max()
+    traction = np.random.default_rng(3).standard_normal((2, 24, 24))
+    constants = [DerivedQuantities(problem).coupling_constant for problem in (layered, plain)]
+    one = NormalShearCoupling(grid, constants[0], coatings=Coatings.of(body, STEEL)).normal_displacement(traction)
+    other = NormalShearCoupling(grid, constants[1]).normal_displacement(traction)
+    assert np.abs(one - other).max() < 1e-6 * max(np.abs(other).max(), 1e-11 * grid.dx)
+
+
+def test_layers_of_the_same_material_change_nothing() -> None:
+    plain = pressed(STEEL, STEEL, 0.02, 500.0, friction=0.3)
+    same = replace(plain, lower=replace(STEEL, layers=(Layer(1e-5, 210e9, 0.3), Layer(1e-4, 210e9, 0.3))))
+    assert same.has_hertz_solution and DerivedQuantities(same).hertz == DerivedQuantities(plain).hertz
+    whole = Coatings.of(Material(210e9, 0.3, layers=(Layer(3e-4, 50e9, 0.2),)), STEEL)
+    split = Coatings.of(Material(210e9, 0.3, layers=(Layer(1e-4, 50e9, 0.2), Layer(2e-4, 50e9, 0.2))), STEEL)
+    assert whole is not None and split is not None
+    one, other = (c.normal_table(16, 16, 1e-4, 1e-4) for c in (whole, split))
+    assert np.abs(one - other).max() < 1e-10 * np.abs(one).max()
+
+
+def test_symbols_are_those_of_the_tables() -> None:
+    """Of decaying kernels: what a wave of tractions moves, in the middle of a large plane."""
+    body = Material(210e9, 0.3, layers=(Layer(2e-4, 50e9, 0.2),))
+    coatings, n, dx, dy = Coatings.of(body, body), 256, 1e-4, 1.3e-4
+    assert coatings is not None
+    compliance = ShearCompliance.of(*[(body.surface.shear_modulus, 0.2)] * 2)
+    xx, yy, xy = shear_tables(n, n, dx, dy, replace(compliance, coatings=coatings))
+    _, *symbols = coatings.periodic_symbols((2 * n, 2 * n), dx, dy)
+    i, j = 60, 45
+    theta = np.pi * np.arange(n)[:, None] * i / n, np.pi * np.arange(n)[None, :] * j / n
+    window = np.outer(*(0.5 + 0.5 * np.cos(np.pi * np.arange(n) / n),) * 2)
+    twice = np.where(np.arange(n) > 0, 2.0, 1.0)
+    for table, symbol, odd in ((xx, symbols[0], False), (yy, symbols[1], False), (xy, symbols[2], True)):
+        waves = -np.sin(theta[0]) * np.sin(theta[1]) if odd else np.cos(theta[0]) * np.cos(theta[1])
+        found = float((table * window * waves * np.outer(twice, twice)).sum())
+        assert found == pytest.approx(float(symbol[j, i]), rel=0.02)
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.1, 10.0])
+def test_layers_do_not_make_the_normal_problem_hard(ratio: float) -> None:
+    body = Material(100e9, 0.3, layers=(Layer(1e-4, ratio * 100e9, 0.3),))
+    layered = of_radius(pressed(body, RIGID, 0.1, 100.0), 2e-4, 32)
+    plain = pressed(Material(100e9, 0.3), RIGID, 0.1, 100.0)
+    iterations = []
+    for problem in (layered, plain):
+        pressure = Discretisation(DerivedQuantities(problem), (64, 64), 2.2).pressure
+        solution = pressure.solver.solve(pressure.undeformed_gap, problem.normal_force, np.zeros((64, 64)))
+        assert solution.converged
+        iterations.append(solution.iterations)
+    assert iterations[0] <= 1.5 * iterations[1]
+
+
+def test_free_rolling_creeps_the_other_way_on_thin_layers() -> None:
+    """3 GPa on steel: with thickness the creepage of a body that drives nothing changes its sign."""
+    found = []
+    for ratio in (0.05, 5.0):
+        body = Material(210e9, 0.3, layers=(POLYMER_LAYER,))
+        problem = of_radius(pressed(body, STEEL, 0.02, 20.0 * ratio**2, friction=0.5), ratio * POLYMER_LAYER.thickness, 32)
+        motion = Motion(1.0, None, 0.0, force_x=0.0, differential_slip=False)
+        result = solve(replace(problem, motion=motion, numerics=Numerics(grid=(32, 32))))
+        assert result.converged
+        found.append(result.coupled.scalars["creepage_longitudinal"])
+    assert found[0] * found[1] < 0.0
+
+
+def test_incompressible_surfaces_over_other_bodies_couple() -> None:
+    """Dundurs' constant of the surfaces is zero, that of the bodies is not."""
+    top = Layer(1e-4, 1e9, 0.5)
+    problem = pressed(Material(210e9, 0.3, layers=(top,)), Material(1e9, 0.5), 0.02, 10.0, friction=0.3)
+    derived = DerivedQuantities(problem)
+    assert derived.coupling_constant == 0.0 and derived.dissimilar
+    assert not DerivedQuantities(replace(problem, upper=problem.lower)).dissimilar
+
+
+@pytest.mark.parametrize("thickness", [1e-6, 1e-5, 1e-4])
+def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
+    body = Material(210e9, 0.3, layers=(Layer(thickness, 5e9, 0.4),))
+    problem = replace(pressed(body, STEEL, 0.02, 20.0, friction=0.3), motion=replace(ROLLS, creepage_x=2e-3, creepage_y=1e-3))
+    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))) for n in (32, 128))
+    for name in ("contact_area_mm2", "pressure_max_MPa", "approach_um", "T_gamma_N"):
+        assert abs(coarse.summary()[name] / fine.summary()[name] - 1.0) <= coarse.summary()["error"][name], name
+
+
+# --- files -------------------------------------------------------------------------------------------------------
+
+CASE = """\
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.3
+[[material.layers]]
+thickness_um = 2.0
+youngs_modulus_GPa = 250.0
+poisson_ratio = 0.2
+[geometry]
+lower_radius_x_mm = 15.0
+lower_radius_y_mm = 15.0
+upper_radius_x_mm = 5.0
+upper_radius_y_mm = 5.0
+[load]
+normal_N = 50.0
+friction_coefficient = 0.1
+[rolling]
+speed_m_s = 2.0
+"""
+
+
+def test_layers_of_a_case() -> None:
+    case = parse(CASE, "material.layers.0.thickness_um=3")
+    assert case.problem.lower.layers == case.problem.upper.layers == (Layer(3e-6, 250e9, 0.2),)
+    assert parse(case.to_toml()) == case
+    plan = make_plan(case.problem)
+    assert "normal (isothermal)" in plan.run and "hertz_a_mm" not in plan.facts and plan.warnings == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("thickness_um = 2.0", "thickness_um = 0.0", "material.layers.0.thickness_um", "greater than 0"),
+        ("thickness_um = 2.0", "thickness_um = 5000.0", "material.layers.0.thickness_um", "smallest radius"),
+        ("poisson_ratio = 0.2", "poisson_ratio = 0.51", "material.layers.0.poisson_ratio", "above"),
+        ("= 250.0", "= 250000.0", "material.layers.0.youngs_modulus_GPa", "stiffer"),
+        ("= 250.0", "= 1e-3", "material.layers.0.youngs_modulus_GPa", "softer"),
+        ("thickness_um = 2.0", "thickness_um = 2.0\nexpansion_um_mK = 2.3", "material.layers.0", "missing: conductivity"),
+        ("[geometry]", "[thermal]\nheat = false\n[subsurface]\n[geometry]", "subsurface", "not computed"),
+        ("[geometry]", "[wear]\ndistance_km = 1.0\nlower.specific_wear_rate_mm3_Nm = 1e-7\n[geometry]", "wear.distance_km",
+         "does not thin layers"),
+        ("[[material.layers]]", "conductivity_W_mK = 50\nexpansion_um_mK = 11\ndiffusivity_mm2_s = 10\n[[material.layers]]",
+         "material.layers", "heat is not computed"),
+    ],
+)  # fmt: skip
+def test_errors_of_layers(old: str, new: str, key: str, message: str) -> None:
+    (found,) = findings(CASE.replace(old, new))
+    assert message in str(found) and key in str(found)
+
+
+def test_at_most_five_layers() -> None:
+    layer = CASE[CASE.index("[[") : CASE.index("[geometry]")]
+    assert len(parse(CASE.replace(layer, 5 * layer)).problem.lower.layers) == 5
+    (found,) = findings(CASE.replace(layer, 6 * layer))
+    assert "too many" in str(found)
+
+
+def test_doubtful_layers_are_warned_of() -> None:
+    thick = make_plan(parse(CASE, "material.layers.0.thickness_um=900", "material.layers.0.youngs_modulus_GPa=100").problem)
+    assert any("smallest radius thick" in warning for warning in thick.warnings)
+    stiff = make_plan(parse(CASE.replace("210.0", "3.0"), "load.normal_N=0.01").problem)
+    assert any("times stiffer" in warning for warning in stiff.warnings)

@@ -1,0 +1,198 @@
+"""Both bodies of a contact where one has layers at least: what their influence tables add to those of homogeneous bodies.
+
+Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`); here are the differences that layers make,
+summed over both bodies with the signs of `elastic`, the periodic symbols of the whole, and the half-space that surfaces look
+like near borders. A wrapped-around table is no preconditioner for stiff layers: periodic symbols come from the compliance in
+wave numbers, summed over the nearest aliases.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.layered import LayeredBody, SurfaceCompliance, difference_compliance, halfspace_compliance
+from thermoroll_cli.problem.problem import Material
+
+STEP = 0.02
+"""Step of ln k at which the compliance is looked up for symbols."""
+SHALLOW, DEEP = 1e-6, 30.0
+"""Wave numbers over the inverse thickness beyond which the compliance is that of the substrate, and of the surface."""
+UNCOUPLED = 1e-12
+"""Over the compliance: a difference of the bodies' coupling that is rounding."""
+THICK, RESOLVED = 4.0, 2.0
+"""Thicknesses over the element's size from which the surface's material alone rules a border, and below which it never does."""
+THIN, UNRESOLVED = 0.25, 0.5
+"""The same of the substrate, of thicknesses times the ratio of moduli: below and from."""
+
+
+@dataclass(frozen=True)
+class NearBorder:
+    """The half-spaces that surfaces look like within an element of a border: `contact_modulus` (Pa), `compliance` of shear, and
+    to which part, 0 to 1, this describes them (`trust`)."""
+
+    contact_modulus: float
+    compliance: ShearCompliance
+    trust: float
+
+
+@dataclass(frozen=True)
+class Coatings:
+    """The `lower` and the `upper` body, of which one has layers at least."""
+
+    lower: Material
+    upper: Material
+
+    @classmethod
+    def of(cls, lower: Material, upper: Material) -> Coatings | None:
+        """None where no layer is felt."""
+        if not (lower.elastic_layers or upper.elastic_layers):
+            return None
+        return cls(*(Material(body.youngs_modulus, body.poisson_ratio, layers=body.elastic_layers) for body in (lower, upper)))
+
+    @property
+    def surface_modulus(self) -> float:
+        """E* of the surfaces' materials in Pa."""
+        return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
+
+    @property
+    def _layered(self) -> list[tuple[float, LayeredBody]]:
+        """Sign of the coupling (`elastic.coupling_tables`), and body."""
+        return [(sign, _body(body)) for sign, body in ((-1.0, self.lower), (1.0, self.upper)) if body.layers]
+
+    def normal_table(self, nx: int, ny: int, dx: float, dy: float) -> Array:
+        """To be added to `elastic.normal_table`."""
+        return np.asarray(sum(_normal(body, (nx, ny), dx, dy) for _, body in self._layered))
+
+    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]:
+        """To be added to `elastic.shear_tables`."""
+        xx, yy, xy = (np.asarray(sum(tables)) for tables in
+                      zip(*(_shear(body, (nx, ny), dx, dy) for _, body in self._layered), strict=True))
+        return xx, yy, xy
+
+    def coupling_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array]:
+        """To be added to K times `elastic.coupling_tables`."""
+        x, y = (np.asarray(sum(tables)) for tables in zip(*(
+            [sign * table for table in _coupling(body, (nx, ny), dx, dy)] for sign, body in self._layered), strict=True))
+        return x, y
+
+    # --- wave numbers --------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _log_wave_numbers(self) -> Array:
+        layers = self.lower.layers + self.upper.layers
+        low, high = SHALLOW / max(body.thickness for _, body in self._layered), DEEP / min(layer.thickness for layer in layers)
+        return np.arange(math.log(low), math.log(high) + STEP, STEP)
+
+    @cached_property
+    def _compliances(self) -> tuple[SurfaceCompliance, SurfaceCompliance]:
+        """k times the compliance of the lower and of the upper body."""
+        k = np.exp(self._log_wave_numbers)
+        found = []
+        for body in (self.lower, self.upper):
+            top = halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio)
+            more = difference_compliance(body.layers, (body.youngs_modulus, body.poisson_ratio), k) if body.layers else None
+            found.append(SurfaceCompliance(*(np.broadcast_to(part + (0.0 if more is None else getattr(more, name)), k.shape)
+                                             for name, part in vars(top).items())))
+        return found[0], found[1]
+
+    def compliance(self, wave_numbers: Array) -> dict[str, Array]:
+        """k times the compliance of both bodies together in 1/Pa: for pressure ("nn"), for shear along ("tt") and across ("ss")
+        the wave vector."""
+        lower, upper = self._compliances
+        log = np.log(wave_numbers)
+        return {name: np.interp(log, self._log_wave_numbers, getattr(lower, name) + getattr(upper, name))
+                for name in ("tt", "nn", "ss")}
+
+    @cached_property
+    def coupling_constant(self) -> float:
+        """K of `elastic.coupling_constant` (1/Pa) at the wave number where it is largest; 0 for bodies that do not couple."""
+        lower, upper = self._compliances
+        difference = lower.tn - upper.tn
+        largest = float(difference[np.argmax(np.abs(difference))])
+        return 0.0 if abs(largest) <= UNCOUPLED * float((lower.nn + upper.nn).max()) else largest / (2.0 * math.pi)
+
+    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]:
+        """Symbols (py//2+1, px) on a plane of `padded` elements: u_z under p, u_x under q_x, u_y under q_y, u_x under q_y."""
+        px, py = padded
+        theta_x, theta_y = 2.0 * np.pi * np.fft.fftfreq(px), 2.0 * np.pi * np.fft.rfftfreq(py)[:, None]
+        smallest = np.pi / max(px * dx, py * dy)
+        sums = np.zeros((4, py // 2 + 1, px))
+        for along in (-1, 0, 1):
+            for across in (-1, 0, 1):
+                x, y = (theta_x + 2.0 * np.pi * along) / dx, (theta_y + 2.0 * np.pi * across) / dy
+                k = np.maximum(np.hypot(x, y), smallest)
+                # The mean has no direction.
+                cosine = np.where(k > smallest, (x / k) ** 2, 0.5)
+                c = self.compliance(k)
+                weight = np.sinc(0.5 * x * dx / np.pi) * np.sinc(0.5 * y * dy / np.pi) / k
+                sums += weight * np.stack([c["nn"], c["tt"] * cosine + c["ss"] * (1.0 - cosine),
+                                           c["ss"] * cosine + c["tt"] * (1.0 - cosine), (c["tt"] - c["ss"]) * x * y / k**2])
+        nn, xx, yy, xy = sums
+        return nn, xx, yy, xy
+
+    # --- borders -------------------------------------------------------------------------------------------------
+
+    def near_border(self, dx: float, dy: float, interface: float = 0.0) -> NearBorder:
+        """What rules within an element of dx × dy (m): the surfaces' materials below thick layers, the substrates' below thin
+        ones. Between, neither does, and their mean is a guess."""
+        size = math.sqrt(dx * dy)
+        bodies, trust = [], 1.0
+        for body in (self.lower, self.upper):
+            material, own = _seen(body, size)
+            bodies.append(material)
+            trust = min(trust, own)
+        compliance = ShearCompliance.of(*((m.shear_modulus, m.poisson_ratio) for m in bodies), layer=interface)
+        return NearBorder(1.0 / sum(1.0 / m.plane_strain_modulus for m in bodies), replace(compliance, trust=trust), trust)
+
+
+def _seen(body: Material, size: float) -> tuple[Material, float]:
+    """The material that a body shows within `size` (m), and how far."""
+    top, below = body.surface, Material(body.youngs_modulus, body.poisson_ratio)
+    if not body.layers:
+        return below, 1.0
+    first = body.layers[0].thickness / size
+    # A thin layer that is softer, or stiffer, is felt as one that much thicker of the material below.
+    ratios = (layer.youngs_modulus / body.youngs_modulus for layer in body.layers)
+    total = sum(layer.thickness * max(ratio, 1.0 / ratio) for layer, ratio in zip(body.layers, ratios, strict=True)) / size
+    # Between like materials it does not matter.
+    contrast = min(1.0, abs(math.log(top.plane_strain_modulus / below.plane_strain_modulus))
+                   + 2.0 * abs(top.poisson_ratio - below.poisson_ratio)) if len(body.layers) == 1 else 1.0
+    if first >= RESOLVED:
+        material, trust = top, math.log(first / RESOLVED) / math.log(THICK / RESOLVED)
+    elif total <= UNRESOLVED:
+        material, trust = below, math.log(UNRESOLVED / total) / math.log(UNRESOLVED / THIN)
+    else:
+        share = min(max(math.log(first / UNRESOLVED) / math.log(RESOLVED / UNRESOLVED), 0.0), 1.0)
+        material = Material(top.youngs_modulus**share * below.youngs_modulus ** (1.0 - share),
+                            share * top.poisson_ratio + (1.0 - share) * below.poisson_ratio)
+        trust = 0.0
+    return material, 1.0 - (1.0 - min(trust, 1.0)) * contrast
+
+
+# The tables do not depend on load and motion: points of a sweep share them.
+
+
+@lru_cache(maxsize=16)
+def _body(material: Material) -> LayeredBody:
+    return LayeredBody(material.layers, (material.youngs_modulus, material.poisson_ratio))
+
+
+@lru_cache(maxsize=16)
+def _normal(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> Array:
+    return body.normal_table(shape, dx, dy)
+
+
+@lru_cache(maxsize=16)
+def _shear(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array]:
+    return body.shear_tables(shape, dx, dy)
+
+
+@lru_cache(maxsize=8)
+def _coupling(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array]:
+    return body.coupling_tables(shape, dx, dy)
