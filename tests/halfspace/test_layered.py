@@ -89,3 +89,17 @@ def test_tables_along_both_axes_are_transposes() -> None:
     wide, tall = difference_tables(layers, STEEL, (7, 5), 1e-4, 3e-4), difference_tables(layers, STEEL, (5, 7), 3e-4, 1e-4)
     assert np.allclose(wide.x_normal, tall.y_normal.T, rtol=1e-9, atol=1e-18)
     assert np.allclose(wide.xx, tall.yy.T, rtol=1e-9, atol=1e-18) and np.allclose(wide.xy, tall.xy.T, rtol=1e-9, atol=1e-18)
+
+
+@pytest.mark.parametrize("thickness", [1e-5, 1e-3])
+def test_long_elements_are_sums_of_short_ones(thickness: float) -> None:
+    layers, parts, columns, dx, dy = [Layer(thickness, 5e9, 0.4)], 21, 3, 1e-4, 1e-3
+    long = difference_tables(layers, STEEL, (12, columns), dx, dy)
+    short = difference_tables(layers, STEEL, (12, parts * columns), dx, dy / parts)
+    for name, parity in (("normal", 1), ("xx", 1), ("yy", 1), ("xy", -1), ("x_normal", 1), ("y_normal", -1)):
+        table = getattr(short, name)
+        both, middle = np.concatenate([parity * table[:, :0:-1], table], axis=1), table.shape[1] - 1
+        for j in range(columns):
+            start = middle + j * parts - parts // 2
+            found = both[:, start : start + parts].sum(axis=1)
+            assert np.abs(found - getattr(long, name)[:, j]).max() < 1e-9 * long.normal[0, 0], name

@@ -10,6 +10,7 @@ import pytest
 
 from tests.support.cases import findings, parse
 from tests.support.scenes import MECHANICAL, reference
+from tests.support.strips import solve_cell
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import hertz_contact
@@ -20,6 +21,8 @@ from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Geometry, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.rolling.newton import TangentialProblem
+from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
@@ -74,6 +77,28 @@ def test_creep_coefficients_without_slip(row: dict) -> None:
         assert rolled.converged
         force = float(rolled.traction[axis].sum()) * discretisation.grid.element_area
         assert force == pytest.approx(shear_modulus * creepage * row[name], rel=4e-3)
+
+
+@pytest.mark.parametrize("row", reference("layered_rolling")["line"], ids=lambda row: str(row["substrate"]["youngs_modulus"]))
+def test_long_strips_roll_as_in_plane_strain(row: dict) -> None:
+    """One row of long elements; without what is known of the leading edge its force converges at first order."""
+    body = Material(row["substrate"]["youngs_modulus"], row["substrate"]["poisson_ratio"], layers=(Layer(**row["layers"][0]),))
+    constants = body.surface.shear_modulus, body.surface.poisson_ratio
+    compliance = replace(ShearCompliance.of(constants, constants), coatings=Coatings.of(body, body))
+    a, creepage = row["half_width"], 1e-3
+    for axis, name in enumerate(("force_x_per_width_over_xi", "force_y_per_width_over_xi")):
+        forces = []
+        for n in (64, 128):
+            dx, length = 2.2 * a / n, 300.0 * a
+            edges = np.clip((np.arange(n + 1) - 0.5 * n) * dx / a, -1.0, 1.0)
+            bound = 1e4 * np.diff(edges * np.sqrt(1.0 - edges**2) + np.arcsin(edges))[:, None]
+            rigid = np.zeros((2, n, 1))
+            rigid[axis] = creepage
+            cell = TangentialProblem(bound, np.diff(edges)[:, None] * a / dx, rigid, dx * length)
+            solution = solve_cell(RollingGradient((n, 1), dx, length, compliance), cell, 1e-9)
+            assert solution.converged
+            forces.append(float(solution.traction[axis].sum()) * dx)
+        assert 2.0 * forces[1] - forces[0] == pytest.approx(creepage * row[name], rel=1e-2)
 
 
 @pytest.mark.parametrize(("thickness", "alike"), [(1e-13, STEEL), (1e5, Material(50e9, 0.2))])

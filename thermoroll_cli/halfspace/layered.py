@@ -129,7 +129,7 @@ def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> Rad
 NEAR = 3.5
 """Offsets in elements up to which an element is integrated in polar coordinates about the point where it is seen."""
 ANGLES = 24
-"""Gauss points in each of the two angles of a corner."""
+"""Gauss points on each of the two far sides of a corner."""
 GAUSS = ((60.0, 2), (14.0, 3), (6.0, 4), (NEAR, 6))
 """Beyond so many elements so many Gauss points per side."""
 WEIGHTS: dict[str, Callable[[Array], Array]] = {
@@ -169,12 +169,14 @@ def _corner_integrals(radial: RadialDifference, angular: str, count_x: int, coun
     odd_x, odd_y = {"even": (1, 1), "cos2": (1, 1), "cos": (0, 1), "sin2": (0, 0)}[angular]
     nodes, weights = np.polynomial.legendre.leggauss(ANGLES)
     x, y = (np.abs(np.arange(n + 1) - 0.5) * d for n, d in ((count_x, dx), (count_y, dy)))
-    diagonal = np.arctan2(y[None, :], x[:, None])[..., None]
-    low = 0.5 * diagonal * (1.0 + nodes)
-    high = diagonal + 0.5 * (0.5 * np.pi - diagonal) * (1.0 + nodes)
-    first = radial.integral(x[:, None, None] / np.cos(low)) * WEIGHTS[angular](low)
-    second = radial.integral(y[None, :, None] / np.sin(high)) * WEIGHTS[angular](high)
-    corner = 0.5 * (diagonal[..., 0] * (first @ weights) + (0.5 * np.pi - diagonal[..., 0]) * (second @ weights))
+    ratio = y[None, :] / x[:, None]
+    corner = np.zeros(ratio.shape)
+    # Along the far side r = x cosh u with sinh u = tan θ: as smooth in u where elements are long.
+    for near, most, turned in ((x[:, None, None], np.arcsinh(ratio), False), (y[None, :, None], np.arcsinh(1.0 / ratio), True)):
+        u = 0.5 * most[..., None] * (1.0 + nodes)
+        angle = np.arctan(np.sinh(u))
+        factor = WEIGHTS[angular](0.5 * np.pi - angle if turned else angle)
+        corner += 0.5 * most * ((radial.integral(near * np.cosh(u)) * factor / np.cosh(u)) @ weights)
     corner[0, :] *= -1.0 if odd_x else 1.0
     corner[:, 0] *= -1.0 if odd_y else 1.0
     return corner
