@@ -22,7 +22,7 @@ from functools import lru_cache
 import numpy as np
 
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
-from thermoroll_cli.files.case_source import CaseSource, parse_source
+from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.plan import leaves_out_deformation
@@ -67,8 +67,8 @@ class Axis:
         return cls(key, values)
 
     @property
-    def path(self) -> tuple[str, ...]:
-        return tuple(part.strip() for part in self.key.split("."))
+    def path(self) -> tuple[str | int, ...]:
+        return key_path(self.key)
 
     @property
     def numeric(self) -> bool:
