@@ -9,14 +9,28 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 
-if TYPE_CHECKING:
-    from thermoroll_cli.halfspace.coatings import Coatings
+
+class BorderHalfSpaces(Protocol):
+    """Half-spaces that bodies look like near a border (`coatings.NearBorder`)."""
+
+    @property
+    def compliance(self) -> ShearCompliance: ...
+
+
+class Layers(Protocol):
+    """What layers add to the shear of two half-spaces (`coatings.Coatings`)."""
+
+    def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
+
+    def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
+
+    def near_border(self, dx: float, dy: float, interface: float = 0.0) -> BorderHalfSpaces: ...
 
 
 @dataclass(frozen=True)
@@ -30,7 +44,7 @@ class ShearCompliance:
     isotropic: float
     directional: float
     layer: float = 0.0
-    coatings: Coatings | None = None
+    coatings: Layers | None = None
     trust: float = 1.0
 
     @classmethod
