@@ -182,6 +182,9 @@ def numbers(part: Any) -> Iterator[float]:
         value = getattr(part, field.name)
         if dataclasses.is_dataclass(value):
             yield from numbers(value)
+        elif isinstance(value, tuple) and value and dataclasses.is_dataclass(value[0]):
+            for item in value:
+                yield from numbers(item)
         elif isinstance(value, int | float) and not isinstance(value, bool):
             yield value
 

@@ -140,9 +140,12 @@ def test_scripts_of_the_other_pages(place: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_tables_of_a_case(place: Path) -> None:
     """What physics.md shows of case files is valid."""
-    profile, tracks, below = blocks("physics", "toml")
+    profile, layers, tracks, below = blocks("physics", "toml")
     wheel = (ROOT / "cases" / "wheel_rail.toml").read_text(encoding="utf-8")
     for name, shown in (("thermal", tracks), ("subsurface", below), ("geometry", profile)):
         without = re.sub(rf"(?ms)^\[{name}\]\n.*?(?=^\[|\Z)", "", wheel) if f"\n[{name}]" in wheel else wheel
         assert Case.parse(f"{without}\n{shown}").problem
+    coated = (ROOT / "cases" / "coated_ball.toml").read_text(encoding="utf-8")
+    uncoated = re.sub(r"(?ms)^\[\[material\.upper\.layers\]\]\n.*?(?=^\[)", "", coated)
+    assert len(Case.parse(f"{uncoated}\n{layers}").problem.upper.layers) == 1
     assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("physics")
