@@ -48,7 +48,8 @@ NEAR_LIMIT = 0.9
 SLIDES = 1.5
 """Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
 
-INTEGRALS = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W", *FORCES, "spin_moment_Nmm")
+INTEGRALS = ("Q_F_W", "T_gamma_N", "T_gamma_without_spin_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W",
+             *FORCES, "spin_moment_Nmm")
 AREAS, STICK = ("gamma_c", "contact_area_mm2"), ("gamma_st", "stick_area_mm2")
 MAXIMA = ("shear_max_MPa", "heat_flux_max_W_mm2")
 PRESSURES = ("gamma_p", "pressure_max_MPa", "approach_um")

@@ -55,13 +55,13 @@ class StrengthCollector:
                              ("dang_van_max", self.dang_van.max(axis=1))):
             layers = values[::every]
             below, depth = largest_over_depth(depths, layers)
-            found[f"{name}_{body}_MPa"] = max(below, float(layers[0])) * 1e-6
+            found[f"{name}_{body}_MPa"] = float(np.fmax(below, layers[0])) * 1e-6
             found[f"{name}_below_{body}_MPa"] = below * 1e-6
             found[f"{name}_surface_{body}_MPa"] = float(layers[0]) * 1e-6
             if name != "alternating_k":
                 found[f"{name.rsplit('_', 1)[0]}_depth_{body}_mm"] = depth * 1e3 if below >= layers[0] else 0.0
         elastic = self.elastic_k[::every]
-        found[f"elastic_shakedown_k_{body}_MPa"] = max(largest_over_depth(depths, elastic)[0], float(elastic[0])) * 1e-6
+        found[f"elastic_shakedown_k_{body}_MPa"] = float(np.fmax(largest_over_depth(depths, elastic)[0], elastic[0])) * 1e-6
         return found
 
     def at_surface(self, body: str) -> set[str]:

@@ -97,9 +97,12 @@ def tresca_shear(q: Array) -> Array:
 def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
     """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
 
-    The surface is the first layer and only a neighbour here: with friction it converges more slowly and is reported apart."""
+    The surface is the first layer and only a neighbour here: with friction it converges more slowly and is reported apart. Both
+    are nan where the values fall from the surface downwards: there is no maximum below it then."""
     top = int(np.argmax(values[1:])) + 1
-    if top == len(values) - 1 or values[top] <= values[top - 1]:
+    if values[top] <= values[top - 1]:
+        return math.nan, math.nan
+    if top == len(values) - 1:
         return float(values[top]), float(depths[top])
     z, v = depths[top - 1 : top + 2] - depths[top], values[top - 1 : top + 2]
     bend, slope, _ = np.polyfit(z, v, 2)
