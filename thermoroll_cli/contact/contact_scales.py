@@ -1,4 +1,4 @@
-"""How large a contact is and how hard it presses, before it is solved: by Hertz, or by a coarse solution."""
+"""Estimated size, peak pressure and approach of a contact before it is solved: by Hertz, or from a coarse solution."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 COARSE = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
 ROOM = 1.1
-"""Sides of the domain over those of the contact in it, as on the grids to come."""
+"""Sides of the domain over those of the contact in it, as on the grids of the solution proper."""
 FITS = 3
 """Domains on which a contact below layers is solved in turn."""
 ATTEMPTS = 8
-"""How often the domain may prove too small; each time the overlap is half as deep again."""
+"""Domains tried; each one that proves too small makes the overlap half as deep again."""
 CLOSENESS = 1e-6
 SAMPLES = 4001
 """Places across the rolling direction at which the overlap of the rigid bodies is summed."""
@@ -35,8 +35,8 @@ OVERLAP_SHARE = 0.5
 
 @dataclass(frozen=True)
 class ContactScales:
-    """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of what
-    it spans along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
+    """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of that
+    span along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
     says whether it reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits` are
     these ends (m); `converged` is whether the coarse pressure has."""
 
@@ -80,8 +80,8 @@ def contact_scales(
 ) -> ContactScales:
     """Scales of the contact of two bodies of which one has a profile or layers, from a coarse normal solution.
 
-    The domain is where the rigid bodies would overlap, and then what the contact fills. Raises Unsolvable where the bodies
-    never face each other.
+    The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
+    bodies never face each other.
     """
     if not geometry.has_profile:
         assert coatings is not None
@@ -109,7 +109,8 @@ def contact_scales(
 
 
 def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
-    """Below layers, begun with Hertz's contact of the surfaces' materials, then on what the contact before fills."""
+    """Scales below layers: the first domain is Hertz's contact of the surfaces' materials, each further one the contact
+    found."""
     hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
     found, fits = None, 0
@@ -178,7 +179,7 @@ def _solve(
         return None
     edge = np.isfinite(undeformed_gap(geometry, np.zeros(1), np.array(limits))[0])
     along = refined.covered.sum(axis=0).max() * grid.dx
-    # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would wander.
+    # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would jump.
     covered = np.pad(refined.covered.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
     high = grid.y[columns[-1]] + covered[columns[-1] + 1 : columns[-1] + 3].sum() * grid.dy

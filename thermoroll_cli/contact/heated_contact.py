@@ -1,7 +1,7 @@
-"""Contact whose heat goes with its pressure: the expansion by heat inside the normal problem, and continuation in the heat.
+"""Contact whose heat is proportional to its pressure: thermal expansion inside the normal problem, continuation in the heat.
 
-Where the surfaces slide, heat is made in proportion to the pressure, q = w p with w = μV|s|. With E the expansion that a unit
-of heat makes, the pressure of a contact that is to be in balance with its own heat solves
+Where the surfaces slide, the heat flux is proportional to the pressure, q = w p with w = μV|s|. With E the expansion by a unit
+of heat, the pressure of a contact in balance with its own heat solves
 
     (A − E[w ·]) p = δ − h  on the active set,     p > 0 there and gap > 0 elsewhere,     ∬ p = W,
 
@@ -9,9 +9,9 @@ which is linear for a given active set and slip. Iterating pressure → heat →
 E w outweighs A. The system is not symmetric; A alone preconditions it, since A⁻¹E is compact: a handful of GMRES steps on any
 grid.
 
-There are steady states at any heat, but heat concentrates a contact, and an active set that is much too large makes the
-linear system answer with pressures of both signs: the sets then wander. So heat is raised from a state that is known, each
-step starting from the last active set, which it only has to shrink.
+There are steady states at any heat, but heat concentrates a contact, and with an active set that is much too large the
+solution of the linear system has pressures of both signs: the sets then do not settle. So heat is raised from a known state;
+each step starts from the last active set, which only has to shrink.
 """
 
 from __future__ import annotations
@@ -26,29 +26,29 @@ from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.numerics.krylov import Vector, gmres
 
 MOST_ACTIVE_SETS = 30
-"""Active sets tried for one heat. A step that is not too large takes three to eight."""
+"""Active sets tried for one heat. A step that is not too large needs three to eight."""
 MOST_ITERATIONS = 120
 """GMRES steps per active set: four to eight are usual."""
 WANDERING_SHARE = 0.3
-"""A step is given up when an active set wants to grow by this part of itself at the same time as it shrinks: it began with a
+"""A step is given up when an active set would gain this share of its elements while it also loses some: it began with a
 contact that is too large for its heat."""
 REDUCTION = 1e-3
-"""By how much the gap on one active set is closed before the set is looked at."""
+"""Factor by which the gap on one active set is reduced before the set is updated."""
 STEP_GROWTH = 1.5
-"""A step in heat that was found lets the next one be so much longer; one that was not is halved."""
+"""Factor of the next step in heat after one that succeeded; a step that failed is halved."""
 SMALLEST_STEP = 1.0 / 256.0
-"""Part of the heat below which a step is not halved any more: there is no steady state beyond."""
+"""Share of the heat below which a step is not halved any more: no steady state is found beyond."""
 MOST_APPLICATIONS = 1000
-"""Applications of A − E after which the heat is not raised any further: one to four hundred take it to where it gets."""
+"""Applications of A − E after which the heat is not raised any further: 100 to 400 reach full heat or its limit."""
 INTERMEDIATE_RESIDUAL = 1e-4
-"""Residual at which states on the way are solved, relative to the elastic displacement."""
+"""Residual of states on the way to the full heat, relative to the elastic displacement."""
 
 
 @dataclass(frozen=True)
 class HeatedContact:
     """`pressure` (Pa) and its own `expansion` E[w p] (m, up to a constant), (nx, ny); `residual` is the rms of what remains
-    of the gap over the elastic displacement; `reached` is the part of the heat at which this is the state (1: all of it),
-    `raised` whether it was raised to it from none."""
+    of the gap over the elastic displacement; `reached` is the share of the heat that this state has (1: all of it), `raised`
+    says whether the heat was raised to it from zero."""
 
     pressure: Array
     expansion: Array
@@ -80,8 +80,8 @@ class HeatedContactSolver:
         self._load = normal_force / normal.grid.element_area
 
     def solve(self, pressure: Array, tolerance: float, heat: float = 1.0) -> HeatedContact:
-        """The state at the part `heat` of the heat, from the active set and values of `pressure`. Not `converged` where the
-        active sets wander or do not settle."""
+        """The state at the share `heat` of the heat, from the active set and values of `pressure`. Not `converged` if the
+        active sets do not settle."""
         before = self.applications
         contact = pressure > 0.0
         pressure = pressure * (self._load / float(pressure.sum()))
@@ -108,7 +108,7 @@ class HeatedContactSolver:
                 continue
             if (dropped and added > WANDERING_SHARE * size) or dropped == size:
                 break
-            # Two elements may swap for ever on a symmetric border: then only what must go goes.
+            # Two elements may swap for ever on a symmetric border: then only elements under tension are dropped.
             contact = contact & ~drop if sets > MOST_ACTIVE_SETS // 2 and dropped else (contact & ~drop) | add
             pressure = np.where(contact, pressure, 0.0)
             pressure *= self._load / float(pressure.sum())
@@ -123,7 +123,7 @@ class HeatedContactSolver:
         return indented - heat * self._expand(pressure) if heat else indented
 
     def _correction(self, contact: Mask, residual: Vector, heat: float, wanted: float) -> tuple[Array, Array]:
-        """The change of pressure without change of load that takes up `residual` (m, on the contact, no mean) by the factor
+        """The change of pressure, without change of load, that reduces `residual` (m, on the contact, no mean) by the factor
         `wanted`, and (A − E) of it."""
         def on_grid(values: Vector) -> Array:
             field = np.zeros(contact.shape)
@@ -147,17 +147,17 @@ class HeatedContactSolver:
         return on_grid(solution.step), solution.image.reshape(contact.shape)
 
     def continued(self, pressure: Array, tolerance: float) -> HeatedContact:
-        """The state at full heat: tried at once from `pressure`, else by raising the heat from none.
+        """The state at full heat: tried at once from `pressure`, else by raising the heat from zero.
 
-        Where a step fails it is halved. The state at the highest heat that was reached is returned; below 1, a further
-        `smallest_step` of the heat has no state that the iteration finds, or none within `most_applications`."""
+        A step that fails is halved. Returns the state at the highest heat reached; if that is below 1, no state was found
+        `SMALLEST_STEP` beyond it, or `MOST_APPLICATIONS` were used up."""
         before = self.applications
         found = self.solve(pressure, tolerance)
         sets, steps = found.active_sets, 1
         if found.converged:
             return found
         if found.residual <= INTERMEDIATE_RESIDUAL:
-            # Only elements of the border came and went, for a gap that is closed: no heat need be raised for that.
+            # The gap is closed and only border elements keep changing: raising the heat would not help.
             found = self.solve(pressure, INTERMEDIATE_RESIDUAL)
             sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
@@ -175,7 +175,7 @@ class HeatedContactSolver:
             else:
                 step *= 0.5
         if reached.reached == 1.0:
-            # The last digits are no part of the way: should they not come, the heat has been reached all the same.
+            # The final tolerance is not part of the continuation: if it is missed, the heat has been reached all the same.
             found = self.solve(reached.pressure, tolerance)
             sets, steps, reached = sets + found.active_sets, steps + 1, found if found.converged else reached
         return replace(reached, applications=self.applications - before, active_sets=sets, steps=steps,

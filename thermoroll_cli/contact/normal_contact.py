@@ -6,8 +6,8 @@ Near the border of any smooth contact, at a distance d from it, the half-space i
     p = A sqrt(d)  inside,      h = 4A/(3E*) d^{3/2}  outside,
 
 with one and the same A (a cylinder; Johnson, Contact Mechanics, 4.2). So p² is smooth, and −A² (3E* h/4A)^{2/3} continues it
-to the elements outside. A paraboloid is fitted to both sides: the border is interpolated, where p² from the inside alone would
-have to be extrapolated over two elements, and a thermal bulge bends it too much for that.
+to the elements outside. A paraboloid is fitted to both sides, so the border is interpolated. From the inside alone p² would
+have to be extrapolated over two elements, and a thermal bulge curves it too much for that.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.stencils import highest
 
 FIRST_REDUCTION = 0.1
-"""By how much the gap is closed on an active set before the set is looked at: the first sets are far off."""
+"""Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
 SOLVED_SHARE = 0.5
-"""Conjugate gradients go on to this part of the tolerance, so that adding nothing to the set ends the iteration."""
+"""Conjugate gradients go on to this share of the tolerance, so that the iteration ends when the set no longer changes."""
 PATIENCE = 8
 """Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
 BORDER_PASSES = 3
-"""Times that elements under tension are dropped after the border was resolved, before whole elements are kept after all."""
+"""Passes that drop elements under tension after the border was resolved; if tension remains, whole elements are kept."""
 BORDER_ITERATIONS = 60
 """Conjugate gradients per such pass, which start from the solution with whole elements."""
 
@@ -161,7 +161,7 @@ class NormalSolver:
                 rz = float(np.vdot(residual, z))
             direction = z + direction * (rz / rz_old) if rz_old else z
             if rz <= 0.0:
-                break  # a contact of one element: the load leaves nothing to solve for
+                break  # a contact of one element: its pressure follows from the load
             rz_old = rz
             image = self.displacement(direction)
             step = rz / float(np.vdot(direction, image))
@@ -210,7 +210,7 @@ class NormalSolver:
                     break
                 target = min(target, tolerance / error)
                 continue
-            # Two elements may swap for ever on a symmetric border: then only what must go goes.
+            # Two elements may swap for ever on a symmetric border: then only elements under tension are dropped.
             stalled = stalled + 1 if changes >= seen_changes else 0
             seen_changes = min(seen_changes, changes)
             contact = contact & ~drop
@@ -220,7 +220,7 @@ class NormalSolver:
             if pressure.any():
                 pressure *= load / pressure.sum()
             else:
-                # A bulge has moved the contact somewhere else: begin again where the bodies are closest.
+                # A thermal bulge has moved the contact away from the first guess: restart where the bodies are closest.
                 contact |= opening == opening.min()
                 pressure = np.where(contact, load / np.count_nonzero(contact), 0.0)
             displacement = self.displacement(pressure)
@@ -235,9 +235,9 @@ class NormalSolver:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
         gives them, the others are solved for once more.
 
-        Element averages of a Hertz pressure come out 4–5 times closer than by collocation on whole elements; the contact area,
-        also of contacts far from Hertz's, to about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would be worse: the errors
-        that whole elements make on both sides of the border cancel, those beside elements of known load do not.
+        Errors of the element averages of a Hertz pressure are 4–5 times smaller than by collocation on whole elements; those of
+        the contact area, also of contacts far from Hertz's, are about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would
+        be worse: the errors of whole elements on both sides of the border cancel, those beside elements of known load do not.
         """
         border, load, covered = border_elements(solution.pressure, solution.contact, solution.gap, self.grid,
                                                 self.contact_modulus, self._border_trust)
@@ -274,28 +274,28 @@ Index = NDArray[np.intp]
 REACH = 4
 """Elements up to this far away, along each axis, are fitted."""
 NEAR = 2.0
-"""Distance in elements at which a fitted element has lost 40 % of its weight (a Gaussian): p² bends within a few elements
+"""Distance in elements at which a fitted element has lost 40 % of its weight (a Gaussian): p² is curved within a few elements
 where a thermal bulge squeezes the border."""
 FINE = 8
 """Sample points per side of a border element."""
 JOINING, LEAVING = 0.25, 1.0
-"""An element counts as loaded from this share of the highest p² beside it on, and as open from this distance (in elements)
-outside the border on. Below, its weight and that of its neighbours falls to zero: an element of the border that comes and goes
-in the coupled iteration must not switch any weights."""
+"""An element counts as loaded from this share of the highest p² beside it, and as open from this distance (in elements) outside
+the border. Below these its weight and that of its neighbours fall smoothly to zero: border elements that flip in and out during
+the coupled iteration must not switch any weights."""
 TOLERABLE_BEND = 0.05
-"""An outer element where the second-order term of the gap is this large, relative, counts by half."""
+"""An outer element with a second-order term of the gap this large, relative, has half the weight."""
 TOLERABLE_MISFIT = 0.25
-"""A paraboloid that misses the fitted elements by this distance of the border, in elements, is trusted by half."""
+"""A paraboloid that misses the fitted elements by this distance of the border, in elements, has half the trust."""
 FAINT = 1e-12
 """Pressures below this fraction of the peak are rounding noise."""
 TOLERABLE_CHANGE = 0.2
-"""Whole elements carry another load than the fit gives them, by up to this part of the highest pressure beside them (0.17 at
-the border of ellipses from N = 16 to 128). Where the fit wants more, the pressure falls within an element, as at the end of a
-roller, and no paraboloid describes it."""
+"""Largest difference between the loads of an element by the fit and by whole elements, over the highest pressure beside it
+(0.17 at the border of ellipses from N = 16 to 128). Where the difference is larger, the pressure falls within an element, as
+at the end of a roller, and no paraboloid describes it."""
 FEWEST = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""
 UNDETERMINED = 1e-9
-"""Determinant of the scaled normal equations below which rounding decides about a direction."""
+"""Determinant of the scaled normal equations below which a direction is not determined beyond rounding."""
 
 
 def border_elements(
@@ -303,14 +303,14 @@ def border_elements(
 ) -> tuple[Mask, Array, Array]:
     """Border of the contact from the `pressure` (Pa) inside it and the `gap` (m) around it, all (nx, ny).
 
-    `pressure` and `gap` are those of whole elements, `contact` is where they touch; `contact_modulus` is E* in Pa, and
-    `certainty`, 0 to 1, how far half-spaces of it describe the surfaces within an element of the border. Returns the mask of
-    elements at the border (partly covered, or next to such), and on these the element averages of the pressure and the covered
-    fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
+    `pressure` and `gap` belong to whole elements, `contact` is the mask of those that touch; `contact_modulus` is E* in Pa, and
+    `certainty`, 0 to 1, says how well half-spaces of that modulus describe the surfaces within an element of the border.
+    Returns the mask of elements at the border (partly covered, or next to such), and on these the element averages of the
+    pressure and the covered fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
     """
     scale = max(float(pressure.max()), 1e-300)
-    # Whole elements next to the border carry up to 3 % too much pressure, the first ones outside are as much too far apart:
-    # both put it off by 0.02 elements, one inwards and one outwards, and those right at the border by up to 0.05.
+    # Whole elements next to the border carry up to 3 % too much pressure, and the gap of the first ones outside is as much too
+    # large: each shifts the border by 0.02 elements, one inwards and one outwards, elements right at the border by up to 0.05.
     square = np.where(contact, pressure / scale, 0.0) ** 2
     loaded = np.minimum(square / np.maximum(JOINING * highest(square), 1e-300), 1.0)
     weight = 1.0 - highest(1.0 - loaded)
@@ -344,9 +344,9 @@ def _continued(coefficients: Array, gap: Array, grid: Grid) -> tuple[Array, Arra
     """p² continued to elements outside, from their gap: `gap` is E*h in m, and p² is measured in the square of that unit.
 
     `coefficients` are those of paraboloids of p² around these elements, fitted to the inside. They give A² = |∇p²| at the
-    border, and the terms that come next. With p² = A²(d + c d²), the cylinder has h ~ d^{3/2} (1 − 3/10 c d) (p and h' are
-    the real parts of one analytic function on both sides), a border of curvature κ another −κd/5 (from Hertz's sphere). Also
-    returned: that correction of the distance, relative."""
+    border, and the next terms. With p² = A²(d + c d²), the cylinder has h ~ d^{3/2} (1 − 3/10 c d) (p and h' are the real
+    parts of one analytic function on both sides); a border of curvature κ adds −κd/5 (from Hertz's sphere). Also returns that
+    relative correction of the distance."""
     _, u, v, uu, uv, vv = coefficients.T
     u, v, uu, uv, vv = u / grid.dx, v / grid.dy, 2.0 * uu / grid.dx**2, uv / (grid.dx * grid.dy), 2.0 * vv / grid.dy**2
     slope = np.maximum(np.hypot(u, v), 1e-300)
@@ -361,7 +361,7 @@ def _continued(coefficients: Array, gap: Array, grid: Grid) -> tuple[Array, Arra
 
 
 def _sampled(coefficients: Array) -> tuple[Array, Array]:
-    """Part of the element where each paraboloid is positive, and the element average of its root there."""
+    """Share of the element where each paraboloid is positive, and the element average of its square root there."""
     t = (np.arange(FINE) + 0.5) / FINE - 0.5
     u, v = (o.ravel() for o in np.meshgrid(t, t, indexing="ij"))
     value = coefficients @ np.stack([np.ones_like(u), u, v, u * u, u * v, v * v])
@@ -388,7 +388,8 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     weighted = w * values
     right = weighted @ basis
     total = w.sum(axis=1)
-    # All fitted elements in one row or column leave directions undetermined: the determinant of the scaled matrix shows it.
+    # Fitted elements in a single row or column do not determine all coefficients: the determinant of the scaled matrix shows
+    # it.
     diagonal = np.sqrt(np.maximum(np.einsum("maa->ma", normal), 1e-300))
     scaled = normal / diagonal[:, :, None] / diagonal[:, None, :]
     usable = (np.count_nonzero(w, axis=1) >= FEWEST) & (np.linalg.det(scaled) > UNDETERMINED)

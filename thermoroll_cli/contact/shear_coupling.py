@@ -1,4 +1,4 @@
-"""How pressure and shear act on each other between bodies of unlike elasticity (Dundurs' β, or layers)."""
+"""Coupling of pressure and shear between bodies of unlike elasticity (Dundurs' β, or layers)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHT
 
 
 class NormalShearCoupling:
-    """Both directions of the coupling on one grid, for K of `coupling_constant` (1/Pa) between the surfaces' materials, what
-    `coatings` add to it, and the difference formula `weights`.
+    """Both directions of the coupling on one grid, for the constant K (1/Pa, `coupling_constant`) of the surfaces' materials,
+    the contribution of `coatings`, and the `weights` of the difference formula.
 
-    The tangential problem sees the pressure as a further part of its rigid slip, −∂u^p/∂x (`tangential_gradient`); the normal
-    problem sees the tractions as an offset of its gap, like a thermal expansion (`normal_displacement`). Neither solver has to
-    know more. Kernels and the derivation of their signs: `coupling_tables`.
+    In the tangential problem the pressure is a further part of the rigid slip, −∂u^p/∂x (`tangential_gradient`); in the normal
+    problem the tractions are an offset of the gap, like a thermal expansion (`normal_displacement`). Kernels and the derivation
+    of their signs: `coupling_tables`.
     """
 
     def __init__(
@@ -46,9 +46,9 @@ class NormalShearCoupling:
     def tangential_gradient(self, pressure: Array) -> Array:
         """∂u^p/∂x, (2, nx, ny): gradient of the relative tangential displacement by the pressure (nx, ny) in Pa.
 
-        By the difference formula that the tractions' displacement is differentiated with: where the surfaces stick the two
-        displacements add up to a straight line, and that formula has no error on straight lines. The exact derivative of
-        u^p leaves ten times the error in the forces (docs/numerics.md)."""
+        Uses the same difference formula as for the displacement by tractions: where the surfaces stick the two displacements
+        add up to a straight line, on which that formula is exact. With the exact derivative of u^p the error of the forces is
+        ten times larger (docs/numerics.md)."""
         if not self._gradient_kernels:
             n = self.grid.nx
             for parts in self._tables():
@@ -62,7 +62,7 @@ class NormalShearCoupling:
         return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._gradient_kernels])
 
     def normal_displacement(self, traction: Array) -> Array:
-        """−u_z^τ in m, (nx, ny): by how much the tractions (2, nx, ny) in Pa bring the surfaces towards each other."""
+        """−u_z^τ in m, (nx, ny): displacement of the surfaces towards each other by the tractions (2, nx, ny) in Pa."""
         if not self._displacement_kernels:
             self._displacement_kernels = [
                 self._convolution.spectrum(sum((factor * table[2:-2] for factor, table in parts), start=np.zeros(())))

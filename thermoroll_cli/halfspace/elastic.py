@@ -17,14 +17,14 @@ from thermoroll_cli.arrays import Array
 
 
 class BorderHalfSpaces(Protocol):
-    """Half-spaces that bodies look like near a border (`coatings.NearBorder`)."""
+    """Half-spaces that stand for layered bodies near a border (`coatings.NearBorder`)."""
 
     @property
     def compliance(self) -> ShearCompliance: ...
 
 
 class Layers(Protocol):
-    """What layers add to the shear of two half-spaces (`coatings.Coatings`)."""
+    """Additional tangential compliance by layers on two half-spaces (`coatings.Coatings`)."""
 
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
 
@@ -36,10 +36,10 @@ class Layers(Protocol):
 @dataclass(frozen=True)
 class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an interfacial `layer`
-    between them in m/Pa: all that the tangential kernel needs of the materials.
+    between them in m/Pa: the constants of the tangential kernel.
 
-    Of bodies with `coatings` these are the surfaces' materials. `trust`, 0 to 1, is the part to which half-spaces of them
-    describe the bodies near a border (`near_border`)."""
+    For bodies with `coatings` these are constants of the surfaces' materials. `trust`, 0 to 1, says how well half-spaces of
+    these describe the bodies near a border (`near_border`)."""
 
     isotropic: float
     directional: float
@@ -57,12 +57,12 @@ class ShearCompliance:
         )
 
     def near_border(self, dx: float, dy: float) -> ShearCompliance:
-        """That of half-spaces which the bodies look like within an element of dx × dy (m)."""
+        """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""
         return self if self.coatings is None else self.coatings.near_border(dx, dy, self.layer).compliance
 
     @property
     def coupled(self) -> bool:
-        """Whether tractions along x and y act on each other."""
+        """True if τ_x also moves the surface along y, and τ_y along x."""
         return bool(self.directional) or self.coatings is not None
 
     @property
@@ -82,7 +82,7 @@ def coupling_constant(lower: tuple[float, float], upper: tuple[float, float]) ->
     """K = (1−2ν₁)/(4πG₁) − (1−2ν₂)/(4πG₂) in 1/Pa, from (shear modulus in Pa, Poisson ratio) of each body.
 
     It couples the normal and the tangential problem (signs: `coupling_tables`) and is proportional to Dundurs' second
-    constant, β = πE*·K with 1/E* of both bodies together. Differences of rounding count as zero: then nothing is coupled."""
+    constant, β = πE*·K with 1/E* of both bodies together. Differences within rounding count as zero (no coupling)."""
     first, second = ((1.0 - 2.0 * nu) / (4.0 * np.pi * g) for g, nu in (lower, upper))
     difference = first - second
     stiffest = max(1.0 / (4.0 * np.pi * g) for g, _ in (lower, upper))

@@ -22,15 +22,14 @@ def shear_symbols(tables: tuple[AnyArray, AnyArray, AnyArray], padded: tuple[int
 
 
 class FreeShear:
-    """u = A τ: (2, n, m) -> (2, n + 2·margin, m), `margin` more rows at either end; `symbols` on the plane that
-    `free_space(n + margin, m)` names. `coupled` is whether the third of them acts at all."""
+    """u = A τ: (2, n, m) -> (2, n + 2·margin, m), `margin` more rows at either end; `symbols` on the plane
+    `free_space(n + margin, m)`. `coupled` says whether the third symbol is different from zero."""
 
     def __init__(
         self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int
     ) -> None:
         self._shape = (2, shape[0] + 2 * margin, shape[1])
-        # One set of buffers per component: the two can then be transformed side by side, and the result does not
-        # depend on whether they are.
+        # One set of buffers per component: both spectra exist at the same time.
         self._convolutions = [Convolution(*shape, margin, margin) for _ in range(2)]
         self._xx, self._yy, self._xy = (in_pairs(s) for s in symbols)
         self._traction_hat = [c.empty_spectrum() for c in self._convolutions]
@@ -107,8 +106,8 @@ class MirroredShear:
 
     def of_shape(self, shape: AnyArray) -> AnyArray:
         """As `FreeShear.of_shape` for a shape even across y = 0, given on its half."""
-        # Tractions along the even component are what `__call__` is made for; those along the other one see the symbol with
-        # the parts of both components exchanged.
+        # `__call__` handles a shape along the even component; for one along the odd component the symbols of both components
+        # change places.
         pair = np.zeros((2, *shape.shape))
         pair[self._even] = shape
         along = self(pair)

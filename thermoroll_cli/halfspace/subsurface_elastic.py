@@ -32,7 +32,7 @@ COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Order of the six stresses in every array that holds them."""
 
 TWISTED = (1, 0, 2, 3, 5, 4)
-"""The components of COMPONENTS after x and y have changed places."""
+"""Indices of COMPONENTS after exchanging x and y."""
 
 
 def pressure_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
@@ -132,7 +132,7 @@ def between_corners(
 
 
 def _edges(centres: Array, length: float) -> tuple[Array, slice | Array, slice | Array]:
-    """Offsets from both edges of the source element, each once, and where those of every point are found among them."""
+    """Offsets from both edges of the source element without repetitions, and the indices of both edges for every point."""
     if len(centres) > 1 and np.allclose(np.diff(centres), length, rtol=0.0, atol=1e-9 * length):
         edges = np.append(centres - 0.5 * length, centres[-1] + 0.5 * length)
         return edges, slice(0, -1), slice(1, None)

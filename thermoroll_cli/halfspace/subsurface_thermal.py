@@ -10,7 +10,7 @@ isothermal correction that frees the surface),
     σ_xx = −T + ∂_xx Ψ − (∂_xx + ν ∂_yy) H       σ_zz = −(∂_xx + ∂_yy) Ψ       in Eα/(1−ν) · q dx/k
     σ_xy = ∂_xy Ψ − (1−ν) ∂_xy H                 σ_xz = ∂_x ∂_z Ψ              and σ_yy, σ_yz by x ↔ y.
 
-Nothing is sampled over wavenumbers, whose periodic images would leave per cents of error: in real space both potentials are
+Sampling over wavenumbers would cause errors of some per cent by periodic images. In real space both potentials are
 superpositions of Gaussians of variance 2u that have drifted by Pt,
 
     H = ∫∫ 2 erfc(a) G dt du,   Ψ = ∫∫ [(z²/2u) erfc(a) − erf(a) + (2/√π) a exp(−a²)] G dt du,   0 < t < u < ∞,
@@ -48,7 +48,7 @@ def thermal_stress(
 ) -> Array:
     """Thermal stresses under one heated element, in Eα/(1−ν) · q dx/k.
 
-    `x`, `y` are ascending offsets from the element's centre in steps of 1 and of `aspect`, and must keep off its edges;
+    `x`, `y` are ascending offsets from the element's centre in steps of 1 and of `aspect`, none of them on its edges;
     `depths` ascend. Returns (len(depths), 6, len(x), len(y)), components xx yy zz xy xz yz, good to 1e-7 of the largest with
     the `steps` FAST. Raises ValueError for a depth that is negative or a Péclet number that is not finite.
     """
@@ -120,13 +120,13 @@ class _Superposition:
         total = np.zeros((len(self.depths), 6, len(self.x), len(self.y)))
         u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet, self.steps)
         for start, stop in pairwise([*range(0, len(u), BLOCK), len(u)]):
-            # Deeper than that nothing has arrived yet.
+            # Deeper than that no heat has arrived yet.
             active = int(np.searchsorted(self.depths, 2.0 * TAIL * math.sqrt(u[stop - 1]), side="right"))
             self._add(total[:active], u[start:stop], weights[start:stop], self.depths[:active])
         return total
 
     def _reach(self) -> float:
-        """How far downstream anything is asked for, at least one element."""
+        """Largest offset downstream, at least one element."""
         return max(float(self.x[-1]) + 0.5, 1.0)
 
     def _add(self, total: Array, u: Array, weights: Array, depths: Array) -> None:
@@ -155,7 +155,7 @@ class _Superposition:
             total[layer, 5] += shear_y[layer].T @ g[1]
 
     def _inner(self, u: float, weight: float, depths: Array) -> _Inner:
-        """The inner rule at one u with everything that multiplies gx gy in it."""
+        """The inner rule at one u, with all factors of gx gy in its weights."""
 
         furthest = (self._reach() + 2.0 * TAIL * math.sqrt(u)) / self.peclet[0]
         odds, t, dt, first, last = inner_rule(u, furthest, self.peclet[0], self.steps)

@@ -16,9 +16,9 @@ transform 1/(w'(w + w')) = ∫ exp(−(w'² − w²)t) erfc(w√t) dt and erfc(w
 quarter turn, with t = τ²cos²θ and cos θ = sech y: both components of P are scaled alike, so any direction is allowed.
 At every node of a quadrature over τ the table is an outer product of two vectors, and a table a matrix product.
 
-Heat that changes linearly along x within its element (`slope_table`) makes temperatures second order.
-Fast material remembers heat like 1/sqrt(distance). With the heat flux taken as constant in each element the temperature then
-errs by h^(3/2) q', which is most of its error where heat is made in a slip zone a few elements long. A slope in each element,
+Heat that changes linearly along x within its element (`temperature_slope_table`) makes temperatures second order.
+On fast material the temperature falls like 1/sqrt(distance) behind a source. With a constant heat flux in each element its
+error is h^(3/2) q', which is most of the error where the slip zone is a few elements long. A slope in each element,
 q(ξ) = q + s ξ with ξ from −½ to ½, removes it: its response is that of `temperature_table` with the cell average
 
     g(x; τ, 1) = ∫ G(x − ξ) dξ      replaced by      m(x; τ) = ∫ ξ G(x − ξ) dξ = x g + 2τ² [G(x + ½) − G(x − ½)],
@@ -38,7 +38,7 @@ from scipy.special import erf, wrightomega
 from thermoroll_cli.arrays import Array
 
 Spread = Callable[[Array, float, float, Array], Array]
-"""From centres, element length, speed and times: where the heat of an element is by then, (times, centres)."""
+"""From centres, element length, speed and times: share of the heat of an element that is at each centre, (times, centres)."""
 
 TAIL = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""
@@ -51,7 +51,7 @@ ANGLE_STEP = 0.3
 SERIES_FROM = 3.0
 """τ in element widths from which the cell average of a Gaussian is a series; its first missing term is below 3e-11."""
 STILL_INSIDE = 1e-3
-"""Where heat is not the same all over its element, its drift is felt before it leaves: the τ rule starts that much earlier."""
+"""Heat that varies within its element changes temperatures before it leaves: the τ rule starts earlier by this factor."""
 CHUNK = 48
 """τ nodes taken together: few enough for narrow windows, enough for an efficient matrix product."""
 SLOW = 1e-11
@@ -84,7 +84,7 @@ def displacement_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_
 def temperature_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Temperature in q dx/k at the grid of ascending offsets x × y from the source, in dx; shape (len(x), len(y)).
 
-    Offsets need not be whole elements, but must keep off the lines through the edges of the source element.
+    Offsets need not be whole elements, but must not lie on the lines through the edges of the source element.
     """
     return temperature_at_depths(x, y, np.zeros(1), aspect, peclet_x, peclet_y)[0]
 
@@ -94,7 +94,7 @@ def temperature_at_depths(
 ) -> Array:
     """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
 
-    In time a depth only weights what has arrived: the integrand of T gains the factor exp(−z²/4τ²)."""
+    The integrand of T over time gains the factor exp(−z²/4τ²)."""
     if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < SLOW:
         return np.stack([stationary_temperature_below(x, y, float(z), aspect) for z in depths])
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
@@ -188,7 +188,7 @@ def stationary_displacement(x: Array, y: Array, aspect: float) -> Array:
 def between_corners(
     corner: Callable[[Array, Array], Array], x: Array, y: Array, aspect: float
 ) -> Array:
-    """A primitive function of both coordinates, differenced over the element at every offset."""
+    """Differences of a primitive function of both coordinates over the element, at every offset."""
     left, right = (x - 0.5)[:, None], (x + 0.5)[:, None]
     low, high = (y - 0.5 * aspect)[None, :], (y + 0.5 * aspect)[None, :]
     return corner(right, high) - corner(left, high) - corner(right, low) + corner(left, low)
@@ -218,8 +218,7 @@ def time_integral(
     x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: Array,
     along: Spread | None = None,
 ) -> Array:
-    """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y below the surface by each of `depths`; `along` takes
-    the place of gx."""
+    """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y and at each of `depths`; `along` replaces gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
     tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths, 1.0 if along is None else STILL_INSIDE)
     table = np.zeros((len(depths), len(x), len(y)))
@@ -263,7 +262,7 @@ def _time_rule(
     count = early + max(math.ceil((stop - start) / LOG_STEP), 0) + 1
     scaled = wrightomega(start + LOG_STEP * (np.arange(count) - early))
     tau = scaled / scale
-    # At the surface the factor is 1; far from it, squares would overflow where the weight is zero anyway.
+    # At the surface the factor is 1; deep below it squares would overflow where the weight is zero.
     arrived = np.exp(-np.minimum(0.5 * depths[:, None] / tau, 30.0) ** 2)
     weights = arrived * (LOG_STEP * tau ** (1 + power) / (1.0 + scaled))
     weights[:, early] = weights[:, : early + 1].sum(axis=1)
@@ -312,8 +311,8 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
 def slopes(flux: Array) -> Array:
     """Change of the element averages `flux` ≥ 0, (nx, ny), along x from one end of each element to the other, same unit.
 
-    Central differences; one-sided at the ends of the heated rows, so that nothing leaks out of them. Nowhere in an element may
-    the flux be negative."""
+    Central differences; one-sided at the ends of the heated rows, so that elements without heat keep none. Limited so that the
+    flux is nowhere negative within an element."""
     heated = flux > 0.0
     step = np.diff(flux, axis=0)
     inside = heated[1:] & heated[:-1]

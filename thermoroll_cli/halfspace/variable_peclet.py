@@ -6,15 +6,15 @@ If every source element x' has its own P(x'), as when P is made with the slip ve
     response = Σ_k conv(L_k, φ_k(P) q) + Σ offset(P) q
 
 The expansion is a singular value decomposition over samples of P, and φ_k is interpolated between them by its
-Chebyshev series (the same polynomial as the barycentric formula gives). Samples are Chebyshev points in the fourth
-root of P: displacement tables contain P ln P, which in √P takes four times as many samples.
+Chebyshev series (the same polynomial as by the barycentric formula). Samples are Chebyshev points in the fourth
+root of P: displacement tables contain P ln P, which in √P needs four times as many samples.
 
 The decomposition needs no full tables: offsets are sampled as densely as the kernel varies, closely around the source
-and ever more widely away from it. A pivoted QR factorisation of those samples then names the few P ("skeleton") whose
+and ever more widely away from it. A pivoted QR factorisation of those samples then selects the few P ("skeleton") whose
 full tables span all others.
 
 The displacement U is an average of Φ(P sech²y) over y (`thermal`), so a skeleton of the cheaper Φ serves for it too.
-Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form: what is expanded is bounded at P = 0.
+Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form; the expanded rest is bounded at P = 0.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ Function = Callable[[Array], Array]
 def outer_rule(
     reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST
 ) -> tuple[Array, Array]:
-    """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), steps as short as the drift asks for.
+    """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), with steps as short as the drift requires.
 
     `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
     the element; beyond the last, less than TOLERANCE follows."""
@@ -171,8 +171,8 @@ def _graded(count: int) -> tuple[Array, Array]:
 def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -> tuple[list[int], Array, Array]:
     """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
 
-    A pivoted QR factorisation up to where what remains of every column is small. Entries of the columns are scaled so that each
-    counts by the number of table entries it stands for.
+    A pivoted QR factorisation, ended when the remainder of every column is small. Entries of the columns are weighted by the
+    number of table entries that they stand for.
     """
     scaled = np.sqrt(offsets.counts)[:, None] * columns
     norms = np.sqrt((scaled**2).sum(axis=0))
@@ -186,7 +186,7 @@ def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -
 def truncated(
     offsets: OffsetSamples, basis: Array, components: Array, tolerance: float
 ) -> tuple[Array, Array, float]:
-    """Fewest singular vectors that hold the tolerance: (samples, terms) matrices that make tables and weights, error.
+    """Fewest singular vectors within the tolerance: (samples, terms) matrices that make tables and weights, and the error.
 
     ``components`` are those of the kernel at all samples in ``basis``, as from `spanning_columns`. Samples of P count
     relative to their own magnitude.
@@ -208,7 +208,7 @@ ThermalKind = Literal["temperature", "displacement"]
 FIRST_DEGREE, LAST_DEGREE = 16, 512
 """Degrees of the polynomial in P^¼: doubled from the first until its error is small enough."""
 CHECKS = 7
-"""Péclet numbers, none of them a sample, at which the finished expansion is held against the kernel."""
+"""Péclet numbers between the samples at which the finished expansion is compared with the kernel."""
 BLOCK = 1 << 15
 """Sources whose weights are computed together, to bound memory."""
 
@@ -223,7 +223,7 @@ class VariablePecletKernel:
 
     ``error`` is the larger of two, measured at all samples and at some Péclet numbers between: the error of any
     coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients relative
-    to the sum of their magnitudes, which bounds what adds up in a response. ``samples`` is the number of Péclet
+    to the sum of their magnitudes, which bounds the error of a response. ``samples`` is the number of Péclet
     numbers sampled, ``skeleton`` the number of full tables computed.
     """
 
@@ -239,7 +239,7 @@ class VariablePecletKernel:
 
     @property
     def terms(self) -> int:
-        """Number of convolutions the response takes."""
+        """Number of convolutions that the response needs."""
         return len(self.tables)
 
     def weights(self, peclet: ArrayLike) -> Array:
@@ -251,8 +251,8 @@ class VariablePecletKernel:
         """The mean of the table, the same at every point. Zero for temperature; shape of ``peclet``.
 
         The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
-        the table without motion, whose constant is arbitrary. Where the flux is made by the slip, q ∝ P and
-        q offset(P) → 0, so that neither the growth nor the arbitrary value is ever felt.
+        the table without motion, whose constant is arbitrary. Where slip makes the heat, q ∝ P and q offset(P) → 0, so
+        neither the growth nor the arbitrary value matters.
         Raises ValueError for P outside [0, peclet_max].
         """
         values = np.asarray(peclet, dtype=np.float64)
@@ -265,8 +265,8 @@ def variable_peclet_kernel(
 ) -> VariablePecletKernel:
     """Expand temperature (Eq. 19) or displacement (Eq. 20) tables of an nx × ny grid for P = V dx/κ in [0, peclet_max].
 
-    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, whose ``error`` says what
-    was reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for fewer than
+    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, whose ``error`` is the one
+    reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for fewer than
     two elements, an aspect that is not positive, a range that is negative or not finite, an unknown kind, and a
     tolerance outside [1e-7, 0.1].
     """
@@ -296,7 +296,7 @@ def variable_peclet_kernel(
     _combine(half, aspect, kind, peclets[skeleton], means[skeleton], from_skeleton)
     offset = mixing @ means
     if kind == "displacement":
-        # Sampled offsets give the mean of a table only nearly: move what is left of it into the offset.
+        # Sampled offsets give the mean of a table only approximately: move the remainder into the offset.
         left = (half[:, :, 0].sum(axis=1) + 2.0 * half[:, :, 1:].sum(axis=(1, 2))) / ((2 * nx - 1) * (2 * ny - 1))
         half -= left[:, None, None]
         offset = offset + weights @ left
@@ -333,7 +333,7 @@ def _polynomials(position: Array, degree: int) -> Array:
 
 
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
-    """The sampled function: T, or Φ with its unbounded part −b ln(P)/2π taken away."""
+    """The sampled function: T, or Φ without its unbounded part −b ln(P)/2π."""
     if kind == "temperature":
         return temperature_at(x, y, aspect, peclet)
     logarithm = aspect / (2.0 * math.pi)
@@ -343,7 +343,7 @@ def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float
 
 
 def _unbounded_part(peclet: Array, aspect: float) -> Array:
-    """(b/2π)(ln P + ⟨ln sech²y⟩): the average of what `_bounded` takes away from Φ; ⟨ln sech²y⟩ = 1 − ln 4."""
+    """(b/2π)(ln P + ⟨ln sech²y⟩): the average of the part of Φ that `_bounded` omits; ⟨ln sech²y⟩ = 1 − ln 4."""
     moving = np.where(peclet > 0.0, peclet, math.exp(math.log(16.0) - np.euler_gamma - 1.0))
     return aspect / (2.0 * math.pi) * (np.log(moving) + 1.0 - math.log(4.0))
 
@@ -384,7 +384,7 @@ def _combine(
     means: Array,
     coefficients: Array,
 ) -> None:
-    """Add combinations of the skeleton's full tables to ``half``: zero tables, of which only Y ≥ 0."""
+    """Add combinations of the skeleton's full tables to ``half``, tables for Y ≥ 0 only."""
     nx, ny = (half.shape[1] + 1) // 2, half.shape[2]
     x, y = np.arange(1.0 - nx, nx), aspect * np.arange(float(ny))
     for peclet, mean, row in zip(peclets, means, coefficients, strict=True):

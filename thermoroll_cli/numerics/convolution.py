@@ -23,7 +23,7 @@ from thermoroll_cli.interruption import safe_point
 def fftw() -> ModuleType:
     """The module pyfftw. Its interfaces to Dask and SciPy are left out: where these are installed they cost 0.5 s of start-up
     (pandas included), more than most solves."""
-    # A name that stands for None makes `import` fail, which pyfftw expects.
+    # A module name set to None makes `import` fail, which pyfftw handles.
     unwanted = ["dask", "scipy.fftpack" if "scipy" in sys.modules else "scipy"]
     hidden = [name for name in unwanted if name not in sys.modules and "pyfftw" not in sys.modules]
     sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type]
@@ -38,9 +38,9 @@ def fftw() -> ModuleType:
 class PaddedPlane:
     """Transforms of real fields that occupy `nx` rows of a periodic plane of (px, py) = `padded` elements.
 
-    A field is written into `field`, (nx, py), whose other elements stay zero; `forward` makes its spectrum, (py//2+1, px).
-    `inverse` brings back rows −before … of a spectrum into `line`, (rows, py), px·py times too large. `transforms` counts
-    both. Plans use FFTW_ESTIMATE, so results repeat bit by bit."""
+    The caller writes a field into `field`, (nx, py), whose other elements stay zero; `forward` computes its spectrum,
+    (py//2+1, px). `inverse` transforms a spectrum back and writes the rows from −`before` on into `line`, (rows, py), without
+    the factor 1/(px·py). `transforms` counts both. Plans use FFTW_ESTIMATE, so results repeat bit by bit."""
 
     def __init__(self, nx: int, rows: int, before: int, padded: tuple[int, int]) -> None:
         pyfftw = fftw()
@@ -71,8 +71,8 @@ class PaddedPlane:
         return fftw().empty_aligned(self._shape, dtype=np.complex128)
 
     def forward(self, out: Spectrum, phase: AnyArray | None = None) -> None:
-        """Spectrum of what is in `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
-        safe_point()  # every step of every solver comes by here
+        """Write the spectrum of `field` into `out`, each wavenumber along y times `phase` (py//2+1) if given."""
+        safe_point()  # every step of every solver passes here
         hat = self._line_hat[: self._nx]
         self._forward_y.execute()
         if phase is not None:
@@ -87,7 +87,7 @@ class PaddedPlane:
             out[...] = self.spectrum
 
     def inverse(self, spectrum: Spectrum, phase: AnyArray | None = None) -> None:
-        """Rows of what has the given spectrum into `line`; `phase` as in `forward`."""
+        """Write the rows of the field with the given spectrum into `line`; `phase` as in `forward`."""
         plan = self._inverse_x
         if not fftw().is_byte_aligned(spectrum, plan.input_alignment):
             self.spectrum[...] = spectrum
@@ -106,7 +106,7 @@ class PaddedPlane:
 
 
 SUMMED = 40
-"""Sides of a quarter plane up to which its cosines and sines are summed: FFTW takes much longer to plan such a transform."""
+"""Sides of a quarter plane up to which its cosines and sines are summed: planning such a transform takes FFTW much longer."""
 
 
 class Convolution:
@@ -185,11 +185,11 @@ def free_space(nx: int, ny: int) -> tuple[int, int]:
 
 
 def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tuple[int, int] = 1) -> Array:
-    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, zero beyond; even (`parity` 1) or odd (−1) in both, or as
-    the pair of parities along x and y says. A kernel odd in one of them has −i times the array returned as its spectrum.
+    """Real spectrum (py//2+1, px) of a kernel given for offsets ≥ 0, zero beyond; even (`parity` 1) or odd (−1) in both, or
+    with a pair of parities along x and y. The spectrum of a kernel odd in one of them is −i times the array returned.
 
-    Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant is a quarter of the work of the whole
-    plane's. Raises ValueError where `padded` = (px, py) are not even."""
+    Offsets up to px/2 and py/2 count. A cosine or sine transform of the quadrant needs a quarter of the work of a transform of
+    the whole plane. Raises ValueError if `padded` = (px, py) are not even."""
     px, py = padded
     if px % 2 or py % 2:
         raise ValueError(f"a symmetric kernel needs an even period, got {padded}")
@@ -245,7 +245,7 @@ def _waves(last: int, parity: int) -> Array:
 
 
 def blocks(rows: int, length: int) -> list[slice]:
-    """Groups of rows of `length` numbers each that stay in the cache while several steps are made with them."""
+    """Groups of rows of `length` numbers each, small enough to stay in the cache during several operations."""
     step = max(1, 2**14 // length)
     return [slice(i, min(i + step, rows)) for i in range(0, rows, step)]
 

@@ -1,4 +1,4 @@
-"""The uniform grid of rectangular elements on which everything lives, and how fields are carried from one grid to another."""
+"""The uniform grid of rectangular elements that all fields live on, and interpolation from one grid to another."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Grid:
         return np.asarray((np.arange(self.ny) - 0.5 * (self.ny - 1)) * self.dy + self.centre, dtype=np.float64)
 
     def rows_with(self, margin: int) -> NDArray[np.float64]:
-        """Element centres along x with so many more at either end, shape (nx + 2 margin,)."""
+        """Element centres along x with `margin` more at either end, shape (nx + 2 margin,)."""
         index = np.arange(-margin, self.nx + margin)
         return np.asarray((index - 0.5 * (self.nx - 1)) * self.dx + self.centre_x, dtype=np.float64)
 
@@ -81,7 +81,7 @@ def interpolation_matrix(source: Array, target: Array) -> Array:
 
 
 def _reached(source: Array, size: float, target: Array) -> NDArray[np.bool_]:
-    """Which of the points `target` lie in an element of `size` about one of `source`, but for rounding."""
+    """Mask of the points `target` that lie in an element of `size` about one of `source`, within rounding."""
     reach = 0.501 * size
     return np.asarray((target > source[0] - reach) & (target < source[-1] + reach))
 
@@ -100,7 +100,7 @@ class Prolongation:
         return result
 
     def from_inside(self, field: Array) -> Array:
-        """The same, but zero beyond the elements of the source: of what only the contact carries."""
+        """The same, but zero beyond the elements of the source: for fields that vanish outside the contact."""
         return np.asarray(np.where(self._inside, self(field), 0.0))
 
     def traction(self, traction: Array, bound: Array, target_bound: Array) -> Array:

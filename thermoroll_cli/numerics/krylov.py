@@ -1,4 +1,4 @@
-"""GMRES for one linear system, and for many small ones at once, where Python's overhead is paid once an iteration."""
+"""GMRES for one linear system, and for many small ones at once: Python's overhead then occurs once per iteration."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import AnyArray
 Vector = NDArray[Any]
 
 CANCELLED = 0.1
-"""Gram–Schmidt is repeated where it leaves less than this of a vector (Daniel et al. 1976)."""
+"""Gram–Schmidt is repeated if the length of a vector falls below this share (Daniel et al. 1976)."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def gmres(
     """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
 
     `expensive` is the linear convolution, `cheap` the element-wise rest, which must return a new array. Classical
-    Gram–Schmidt takes two matrix products instead of k dot products; it is repeated where it has lost digits.
+    Gram–Schmidt needs two matrix products instead of k dot products; it is repeated where it has lost digits.
     """
     norm = float(np.linalg.norm(right_hand_side))
     if norm == 0.0:
@@ -68,7 +68,7 @@ def gmres(
             column[i], column[i + 1] = c * column[i] + s * column[i + 1], -s * column[i] + c * column[i + 1]
         r = float(np.hypot(column[k], column[k + 1]))
         if r == 0.0:
-            break  # the operator has lost this direction: the solution so far is the best there is
+            break  # the operator maps this direction to zero: the solution so far is the best there is
         c, s = column[k] / r, column[k + 1] / r
         rotations.append((c, s))
         column[k], column[k + 1] = r, 0.0
@@ -86,7 +86,7 @@ def gmres(
 
 
 def _orthogonalised(w: Vector, basis: Vector) -> Vector:
-    """Take from `w`, in place, its components along the orthonormal rows of `basis`. Returns them, and the length left."""
+    """Subtract from `w`, in place, its components along the orthonormal rows of `basis`. Returns them and the length left."""
     before = float(np.linalg.norm(w))
     components = basis @ w
     w -= components @ basis
@@ -110,9 +110,9 @@ def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
 Indices = NDArray[np.intp]
 
 DROPPED = 0.25
-"""Solved systems are dropped from the arrays when they are this share of them: each time everything is copied."""
+"""Solved systems are dropped from the arrays once they are this share of all; dropping copies every array."""
 FIRST_SPACE = 12
-"""Directions a system has room for at first: most need no more, and memory never used before is slow."""
+"""Directions allocated per system at first: most systems need no more, and touching new memory is slow."""
 
 
 def batch_gmres(
@@ -125,8 +125,8 @@ def batch_gmres(
 ) -> tuple[AnyArray, AnyArray]:
     """Solve J_b d_b = r_b for all rows of `right` (B, P), each to its relative `tolerance` (B,): as `krylov.gmres` does.
 
-    Returns the solutions and what `expensive` makes of them, both (B, P). `cheap` and `precondition` are told which systems
-    the rows they get belong to. Gram–Schmidt is done once: the systems are small and solved to a few digits."""
+    Returns the solutions d and expensive(d), both (B, P). The first argument of `cheap` and `precondition` holds the indices
+    of the systems whose rows they get. Gram–Schmidt is done once: the systems are small and solved to a few digits."""
     size = right.shape[1]
     step, image = np.zeros_like(right), np.zeros_like(right)
     norm = np.linalg.norm(right, axis=1)
@@ -167,7 +167,7 @@ def batch_gmres(
                 break
             rest = ~solved
             who, done_at = who[rest], done_at[rest]
-            # Only what is used: most of the space has never been touched.
+            # Copy only the columns in use: most of the space has never been touched.
             basis = _room(basis[:, : k + 2], basis.shape[1], rest)
             steps, images = [v[rest] for v in steps], [v[rest] for v in images]
             hessenberg, rotations, residual = hessenberg[rest], rotations[rest], residual[rest]

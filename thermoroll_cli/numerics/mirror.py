@@ -1,7 +1,7 @@
 """Pairs of fields of which one is even and one odd across y = 0, transformed together from half the elements.
 
-The sum of both, a single real field, carries all there is: centred on the mirror line, the real part of its transform along
-y is the even field's, the imaginary part the odd one's. One transform does the work of two.
+The sum of both is a single real field that contains both: centred on the mirror line, the real part of its transform along
+y belongs to the even field, the imaginary part to the odd one. One transform does the work of two.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.numerics.convolution import PaddedPlane, blocks
 
 Parities = tuple[int, int]
-"""1 (even) or −1 (odd across y = 0) of the x and the y component of a vector field; one each."""
+"""Parity across y = 0 of the x and the y component of a vector field, 1 (even) or −1 (odd); one of each."""
 
 
 class MirroredPlane:
     """Plans and buffers for pairs of fields (2, nx, ny) on the elements y > 0, in a plane of px × py elements.
 
     The plane is periodic: with px ≥ 2·(nx + extra rows) − 1 and py ≥ 4·ny − 1 convolutions are those of free space. `rows`
-    are brought back, the first `before` of them from before the first. `transforms` counts padded transforms."""
+    are transformed back, the first `before` of them upstream of the fields. `transforms` counts padded transforms."""
 
     def __init__(
         self, nx: int, ny: int, padded: tuple[int, int], even: int, rows: int | None = None, before: int = 0
@@ -76,8 +76,8 @@ class MirroredPlane:
 
 
 def pair_symbols(xx: AnyArray, yy: AnyArray, xy: AnyArray, even: int) -> tuple[AnyArray, AnyArray]:
-    """What a 2 × 2 symbol (xx, xy; xy, yy), even and odd along y, makes of a packed pair: the factor of its spectrum, and that
-    of the spectrum of its mirror image. `even` is the index of the even component."""
+    """A 2 × 2 symbol (xx, xy; xy, yy), even and odd along y, as it acts on a packed pair: the factors of the pair's spectrum
+    and of the spectrum of its mirror image. `even` is the index of the even component."""
     difference = 0.5 * (xx - yy)
     return 0.5 * (xx + yy) + xy, difference if even == 0 else -difference
 

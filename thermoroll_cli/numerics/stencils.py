@@ -32,10 +32,10 @@ def sobel(padded: AnyArray, dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
 
 
 SHARPEST = 3.0
-"""How much more a peak may bend than what is beside it. Peaks of temperature behind narrow slip zones do (with 1, their errors
-are 20 % larger); at the edge of a plateau the ratio has no end."""
+"""Largest ratio of the curvature of a peak to that of the field beside it. Temperature peaks behind narrow slip zones need more
+than 1 (with 1 their errors are 20 % larger); at the edge of a plateau the ratio is unbounded."""
 SHARPEST_SKEW = 5.0
-"""The same of a cubic, over the bend on the side that falls less."""
+"""The same ratio for a cubic; beside means the side that falls less."""
 
 STEEP = 0.5
 """Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
@@ -46,9 +46,9 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
     values at the elements' centres (temperature): what is reported and written over pictures.
 
     The top of the parabolas along x and y through the largest element, or that element's value at the edge of the field's
-    support. Fields may have a corner there (a plateau that ends, a border of stick): the parabola bends at most `SHARPEST`
-    times as much as the field does beside the largest element, so nothing is made of a drop on one side alone. Temperatures
-    rise slowly through the contact and fall behind it: along x their top is that of a cubic, where it is none of these.
+    support. Fields may have a corner there (a plateau that ends, a border of stick): the curvature of the parabola is at most
+    `SHARPEST` times that of the field beside the largest element, so a drop on one side alone adds nothing. Temperatures rise
+    slowly through the contact and fall behind it: along x their top is that of a cubic, unless there is a corner.
     """
     i, j = np.unravel_index(int(np.argmax(field)), field.shape)
     along = None if averages else _skew_rise(field[:, j], int(i))
@@ -57,7 +57,7 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
 
 
 def _rise(line: Array, k: int, averages: bool) -> float:
-    """How far the parabola along one line of averages rises above element k, the largest."""
+    """Height of the top of the parabola along one line of averages above element k, the largest."""
     if not 0 < k < len(line) - 1 or min(line[k - 1], line[k + 1]) <= 0.0:
         return 0.0
     beside = float(np.diff(line[max(k - 2, 0) : k + 3], 2).max())
@@ -71,9 +71,9 @@ def _rise(line: Array, k: int, averages: bool) -> float:
 
 
 def _skew_rise(line: Array, k: int) -> float | None:
-    """How far the cubic through the largest value k, its neighbours and the second one on the side that falls less rises above
-    it; None where that is no smooth top. Of Carter's contact on fast material the top of zones of 5 to 20 elements comes out
-    within 4e-3 to 2e-4 wherever it lies, three to five times closer than by a parabola."""
+    """Height above the largest value k of the top of the cubic through it, its neighbours and the second neighbour on the side
+    that falls less; None if that is not a smooth top. For Carter's contact on fast material the top of slip zones of 5 to 20
+    elements has errors of 4e-3 to 2e-4 wherever it lies, a third to a fifth of a parabola's."""
     if not 1 < k < len(line) - 2 or min(line[k - 1], line[k + 1]) <= 0.0:
         return None
     two, one, top, other, beyond = line[k - 2 : k + 3] if line[k - 2] >= line[k + 2] else line[k - 2 : k + 3][::-1]
@@ -91,8 +91,8 @@ def _skew_rise(line: Array, k: int) -> float | None:
 
 
 def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
-    """`peak_value` of the elements away from the border of the contact, where there are any: near a border that is steeper than
-    an element, single elements carry what belongs to their neighbours.
+    """`peak_value` of the elements away from the border of the contact, if there are any: near a border that is steeper than
+    an element, single elements carry load that belongs to their neighbours.
 
     `covered` are the covered fractions, (nx, ny); `ends` says that the first and the last column lie at the end of a profile,
     which is no border of this kind."""
@@ -108,9 +108,9 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
 
 def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
     """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
-    carries less than `STEEP` of their `pressure`, and one to the other side that does not (a patch of few elements has a top
-    without that). At the leading and the trailing edge they stay: a slip zone may be no wider. `ends` as in `peak_inside`. All
-    of `field` where nothing else is left."""
+    carries less than `STEEP` of their `pressure` and a neighbour to the other side that carries more. Elements at the leading
+    and the trailing edge stay, because a slip zone may be one element wide. `ends` as in `peak_inside`. Returns all of `field`
+    if no element is left."""
     beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
     beside[:, 0] *= ends[0]
     beside[:, -1] *= ends[1]
