@@ -37,8 +37,8 @@ OVERLAP_SHARE = 0.5
 class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of that
     span along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
-    says whether it reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits` are
-    these ends (m); `converged` is whether the coarse pressure has."""
+    says whether the contact reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits`
+    are these ends (m); `converged` says whether the coarse pressure has converged."""
 
     semi_axis_x: float
     semi_axis_y: float

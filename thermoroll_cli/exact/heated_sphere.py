@@ -5,8 +5,8 @@ q = μ s p, and inside the contact of radius a (Dundurs & Comninou 1976; Barber 
 
     A p = δ − r²/(2R') + u,      A p = 1/(πE*) ∬ p/|x − x'|,      ∇²u = −c q,     c = Σ (1 + ν)α η/k  (each body, its share η)
 
-with u the thermal expansion of both towards each other. Steady conduction makes curvature in proportion to the local flux,
-which is why the equation is as simple as this. With ρ = r/a the pressure is expanded in
+with u the thermal expansion of both towards each other: in steady conduction the curvature is proportional to the local flux.
+With ρ = r/a the pressure is expanded in
 
     p = Σ_k c_k (1 − ρ²)^{k+1/2},     A of each term = (a/E*) B(½, k + 3/2) ₂F₁(½, −k − 1; 1; ρ²)     (a polynomial)
     u' of each term = −c μ s a²/r · [1 − (1 − ρ²)^{k+3/2}]/(2k + 3)
@@ -36,7 +36,7 @@ quarter; from 14 on rounding grows."""
 NODES = 40
 """Gauss points of the expansion's integral."""
 SMALLEST = 0.02
-"""Radius over Hertz's below which no state is looked for."""
+"""Radius over Hertz's below which no state is searched for."""
 
 
 @dataclass(frozen=True)
@@ -67,8 +67,8 @@ class HeatedSphere:
         return np.asarray(sum(c * s ** (2 * k + 1) for k, c in enumerate(self.coefficients)))
 
     def centre_temperature(self, heat: float, conductivity: float) -> float:
-        """Temperature rise in K in the centre of a body of `conductivity` (W/mK) that takes `heat` (W) of the contact's,
-        spread like the pressure: 1/k ∫ q dr."""
+        """Temperature rise in K in the centre of a body of `conductivity` (W/mK) that the share `heat` (W) of the heat enters,
+        distributed like the pressure: 1/k ∫ q dr."""
         line = sum(c * 0.5 * _beta(k) for k, c in enumerate(self.coefficients)) * self.radius
         return float(line) * heat / self.normal_force / conductivity
 

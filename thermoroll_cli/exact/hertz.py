@@ -7,8 +7,8 @@ p = p0 sqrt(1 − x²/a0² − y²/b0²) moves the two surfaces together by (sum
     u_z(x, y) = p0 a0 b0/(2E*) ∫_λ^∞ [1 − x²/(a0² + s) − y²/(b0² + s)] ds / sqrt((a0² + s)(b0² + s) s),
 
 λ = 0 inside the contact ellipse, and outside it the largest root of x²/(a0² + λ) + y²/(b0² + λ) = 1. The three
-integrals are Carlson's symmetric R_F and R_D, which keep full precision for any aspect ratio (there is no eccentricity
-that loses digits near the circle or the line).
+integrals are Carlson's symmetric R_F and R_D, which keep full precision for any aspect ratio (no eccentricity loses digits
+near the circle or the line).
 
 `element_averages` is the pressure averaged over the elements of a grid, with the part of each that the contact covers.
 
@@ -100,8 +100,6 @@ class HertzContact:
         outside = excess > 0.0
         if not outside.any():
             return displacement
-        # Slow to import, and needed here only.
-
         xx, yy = x[outside] ** 2, y[outside] ** 2
         aa, bb = self.semi_axis_x**2, self.semi_axis_y**2
         half_trace = 0.5 * (xx + yy - aa - bb)
@@ -276,8 +274,8 @@ def shear_gradients(hertz: HertzContact, isotropic: float, directional: float) -
 
         ∂u_x/∂x = c_xx x,   ∂u_y/∂x = c_xy y   under (p, 0);      ∂u_x/∂x = c_xy y,   ∂u_y/∂x = c_yy x   under (0, p).
 
-    `isotropic` and `directional` are Σ(1−ν)/(2πG) and Σν/(2πG) in 1/Pa (`kernels.elastic.ShearCompliance`). The kernels 1/r,
-    x²/r³, y²/r³ and xy/r³ of Cerruti's solution have g = 2π, 2π sin²θ, 2π cos²θ and −2π sin θ cos θ.
+    `isotropic` and `directional` are Σ(1−ν)/(2πG) and Σν/(2πG) in 1/Pa (`ShearCompliance`). The kernels 1/r, x²/r³, y²/r³
+    and xy/r³ of Cerruti's solution have g = 2π, 2π sin²θ, 2π cos²θ and −2π sin θ cos θ.
     """
     a, b = hertz.semi_axis_x, hertz.semi_axis_y
     points = POINTS_PER_ASPECT * math.ceil(4.0 + max(a / b, b / a))

@@ -7,7 +7,7 @@ the rim, and loses heat by convection h. With q(x) cos λy spread over the rim (
     T = cos λy Σ_n q_n e^{inx/R} / [k s_n I_n'(s_n R)/I_n(s_n R) + h],      s_n² = λ² + i n V/(κR)
 
 (Carslaw & Jaeger, 7.4; DesRuisseaux & Zerkle 1970 for the plane case). A source q₀ √(1 − x²/l²) on |x| < l has
-q_n = q₀ l/(2R) · J₁(z)/z, z = nl/R. One revolution of memory is inside: no passes are counted.
+q_n = q₀ l/(2R) · J₁(z)/z, z = nl/R. The series includes the heat of all earlier revolutions.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Creep forces of the simplified theories that vehicle dynamics uses: FASTSIM (Kalker 1982) and Polach's formulas (1999).
 
-Both take Kalker's creepage coefficients for the elastic part and a contact without heat, and both differ from the
-complete theory by up to about 15 %, more with much spin. They use the conventions of `kalker`: traction along the slip
+Both use Kalker's creepage coefficients for the elastic part and neglect heat, and both differ from the complete theory by
+up to about 15 %, more with much spin. They use the conventions of `kalker`: traction along the slip
 of body 1 relative to body 2, material flowing towards +x.
 """
 

@@ -11,7 +11,7 @@ penetration of a flat punch of unit radius, E* = 2 and the traction τ on the bo
     I_n    = ∫_0^∞ J_n(kr) J_n(ks) dk,
 
 with μ such that τ is bounded at c. There is no closed form; `spence_contact` solves these equations by collocation on
-rings and extrapolates. Ignoring what τ does to p leaves one, `uncoupled_friction`.
+rings and extrapolates. There is a closed form if the effect of τ on p is neglected, `uncoupled_friction`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The heat of one state: how much is made where, how it divides between the bodies, what it does to both surfaces."""
+"""The heat of one state: its distribution, its division between the bodies, and the temperatures and expansions it causes."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from thermoroll_cli.problem.problem import Heating
 
 @dataclass(frozen=True)
 class Heat:
-    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`; whether
-    heat flows between them without friction, too (`conducts`)."""
+    """Frictional heat `flux` q (W/m², (nx, ny)), the part of it that enters each body, and the bodies' `response`. `conducts`
+    says whether heat also flows between the bodies without friction."""
 
     flux: Array
     partition: Partition
@@ -36,8 +36,8 @@ class Heat:
 
     @property
     def mean_share(self) -> float:
-        """Share of the frictional heat that enters the lower body; nan if there is none, or if bodies of unlike bulk
-        temperatures exchange heat that friction has not made (`conducts`)."""
+        """Share of the frictional heat that enters the lower body; nan if there is no heat, or if bodies of different bulk
+        temperatures also exchange heat that is not from friction (`conducts`)."""
         total = float(self.flux.sum())
         if total == 0.0 or self.conducts:
             return np.nan

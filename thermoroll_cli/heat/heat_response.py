@@ -18,7 +18,7 @@ from thermoroll_cli.numerics.grid import Grid
 
 @dataclass(frozen=True)
 class HeatedBody:
-    """One body as its surface sees the heat: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
+    """Constants of one body's thermal response: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
     material passes through the contact."""
 
     conductivity: float
@@ -30,9 +30,9 @@ class HeatedBody:
 
 @dataclass(frozen=True)
 class DividedHeat:
-    """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the lower body takes the part `share` at every point, and
-    the flux `exchanged` that leaves the upper body for the lower one besides, of either sign (None: nothing does). `total`
-    changes by `slope` along x through each element (None: as its neighbours suggest, `thermal.slopes`)."""
+    """Frictional heat flux `total` ≥ 0 in W/m², (nx, ny), of which the share `share` enters the lower body at every point, and
+    the additional flux `exchanged` from the upper to the lower body, of either sign (None: none). `total` changes by `slope`
+    along x through each element (None: by differences of its neighbours, `thermal.slopes`)."""
 
     total: Array
     share: float
@@ -57,11 +57,11 @@ class ThermalResponse(Protocol):
 
     @property
     def matched_share(self) -> float | None:
-        """Share of the lower body with which both surfaces get equally warm everywhere, if there is one."""
+        """Share of the lower body for which both surfaces are equally warm everywhere; None if there is no such share."""
 
     @property
     def likely_share(self) -> float:
-        """About the share of the lower body with which both surfaces get equally warm on average."""
+        """Approximate share of the lower body for which both surfaces are equally warm on average."""
 
     def displacement(self, heat: DividedHeat) -> Array:
         """u_z^t > 0 in m: expansion of both bodies towards each other, up to a constant for sources at rest."""
@@ -70,40 +70,40 @@ class ThermalResponse(Protocol):
         """Surface temperature rise in K of the lower and of the upper body."""
 
     def temperature_gap(self, exchange: Array) -> Array:
-        """Temperature of the lower less that of the upper surface if the flux `exchange` leaves the upper body for the
-        lower one."""
+        """Temperature of the lower less that of the upper surface under the flux `exchange` from the upper to the lower
+        body."""
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
-        """A convolution and the spectrum with which it is `temperature_gap`, or comes near."""
+        """A convolution and the spectrum with which it equals or approximates `temperature_gap`."""
 
     def gap_patterns(
         self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]
     ) -> tuple[Array, Array] | None:
-        """What `gap_symbol` lacks on the `contact` (nx, ny), if anything does: u vᵀ acts on fluxes summed over rows and adds
-        the same to all rows. Returns what the inverse of the symbol, `inverted`, makes of the n patterns u on the contact, or
-        on one that is nearly the same, (n, nx, ny), and v, (ny, n)."""
+        """Low-rank difference u vᵀ between `temperature_gap` and `gap_symbol` on the `contact` (nx, ny), if there is one: it
+        acts on fluxes summed over rows and adds the same to all rows. Returns the inverse of the symbol, `inverted`, applied to
+        the n patterns u on the contact, or on one nearly the same, (n, nx, ny), and v, (ny, n)."""
 
 
 MOST_TABLES = 6
-"""Tables of one kind that are kept, those built last."""
+"""Number of tables of one kind that are kept: those built last."""
 NODES = 5, 4, 3
-"""Tables between which one is interpolated."""
+"""Numbers of tables that an interpolation tries to use."""
 INTERPOLATED = 1e-6
-"""Over the largest coefficient: the last node may change a table by so much; the error is a hundredth of it."""
+"""Largest change of an interpolated table by its last node, over the largest coefficient; the error is a hundredth of it."""
 LARGEST_WEIGHTS = 16.0
-"""Sum of the weights' sizes: they multiply what tables differ by at random."""
+"""Largest sum of the weights' magnitudes: they amplify the rounding and quadrature errors of tables."""
 
 
 class KeptTables:
-    """Influence tables of one kind, by Péclet numbers: those built last are kept, and one that lies between them, or hardly
-    beyond, is interpolated in ln |P| where that is as good. Neighbouring problems share them."""
+    """Influence tables of one kind, by Péclet numbers: those built last are kept, and a table between them, or slightly beyond,
+    is interpolated in ln |P| if that is accurate enough. Neighbouring problems share them."""
 
     def __init__(self, build: Callable[[int, int, float, float, float], Array]) -> None:
         self._build = build
         self._known: list[tuple[tuple[int, int, float], tuple[float, float], Array]] = []
 
     def __call__(self, grid: Grid, peclets: tuple[float, float]) -> Array:
-        """The table of `grid` at the Péclet numbers V dx/κ along x and y; not to be written to."""
+        """The table of `grid` at the Péclet numbers V dx/κ along x and y; callers must not change it."""
         shape = grid.nx, grid.ny, float(f"{grid.dy / grid.dx:.12g}")
         known = [(key, table) for like, key, table in self._known if like == shape]
         for key, table in known:
@@ -118,7 +118,7 @@ class KeptTables:
 
     @staticmethod
     def _interpolated(nodes: list[tuple[float, Array]]) -> Array | None:
-        """The table at 0 from those at other places, the nearest ones; None if it would not be close enough."""
+        """The table at 0 from the nearest ones at other places; None if it would not be accurate enough."""
         nodes = sorted(nodes, key=lambda node: abs(node[0]))
         for count in (n for n in NODES if n <= len(nodes)):
             places, tables = np.array([place for place, _ in nodes[:count]]), [table for _, table in nodes[:count]]
@@ -139,8 +139,9 @@ def _weights_at_zero(places: Array) -> Array:
 class HeatResponse:
     """Bodies whose material passes at one velocity each: free-space kernels on one grid, built when first asked for.
 
-    For temperatures frictional heat changes linearly along x within each element (`kernels.thermal_slope`): they are those of
-    the elements' centres, at second order. `tables` counts influence tables built: equal bodies at equal speed share theirs.
+    For temperatures frictional heat changes linearly along x within each element (`thermal.temperature_slope_table`): they are
+    those at the elements' centres, at second order. `tables` counts the influence tables built; equal bodies at equal speed
+    share theirs.
     """
 
     def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, expansions: KeptTables | None = None) -> None:
@@ -177,8 +178,8 @@ class HeatResponse:
         return lower / (lower + upper)
 
     def displacement(self, heat: DividedHeat) -> Array:
-        """As `ThermalResponse`. The gap only feels the sum of both expansions: heat that is divided evenly takes one
-        transform of it, and one of the result, whatever the bodies."""
+        """As `ThermalResponse`. The gap depends on the sum of both expansions only: heat with the same share everywhere needs
+        one forward and one inverse transform, whatever the bodies."""
         convolution = self.convolution
         if heat.exchanged is None:
             hat = convolution.forward(heat.total)
@@ -190,10 +191,10 @@ class HeatResponse:
         return convolution.inverse(hat)
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `ThermalResponse`. What is exchanged is constant in each element: it may change its sign from one to the next, and
-        with slopes of either sign surfaces would get colder than their surroundings."""
+        """As `ThermalResponse`. Exchanged heat is constant in each element: it may change its sign from one to the next, and
+        with slopes surfaces would get colder than their surroundings."""
         lower, upper = self.bodies
-        # Laws of slip zones may leave negative heat at the end of an element, which must not be where material enters.
+        # The laws of slip zones may give negative heat at one end of an element; it must not be where material enters.
         entered_behind = min(lower.speed_x, upper.speed_x) < 0.0
         changes = slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
         flux, slope = (self.convolution.forward(field) for field in (heat.total, changes))
@@ -216,13 +217,13 @@ class HeatResponse:
         return self.convolution, self._gap
 
     def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
-        """As `ThermalResponse`: nothing is lacking."""
+        """None: `gap_symbol` is exact."""
         return None
 
     def _rise(
         self, body: HeatedBody, flux: Spectrum, slope: Spectrum, share: float, exchanged: Spectrum | None, sign: float
     ) -> Array:
-        """Temperature of a body that takes `share` of a flux and `sign` times what is exchanged; all given as transforms."""
+        """Temperature of a body that `share` of a flux and `sign` times the exchanged flux enter; all given as transforms."""
         own = share * flux
         if exchanged is not None:
             own += sign * exchanged
@@ -247,7 +248,7 @@ class HeatResponse:
         return self._slope[key]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
-        """Kernel of the sum of both expansions if the bodies take these shares of a heat flux."""
+        """Kernel of the sum of both expansions if these shares of a heat flux enter the bodies."""
         shares = lower, upper
         if shares not in self._expansion:
             grid = self.grid
@@ -266,11 +267,11 @@ class HeatResponse:
 
 
 def thermal_admittance(grid: Grid, body: HeatedBody, speed: float) -> float:
-    """How readily a body takes up heat on the size of the grid, relative: k for material at rest, k sqrt(P) for fast."""
+    """Relative thermal admittance of a body at the size of the grid: k for material at rest, k sqrt(P) for fast material."""
     size = 0.5 * math.sqrt(grid.nx * grid.dx * grid.ny * grid.dy)
     return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)
 
 
 def _peclets(grid: Grid, body: HeatedBody) -> tuple[float, float]:
-    """V dx/κ along x and y: what the tables are made for."""
+    """V dx/κ along x and y, the arguments of the tables."""
     return body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity

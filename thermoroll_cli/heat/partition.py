@@ -1,13 +1,12 @@
-"""Heat that divides itself: the local division with which both surfaces are equally warm wherever they touch.
+"""Matched partition: the local division of heat for which both surfaces are equally warm wherever they touch.
 
 With the responses K_1, K_2 of the two bodies, frictional heat q and bulk temperatures B_1, B_2, the flux q_1 into the
 lower body solves, on the contact,
 
     (K_1 + K_2) q_1 = K_2 q + B_2 − B_1,     q_2 = q − q_1.
 
-where K_i includes what a body brings back from earlier revolutions, if it does. The local share η = q_1/q is an outcome. It
-leaves [0, 1] where one surface warms the other: near the border, and in the stick area, where there is no friction but heat
-still crosses.
+where K_i includes the recirculating heat of a body that turns. The local share η = q_1/q is a result. It is outside [0, 1]
+where one surface warms the other: near the border, and in the stick area, where heat crosses without friction.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from thermoroll_cli.numerics.krylov import Vector, gmres
 MISMATCH = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""
 APPLICATIONS, RESTART = 600, 300
-"""Most applications of `ThermalResponse.temperature_gap`, and after how many GMRES begins anew: elongated contacts take up to
-ten times the usual, and conduction where parts stick and others slip at Péclet numbers of thousands several hundred."""
+"""Most applications of `ThermalResponse.temperature_gap`, and after how many GMRES restarts: elongated contacts need up to ten
+times the usual number, conduction in partial slip at Péclet numbers of thousands several hundred."""
 
 
 @dataclass(frozen=True)
@@ -50,8 +49,8 @@ def match(
     """Divide the frictional heat `flux` (W/m², (nx, ny), `slope` as in `DividedHeat`) so that both surfaces are equally warm on
     the mask `contact`.
 
-    `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` what is exchanged in a
-    state nearby (W/m², (nx, ny)), if known. The equation is solved for the correction of an even division by GMRES,
+    `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
+    similar state (W/m², (nx, ny)), if known. The equation is solved for the correction of an even division by GMRES,
     preconditioned with the inverse of the padded, periodic operator: 4 to 7 applications for 1e-4 at any grid and any Péclet
     numbers, fewer from a start. Where both bodies respond alike there is nothing to solve.
     """
@@ -79,7 +78,7 @@ def match(
     exchange = known[contact]
     applications = 0
     while applications < APPLICATIONS and np.abs(mismatch).max() > MISMATCH * peak:
-        # GMRES measures the root mean square, the mismatch is a maximum: a few times larger, so it may take two goes.
+        # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
         wanted = 0.2 * MISMATCH * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
         solution = gmres(gap, _as_it_is, precondition, mismatch, min(wanted, 0.1),
                          min(RESTART, APPLICATIONS - applications))
@@ -91,8 +90,8 @@ def match(
 
 
 def _preconditioner(response: ThermalResponse, contact: NDArray[np.bool_]) -> Callable[[Vector], Vector]:
-    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution, and by Woodbury's
-    formula what tracks bring back, u vᵀ between columns summed and spread over rows."""
+    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution, with the recirculating
+    heat, u vᵀ between columns summed and spread over rows, by Woodbury's formula."""
     convolution, spectrum = response.gap_symbol()
     inverse = 1.0 / spectrum
 
@@ -121,5 +120,5 @@ def _preconditioner(response: ThermalResponse, contact: NDArray[np.bool_]) -> Ca
 
 
 def _as_it_is(_: Vector, image: Vector) -> Vector:
-    """No element-wise part; a new array, as `gmres` asks for."""
+    """No element-wise part; a new array, as `gmres` requires."""
     return image.copy()

@@ -1,8 +1,8 @@
-"""Heat that turning bodies bring back to the contact: temperature and bulge that earlier revolutions have left on the track.
+"""Recirculating heat: temperature and bulge on the track of a turning body from earlier revolutions.
 
 **One wavenumber.** A track receives an equal amount of heat at each pass, P apart. A wave across the track (wavenumber λ,
 ε = κλ²P) has decayed by exp(−nε) n passes later, and its surface temperature falls like n^{−1/2}. The sums
-over all n ≥ 1 less the integrals that stand for the mean in time,
+over all n ≥ 1 less the integrals that represent the mean in time,
 
     D(ε) = Σ n^{−1/2} e^{−nε} − √(π/ε) = Li_{1/2}(e^{−ε}) − √(π/ε),          D(0) = ζ(½) = −1.46035…
     S(ε) = Σ erfc √(nε) − 1/(2ε),                                             S(0) = −½
@@ -12,7 +12,7 @@ have, by their Mellin transforms, the series (|ε| < 2π)
     D = Σ_k ζ(½ − k) (−ε)^k/k!,      S = −½ − Σ_k (−1)^k ζ(−½ − k) ε^{k+½} / (√π k! (k + ½)).
 
 **One track** (`Track`). The body is a solid cylinder of radius R and width B that turns at the speed V of its surface, cooled
-on rim and ends by convection h, or as a whole through a thermal resistance. Each of its Z contacts per revolution leaves
+on rim and ends by convection h, or as a whole through a thermal resistance. Each of its Z contacts per revolution puts
 the energy e(y) = ∫ q dx / V per area on the track, P = 2πR/(ZV) apart in time; q̄ = e/P is its mean flux over the rim. Across
 the width
 
@@ -24,11 +24,11 @@ and mode by mode, with ρ = I₁(λR)/I₀(λR), ε = κλ²P, β = k/√κ, ρc
     T_m = q̄_m [1/(kλρ + h) + √(P/π)/β · D(ε)]
     u_m = (1 + ν)α q̄_m [c(λR)/(λ(kλρ + h)) + 2P/ρc · S(ε)].
 
-A body that is concave along rolling is the rim of a bore, R inside, with much around it: ρ = K₁(λR)/K₀(λR), and the c that
+A body that is concave along rolling is the rim of a bore of radius R in a large body: ρ = K₁(λR)/K₀(λR), with the c that
 belongs to it. R does not say where such a ring is cooled and how thick it is, so its mean needs a resistance.
 
-Both are what the track brings back into the contact; there they depend on y alone, but for a part of about a/(2πR) of T. What
-the present pass adds is the half-space's response. Where ε is large both terms cancel: heat has spread before it returns.
+T and u are the recirculating parts at the contact; there they depend on y alone, except for a share of about a/(2πR) of T.
+The present pass adds the half-space's response. Where ε is large both terms cancel: heat has spread before it returns.
 
 **Both bodies** (`RecirculatingResponse`): the half-space's response to the present pass, plus their tracks'.
 """
@@ -57,7 +57,7 @@ PASSES = 40
 
 
 def pass_sum(epsilon: ArrayLike) -> Array:
-    """D(ε) for ε ≥ 0: surface temperature that earlier passes have left, less its mean in time; shape of ε."""
+    """D(ε) for ε ≥ 0: surface temperature by earlier passes, less its mean in time; shape of ε."""
     eps = np.asarray(epsilon, dtype=float)
     k = np.arange(TERMS)
     coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(TERMS)
@@ -69,7 +69,7 @@ def pass_sum(epsilon: ArrayLike) -> Array:
 
 
 def bulge_sum(epsilon: ArrayLike) -> Array:
-    """S(ε) for ε ≥ 0: thermal expansion that earlier passes have left, less its mean in time; shape of ε."""
+    """S(ε) for ε ≥ 0: thermal expansion by earlier passes, less its mean in time; shape of ε."""
     eps = np.asarray(epsilon, dtype=float)
     k = np.arange(TERMS)
     coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(TERMS) * math.sqrt(math.pi) * (k + 0.5))
@@ -81,8 +81,8 @@ def bulge_sum(epsilon: ArrayLike) -> Array:
 
 
 def surface_slope(argument: ArrayLike, *, bore: bool = False) -> Array:
-    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in λ; shape of λR ≥ 0. For the rim of a `bore`, around
-    which T = K₀(λr), it is K₁(λR)/K₀(λR), λR > 0."""
+    """ρ = I₁(λR)/I₀(λR): slope over value of T = I₀(λr) at the rim, in units of λ; shape of λR ≥ 0. For the rim of a `bore`,
+    around which T = K₀(λr), it is K₁(λR)/K₀(λR), λR > 0."""
     x = np.asarray(argument, dtype=float)
     return np.asarray(k1e(x) / k0e(x) if bore else i1e(x) / i0e(x))
 
@@ -96,7 +96,7 @@ def cylinder_factor(argument: ArrayLike, poisson_ratio: float, *, bore: bool = F
         c = ρ x²(1 − ρ²) / [x²(1 − ρ²) − 2(1 − ν)ρ²],     x = λR,  ρ = I₁(x)/I₀(x)
 
     It is 1 + (3/2 − 2ν)/x for large x; for small x it is x/(1 + ν), the free expansion αRT of the whole cylinder.
-    Around a `bore` I₀ and I₁ give way to K₀ and −K₁, and the surface moves the other way: the same with ρ = −K₁/K₀ and a minus
+    Around a `bore` K₀ and −K₁ replace I₀ and I₁, and the surface moves the other way: the same with ρ = −K₁/K₀ and a minus
     sign, 1 − (3/2 − 2ν)/x for large x.
     """
     x = np.asarray(argument, dtype=float)
@@ -112,11 +112,11 @@ def _factorials(count: int) -> Array:
 
 
 SPREAD = 36.0
-"""ε from which the mean and the passes cancel: e^{−36}."""
+"""ε above which the mean and the passes cancel: e^{−36}."""
 THICK = 100.0
-"""λR and kλ/h from which a wave no longer sees that the body is round and cooled."""
+"""λR and kλ/h above which the curvature and the cooling of the body no longer affect a wave."""
 FINEST = 6.0 * math.pi
-"""λ dy beyond which the elements do not carry a wave."""
+"""λ dy above which the elements do not resolve a wave."""
 ROOT_STEPS = 60
 """Newton steps at most, for all roots at once."""
 
@@ -151,7 +151,7 @@ class Roller:
 
     @property
     def spreading(self) -> float:
-        """√(κP) in m: how far heat spreads across the track between passes."""
+        """√(κP) in m: distance that heat spreads across the track between passes."""
         return math.sqrt(self.diffusivity * self.period)
 
     @property
@@ -184,7 +184,7 @@ class Roller:
 
 
 class Track:
-    """Response of a `Roller`'s track at the columns of a grid, to heat fluxes on that grid, as matrices.
+    """Response of a `Roller`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
 
     `temperature` (K per W/m²) and `bulge` (m per W/m², up to a constant), both (ny, ny), act on the sum of the flux into the
     body over the rows of the grid.
@@ -228,7 +228,8 @@ class Track:
         return steady + passing, r.free_expansion * bulging
 
     def entry_temperature(self, flux: Array) -> Array:
-        """T_rec(y) in K, (ny,), that the heat `flux` (W/m², (nx, ny)) into the body leaves for the next passes."""
+        """T_rec(y) in K, (ny,), with which the track re-enters the contact, by the heat `flux` (W/m², (nx, ny)) into the
+        body."""
         return np.asarray(self.temperature @ flux.sum(axis=0))
 
     def entry_bulge(self, flux: Array) -> Array:
@@ -266,17 +267,17 @@ def robin_roots(count: int, biot: float) -> Array:
 
 
 RANK = 12
-"""Most patterns across the track that the preconditioner of a matched partition knows; four to eight matter."""
+"""Most patterns across the track in the preconditioner of a matched partition; four to eight matter."""
 NEGLIGIBLE = 0.03
-"""Patterns weaker than this, relative, it does not know: each costs as much as half an application."""
+"""Relative strength of the patterns below which the preconditioner omits them: each costs half an application."""
 CHANGED = 0.1
-"""Share of a contact's elements that may come and go before the patterns are inverted for it anew."""
+"""Share of a contact's elements that may change before the patterns are inverted again."""
 
 
 class RecirculatingResponse:
-    """`passing` response of the present pass and the `tracks` of lower and upper body (None: does not return).
+    """`passing` response of the present pass, and the `tracks` of lower and upper body (None: no recirculating heat).
 
-    With `bulging` false the tracks' thermal crown is left out of the displacement."""
+    With `bulging` false the displacement does not include the tracks' thermal crown."""
 
     def __init__(self, passing: ThermalResponse, tracks: tuple[Track | None, Track | None], *, bulging: bool = True) -> None:
         self.passing, self.tracks, self.bulging = passing, tracks, bulging
@@ -289,14 +290,14 @@ class RecirculatingResponse:
 
     @property
     def matched_share(self) -> float | None:
-        """As `ThermalResponse`: bodies alike must also return and be cooled alike."""
+        """As `ThermalResponse`: the tracks of equal bodies must be equal as well."""
         lower, upper = self.tracks
         alike = lower is upper if lower is None or upper is None else lower.roller == upper.roller
         return self.passing.matched_share if alike else None
 
     @property
     def likely_share(self) -> float:
-        """As `ThermalResponse`, with as much resistance added as both tracks have in the middle."""
+        """As `ThermalResponse`, with the thermal resistance of both tracks in the middle added."""
         return self.passing.likely_share
 
     def displacement(self, heat: DividedHeat) -> Array:
@@ -309,13 +310,13 @@ class RecirculatingResponse:
         return expansion
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `ThermalResponse`, above what surrounds each body: what the track brings back is a function of y alone."""
+        """As `ThermalResponse`, above the surroundings of each body: the recirculating part is a function of y alone."""
         lower, upper = self.passing.temperatures(heat)
         before, above = self.entry_temperatures(heat)
         return lower + before, upper + above
 
     def entry_temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """Temperatures (K, (ny,)) with which the tracks meet the contact; 0 for a body that does not return."""
+        """Temperatures (K, (ny,)) with which the tracks enter the contact; 0 for a body without recirculating heat."""
         lower, upper = (
             np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
             for track, flux in zip(self.tracks, (heat.lower, heat.upper), strict=True)
@@ -337,7 +338,7 @@ class RecirculatingResponse:
         return np.asarray(total)
 
     def gap_patterns(self, contact: Mask, inverted: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """As `ThermalResponse`, with u and v from the singular vectors on the columns that the contact has."""
+        """As `ThermalResponse`, with u and v from the singular vectors on the columns of the contact."""
         known = self._patterns
         if known is None or np.count_nonzero(known[0] ^ contact) > CHANGED * np.count_nonzero(contact):
             inside = np.flatnonzero(contact.any(axis=0))

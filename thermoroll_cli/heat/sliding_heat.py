@@ -1,14 +1,14 @@
-"""Thermal response where every source has its own Péclet number, made with the local slip speed (after Eq. 20).
+"""Thermal response where every source has its own Péclet number, that of the local slip speed (after Eq. 20).
 
-The article lets heat travel with the sliding speed, which differs from point to point in rolling contact. Every source
+In the article heat travels with the sliding speed, which differs from point to point in rolling contact. Every source
 element x' then has its own kernel of Pe(x') = |ṡ(x')| l/κ, and T(x) = Σ K_Pe(x')(x − x') q(x') becomes a short sum of
-convolutions (`kernels.variable_peclet`).
+convolutions (`variable_peclet`).
 
 **Direction.** The magnitude is that of the slip, the direction that of rolling: the material of both bodies moves along
-+x, as it passes through the contact, whichever way the surfaces slip. So reversed creepages, bodies that change places
-and mirror images have the heat they should. The article's Pe_x, Pe_y, made with the components of the slip, put the wake
-of sideways slip sideways, and that of negative slip ahead of the contact, of both bodies alike. Where slip is along +x
-both agree; otherwise they differ in proportion to the Péclet number, and not at all where that is small.
++x, as it passes through the contact, whichever way the surfaces slip. So the temperatures are consistent when creepages are
+reversed, bodies exchanged or the problem mirrored. With the article's Pe_x, Pe_y, the components of the slip, the wake of
+sideways slip lies sideways, and that of negative slip ahead of the contact, for both bodies. Where slip is along +x both agree;
+otherwise they differ in proportion to the Péclet number, and not at all where that is small.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from thermoroll_cli.numerics.grid import Grid
 TOLERANCE = 1e-5
 """Error of the expansion relative to the largest coefficient, and to the sum of all."""
 RANGES_KEPT = 2
-"""Expansions kept per kind: a slip speed that moves back and forth over the end of a range needs both."""
+"""Expansions kept per kind: a slip speed that varies about the end of a range needs both."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +44,8 @@ class _Expansion:
 class SlidingKernels:
     """Expansions on one grid, kept from one state to the next.
 
-    An expansion covers Péclet numbers up to a power of two, so that it serves states with half to all of that slip, and
-    depends on nothing but the state. `built` counts expansions.
+    An expansion covers Péclet numbers up to a power of two: it serves states with half to all of that slip, and does not
+    depend on the states before. `built` counts expansions.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -92,23 +92,23 @@ class SlidingHeatResponse:
 
     @property
     def _alike(self) -> bool:
-        """Whether both bodies have the same kernels."""
+        """True if both bodies have the same kernels."""
         return self.bodies[0].diffusivity == self.bodies[1].diffusivity
 
     @property
     def matched_share(self) -> float | None:
-        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        """As `ThermalResponse`."""
         lower, upper = (body.conductivity for body in self.bodies)
         return lower / (lower + upper) if self._alike else None
 
     @property
     def likely_share(self) -> float:
-        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        """As `ThermalResponse`."""
         lower, upper = (thermal_admittance(self.grid, body, 0.5 * self._fastest) for body in self.bodies)
         return lower / (lower + upper)
 
     def displacement(self, heat: DividedHeat) -> Array:
-        """As `solvers.thermal.heat_response.ThermalResponse`; one expansion if the bodies are of one diffusivity."""
+        """As `ThermalResponse`; one expansion if the bodies are of one diffusivity."""
         lower, upper = self.bodies
         scaled = [
             flux * (body.free_expansion * self.grid.dx**2 / body.conductivity)
@@ -119,7 +119,7 @@ class SlidingHeatResponse:
         return self._respond("displacement", lower, scaled[0]) + self._respond("displacement", upper, scaled[1])
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        """As `ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike and heat.exchanged is None:
             rise = self._respond("temperature", lower, heat.total) * self.grid.dx
@@ -130,7 +130,7 @@ class SlidingHeatResponse:
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
     def temperature_gap(self, exchange: Array) -> Array:
-        """As `solvers.thermal.heat_response.ThermalResponse`."""
+        """As `ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike:
             rise = self._respond("temperature", lower, exchange)
@@ -151,7 +151,7 @@ class SlidingHeatResponse:
         return self._kernels.convolution, self._symbol
 
     def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
-        """As `ThermalResponse`: nothing that is known is lacking."""
+        """None: no low-rank correction is known."""
         return None
 
     def mean_peclet(self, flux: Array) -> float:
@@ -161,7 +161,7 @@ class SlidingHeatResponse:
         return float((self._slip_speed * flux).sum() / flux.sum()) * size / slowest
 
     def report(self) -> dict[str, float]:
-        """Terms and error of the expansions used so far: `terms_temperature`, `terms_displacement` (of the body that takes
+        """Terms and error of the expansions used so far: `terms_temperature`, `terms_displacement` (of the body that needs
         more) and `error`."""
         result: dict[str, float] = {}
         for (kind, _), (expansion, _, _) in self._weights.items():

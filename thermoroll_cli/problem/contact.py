@@ -12,8 +12,8 @@ from thermoroll_cli.arrays import Array, Mask
 
 @dataclass(frozen=True)
 class Pressure:
-    """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m),
-    and what had closed the gap beforehand, `offset` (m, up to a constant; None: nothing).
+    """Normal part: `pressure` (Pa), `covered` fraction of each element, `displacement` u_z^e, `gap` (m), `approach` (m), and
+    the `offset` that closes the gap besides the load (m, up to a constant; None: none).
 
     `whole_elements` is the pressure before the contact border was resolved, from which the next solve starts (None: the
     pressure itself)."""
@@ -42,9 +42,9 @@ class Pressure:
 
 @dataclass(frozen=True)
 class Traction:
-    """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the creepages
-    in force, `heat` = heat flux over V (Pa), its change along x through each element, `work` = ξ·F of all creepages (N), and
-    the coefficient of `friction` (nx, ny) where it depends on slip."""
+    """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the given or found
+    `creepage`, `heat` = heat flux over V (Pa), its change along x through each element `heat_slope`, `work` = ξ·F of all
+    creepages (N), and the coefficient of `friction` (nx, ny) where it depends on slip."""
 
     traction: Array
     slip: Array
@@ -77,7 +77,7 @@ class Traction:
 
 @dataclass(frozen=True)
 class Contact:
-    """A complete state, with the fields (nx, ny) that act back on the contact; None where one does not take part.
+    """A complete state, with the fields (nx, ny) that act back on the contact; None for one that is not active.
 
     `expansion` is the thermal expansion that the pressure was computed with, in m; `shear_displacement` the normal displacement
     −u_z^τ by which the shear of dissimilar bodies closes the gap, in m; `friction` the local coefficient, if it is not the same
@@ -96,12 +96,12 @@ class Contact:
 
     @property
     def local_friction(self) -> Array | None:
-        """Coefficient of friction (nx, ny) with what temperature and slip make of it; None where it is the same everywhere."""
+        """Coefficient of friction (nx, ny) at the local temperature and slip; None if it is the same everywhere."""
         return self.friction if self.tangential.friction is None else self.tangential.friction
 
     @property
     def offset(self) -> Array | None:
-        """All that closes the gap besides load and elastic indentation, in m, (nx, ny); None if nothing does."""
+        """Thermal expansion and displacement by shear, which close the gap besides the load, in m, (nx, ny); None without."""
         if self.expansion is None or self.shear_displacement is None:
             return self.shear_displacement if self.expansion is None else self.expansion
         return self.expansion + self.shear_displacement

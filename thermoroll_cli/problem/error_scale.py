@@ -27,7 +27,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | anything else | its value |
 
     `summary` has the scalars of one state and those of the inputs (`SCALARS` and `HERTZ_SCALARS`), as in
-    `Result.summary()`. nan where `summary` lacks what it takes.
+    `Result.summary()`. nan if a scalar that the scale needs is missing.
     """
     match ALL_SCALARS[name].scale if name in ALL_SCALARS else "value":
         case "force":
@@ -51,7 +51,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
 
 
 def absolute_error(name: str, summary: Mapping[str, Any]) -> float:
-    """Estimated discretisation error of a scalar in its own unit; nan for what is given or has no estimate."""
+    """Estimated discretisation error of a scalar in its own unit; nan for a given one, or without an estimate."""
     return _number(summary.get("error", {}), name) * error_scale(name, summary)
 
 

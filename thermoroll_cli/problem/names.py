@@ -30,7 +30,7 @@ class Scalar:
     without_hertz: str = ""
 
     def meaning_of(self, *, hertz: bool) -> str:
-        """The meaning, where the cold contact is Hertz's or not."""
+        """The meaning, depending on whether the cold contact is Hertz's."""
         return self.meaning if hertz or not self.without_hertz else self.without_hertz
 
     @property
@@ -285,7 +285,7 @@ ALL_SCALARS = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
 
 
 def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
-    """The `SUBSURFACE_SCALARS` of the bodies that are to be looked into, with those of strength where it is asked for."""
+    """The `SUBSURFACE_SCALARS` of the requested bodies, with those of strength if requested."""
     if request is None:
         return ()
     strong = [body for body in request.bodies if getattr(request, f"{body}_strength") is not None]

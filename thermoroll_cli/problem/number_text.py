@@ -19,8 +19,7 @@ NOISE = 1e-6
 
 
 def listed_scalars(result: Result) -> list[str]:
-    """Names of the computed scalars that a short table shows: those of interest in most cases (`Scalar.listed`) or in this
-    one."""
+    """Names of the computed scalars in a short table: those of interest in most cases (`Scalar.listed`) or in this one."""
     problem, motion = result.problem, result.problem.motion
     warm = problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
     in_this_case = {
@@ -47,7 +46,7 @@ def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
 
 
 def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
-    """The same scalar without thermal deformation, with as many digits as beside it; "" where that state does not have it."""
+    """The same scalar without thermal deformation, with the same number of digits; "" if that state does not have it."""
     isothermal = {**summary, **summary["isothermal"]}
     if name not in summary["isothermal"]:
         return ""
@@ -77,7 +76,7 @@ def rounded(value: float, error: float) -> str:
 
 
 def _digits(value: float, error: float) -> tuple[int, int]:
-    """The power of ten to take out of numbers too small or too large to be written plainly, and the decimals that follow."""
+    """Power of ten to factor out of numbers too small or too large to be written plainly, and the number of decimals."""
     size = max(abs(value), error)
     power = 0 if 1e-3 <= size < 1e6 else math.floor(math.log10(size))
     leading = math.floor(math.log10(error / 10.0**power))

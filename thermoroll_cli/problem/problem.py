@@ -20,12 +20,12 @@ STANDARD_ACCURACY = 1e-3
 """Relative accuracy aimed at where a case asks for none."""
 
 LEFT_OUT_SHARE = 0.25
-"""Share of a wanted accuracy below which the effect of a stage allows leaving it out: the grid and other stages need the
-rest."""
+"""A stage may be left out if its effect is below this share of the requested accuracy; the rest is for the grid and other
+stages."""
 
 
 class Unsolvable(ValueError):
-    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that is to blame."""
+    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that causes it."""
 
     def __init__(self, message: str, key: str) -> None:
         super().__init__(message)
@@ -58,7 +58,7 @@ class Material:
 
     @property
     def elastic_layers(self) -> tuple[Layer, ...]:
-        """`layers` without those at the bottom that have the elastic constants of the body below: they change nothing."""
+        """`layers` without those at the bottom that have the elastic constants of the body below, which have no effect."""
         count = len(self.layers)
         while count and (self.layers[count - 1].youngs_modulus, self.layers[count - 1].poisson_ratio) == (
                 self.youngs_modulus, self.poisson_ratio):
@@ -114,7 +114,7 @@ class Geometry:
 
 @dataclass(frozen=True)
 class Motion:
-    """Rolling speed in m/s and what drives the slip.
+    """Rolling speed in m/s, creepages and prescribed forces.
 
     Creepages are dimensionless, spin is in rad/m. A prescribed force (N) replaces the creepage of its
     direction, which is then None here and becomes an unknown. With `differential_slip` the rolling radii vary across the
@@ -132,8 +132,8 @@ class Motion:
 
 @dataclass(frozen=True)
 class Recirculation:
-    """A body that turns and brings its heated track back: its `width` (m), contacts per turn, and either `convection`
-    (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
+    """A body that turns and whose heated track returns to the contact: its `width` (m), contacts per revolution, and either
+    `convection` (W/m²K) on rim and ends or the thermal `resistance` (K/W) of the whole body."""
 
     width: float
     passes: int = 1
@@ -145,13 +145,13 @@ class Recirculation:
 class Heating:
     """How frictional heat is treated.
 
-    `deformation`: whether thermal expansion acts back on the gap. True leaves it out where its effect is below the accuracy,
-    "always" never does.
+    `deformation`: whether thermal expansion acts back on the gap. With True it is left out if its effect is below the accuracy,
+    with "always" it is always computed.
     `partition` is the share of the lower body, or "matched": divided from point to point so that both surfaces are equally
     warm inside the contact. Bulk temperatures (K) are those of the bodies far from the contact, above the temperature to
     which the coefficient of friction belongs; with a matched partition their difference drives heat through the contact.
-    `lower_track`, `upper_track`: how a body that turns is cooled (None: it does not come back); its bulk temperature is then
-    that of its surroundings.
+    `lower_track`, `upper_track`: cooling of a body that turns (None: no recirculating heat); its bulk temperature is then that
+    of its surroundings.
     """
 
     heat: bool = True
@@ -165,7 +165,7 @@ class Heating:
 
     @property
     def recirculates(self) -> bool:
-        """Whether a body brings heat back to the contact."""
+        """True if a body has recirculating heat."""
         return self.heat and (self.lower_track is not None or self.upper_track is not None)
 
     @property
@@ -181,8 +181,8 @@ class Heating:
 
 @dataclass(frozen=True)
 class Numerics:
-    """Discretisation wishes: either a grid (elements per side) or a relative accuracy, and the domain side in
-    Hertz semi-axes (`extent` = domain side / semi-axis, so 2.2 covers the contact with 5 % to spare on each side)."""
+    """Discretisation: either a grid (elements per side) or a relative accuracy, and the domain side in Hertz semi-axes
+    (`extent` = domain side / semi-axis, so 2.2 covers the contact with a margin of 5 % on each side)."""
 
     grid: tuple[int, int] | None = None
     accuracy: float | None = None
@@ -205,9 +205,9 @@ class Strength:
 
 @dataclass(frozen=True)
 class SubsurfaceRequest:
-    """Stresses asked for below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None:
+    """Requested stresses below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None:
     by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields
-    are kept, and the strength of the bodies whose shakedown and fatigue are wanted."""
+    are kept, and the strength of the bodies whose shakedown and fatigue are requested."""
 
     bodies: tuple[BodyName, ...] = BODIES
     depth: float | None = None
@@ -221,7 +221,7 @@ class SubsurfaceRequest:
 @dataclass(frozen=True)
 class WornBody:
     """A body that wears by Archard's law: specific wear `rate` κ in 1/Pa (m²/N: worn volume per sliding distance and load), and
-    the `track_length` (m) that rolls by between two passages of a point."""
+    the `track_length` (m) rolled between two passages of a point."""
 
     rate: float = 0.0
     track_length: float = math.inf
@@ -280,7 +280,7 @@ class Problem:
 
     @property
     def coated(self) -> bool:
-        """Whether a body has layers that are felt."""
+        """True if a body has layers with an elastic effect."""
         return bool(self.lower.elastic_layers or self.upper.elastic_layers)
 
     @property
@@ -295,7 +295,7 @@ class Problem:
 
     @property
     def highest_friction(self) -> float:
-        """The largest coefficient of friction that any temperature makes."""
+        """The largest coefficient of friction at any temperature."""
         return self.friction * (self.friction_maximum if self.friction_slope < 0.0 else 1.0)
 
     @property

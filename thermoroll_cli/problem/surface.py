@@ -16,9 +16,9 @@ from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.profile import Profile
 
 SAMPLES = 2001
-"""Places at which the closest approach of two profiles is looked for, before it is refined."""
+"""Places at which the smallest gap of two profiles is searched for, before it is refined."""
 SYMMETRIC = 1e-9
-"""Heights on both sides that differ by less than this part of their range are those of a symmetric profile."""
+"""A profile is symmetric if heights on both sides differ by less than this share of their range."""
 
 
 @dataclass(frozen=True)
@@ -148,12 +148,12 @@ def _crown(profile: Profile) -> Callable[[Array, int], Array]:
     side = 0.5 * (profile.length - profile.flat)
 
     def crown(y: Array, n: int) -> Array:
-        # Distance into the crowned part over its width, and one less it, which must not vanish at the very end.
+        # t: distance into the crowned part over its width; left: 1 − t², which must not vanish at the very end.
         t = np.maximum(np.abs(y) - 0.5 * profile.flat, 0.0) / side
         left = np.maximum((1.0 - t) * (1.0 + t), 1e-300)
         sign = np.sign(y)
         if n == 0:
-            # No bottom at the very end: what lies there never touches.
+            # Infinitely deep at the very end: it never touches.
             return np.asarray(np.where(t < 1.0, profile.drop * np.log(left), -math.inf))
         if n == 1:
             return np.asarray(-2.0 * profile.drop * t * sign / (left * side))

@@ -1,11 +1,11 @@
 """Many tangential problems that differ in creepage alone, solved together: `newton` on (B, 2, n, m) arrays.
 
-Pressure, friction, border and kernels are the same for all, so set-up is paid once and every step of Python does the work of
+Pressure, friction, border and kernels are the same for all, so set-up is done once and every step of Python does the work of
 a whole group. Points that are solved drop out. The operators are matrices: on grids of up to some thirty elements a side one
 product of matrices is faster than many small transforms.
 
-Kernels do not know y from −y, so tractions are split into two parts: τ_x even and τ_y odd across y = 0, and the other way
-round. Each part needs half the elements, and both together half the work.
+Kernels are symmetric across y = 0, so tractions are split into two parts: τ_x even and τ_y odd across y = 0, and the other
+way round. Each part needs half the elements, and both together half the work.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ from thermoroll_cli.rolling.rolling_solver import FORCING_SHARE, LOOSEST_FORCING
 from thermoroll_cli.rolling.stick_inverse import StickInverse, inverse_symbols
 
 Kernels = tuple[AnyArray, AnyArray, AnyArray]
-"""Influence at offsets −(n−1)…n−1 by −(m−1)…m−1, (2n−1, 2m−1) each: x on x, y on y, each on the other."""
+"""Influence at offsets −(n−1)…n−1 by −(m−1)…m−1, (2n−1, 2m−1) each: τ_x on u_x, τ_y on u_y, each on the other."""
 
 
 class PairMatrix:
     """Three kernels applied to pairs of fields, (B, 2, n, m) -> (B, 2, n, m), in the precision of these. m is even.
 
-    Only what acts within `contact` (n, m) and is felt there counts, as far as it is symmetric in y: an ellipse has a fifth
-    fewer elements than its rectangle, and a product of matrices two fifths less work."""
+    The matrices are restricted to `contact` (n, m), extended to be symmetric in y: an ellipse has a fifth fewer elements than
+    its rectangle, and a product of matrices two fifths less work."""
 
     def __init__(self, shape: tuple[int, int], kernels: Kernels, contact: Mask | None = None) -> None:
         n, m = self._shape = shape
@@ -57,18 +57,18 @@ class PairMatrix:
         same, mirrored = columns[:, None] - columns + m - 1, columns[:, None] + columns + m
 
         def block(kernel: AnyArray, parity: int) -> AnyArray:
-            """Effect of a field of a parity on the elements y > 0."""
+            """Effect of a field with this parity on the elements y > 0."""
             return np.asarray(kernel[along, same] + parity * kernel[along, mirrored])
 
         xx, yy, xy = kernels
         self._matrices: dict[Any, list[AnyArray]] = {np.dtype(np.float64): [
-            # Rows are what acts: fields are rows of a product.
+            # Rows are sources: fields multiply the matrix from the left.
             np.block([[block(xx, even), block(xy, -even)], [block(xy, even), block(yy, -even)]]).T.copy()
             for even in (1, -1)
         ]}
 
     def __call__(self, pairs: AnyArray) -> AnyArray:
-        safe_point()  # every step of the batched solver comes by here
+        safe_point()  # every step of the batched solver passes here
         if pairs.dtype not in self._matrices:
             double = self._matrices[np.dtype(np.float64)]
             self._matrices[pairs.dtype] = [matrix.astype(pairs.dtype) for matrix in double]
@@ -83,7 +83,7 @@ class PairMatrix:
         first, second = halves
         out = np.empty_like(pairs)
         out[..., m // 2 :] = self._spread(0.5 * (first + second))
-        # Below, the parity of each component decides.
+        # The elements y < 0 follow by the parity of each component.
         difference = self._spread(0.5 * (first - second))[..., ::-1]
         out[:, 0, :, : m // 2] = difference[:, 0]
         np.negative(difference[:, 1], out=out[:, 1, :, : m // 2])
@@ -105,8 +105,8 @@ class PairMatrix:
 
 
 class BatchGradient:
-    """D A of `RollingGradient` for (B, 2, n, m) tractions, where there is `contact`. `applications` counts points, so that it
-    compares with that of `RollingGradient`."""
+    """D A of `RollingGradient` for (B, 2, n, m) tractions on `contact`. `applications` counts points, for comparison with that
+    of `RollingGradient`."""
 
     def __init__(
         self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance,
@@ -159,7 +159,7 @@ class BatchInverse:
 
 
 def begins(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """The row where the run of True along x begins that each element of (B, n, m) belongs to, as (B, 1, n, m)."""
+    """For each element of (B, n, m) the first row of its run of True along x, as (B, 1, n, m)."""
     first = mask.copy()
     first[:, 1:] &= ~mask[:, :-1]
     rows = np.arange(mask.shape[1])[:, None]
@@ -167,9 +167,9 @@ def begins(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
 
 
 FINEST_FORCING = 1e-5
-"""Single precision solves a linear system no further."""
+"""Smallest relative residual of linear systems: they are solved in single precision."""
 ROUNDS = 2
-"""How often Newton goes on from the slip computed afresh in double precision."""
+"""Rounds of Newton's iteration; each starts from the slip recomputed in double precision."""
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ class BatchSolution:
 
 @dataclass
 class _State:
-    """Iterates of some points, all arrays with the point as first axis."""
+    """Iterates of some points; the first axis of all arrays is the point."""
 
     traction: AnyArray
     slip: AnyArray
@@ -229,7 +229,7 @@ class BatchSolver:
         return self._gradient.applications
 
     def full_stick(self, rigid: AnyArray) -> AnyArray:
-        """Tractions (B, 2, n, m) that let nothing slip under `rigid` slips: a linear problem."""
+        """Tractions (B, 2, n, m) of full stick under `rigid` slips: a linear problem."""
         bound = self._newton.traction_bound * UNBOUNDED
         state = self._iterate(np.zeros_like(rigid), rigid.copy(), bound)
         return self._step(state, rigid, bound, np.full(len(rigid), STICK_FORCING)).traction
@@ -237,7 +237,7 @@ class BatchSolver:
     def solve(self, rigid: AnyArray, starts: AnyArray, tolerance: float) -> BatchSolution:
         """Solve for `rigid` slips from the tractions `starts`, both (B, 2, n, m), to the residual `tolerance`.
 
-        Points that do not get there are marked in `converged`; from full stick cut down to the bound almost all do."""
+        `converged` marks the points that reach it; from full stick cut down to the bound almost all do."""
         bound, newton = self._newton.traction_bound, self._newton
         reference = self._references(rigid)
         size = np.hypot(starts[:, 0], starts[:, 1])
@@ -261,7 +261,7 @@ class BatchSolver:
                 steps[active] += 1
                 stuck = state.norm[active] >= last[active]
                 active = active[(state.norm[active] > tolerance) & ~stuck]
-            # The slip was combined from images in single precision.
+            # The slip so far was combined from images in single precision.
             state = self._iterate(state.traction, self._slip(state.traction, rigid), bound, reference)
         return BatchSolution(state.traction, np.where(state.stick[:, None], 0.0, state.slip) * self._contact,
                              state.stick & newton.contact, state.norm, state.norm <= 2.0 * tolerance, steps)
@@ -298,7 +298,7 @@ class BatchSolver:
     def _step(
         self, state: _State, rigid: AnyArray, bound: AnyArray, forcing: AnyArray, reference: AnyArray | None = None
     ) -> _State:
-        """One Newton step of each point, as long as it lowers the residual."""
+        """One Newton step of each point, shortened until it lowers the residual."""
         reference = self._references(rigid) if reference is None else reference
         system = _Linearisations(self, state)
         count = len(state.norm)
@@ -352,7 +352,7 @@ class _Linearisations:
         self._who: AnyArray = np.arange(len(state.norm))
 
     def _keep(self, who: AnyArray) -> None:
-        """Drop the coefficients of all systems but `who`: what has dropped out is never asked for again."""
+        """Drop the coefficients of all systems but `who`: systems that have dropped out are not needed again."""
         if len(who) == len(self._who):
             return
         left = np.isin(self._who, who)

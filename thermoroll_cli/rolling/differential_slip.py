@@ -23,8 +23,8 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.surface import surfaces
 
 LARGEST_EFFECT = 1.0
-"""No scalar changes by more than this times the largest |d| over the creepage that the contact has without it: 0.6 at most in
-24 random ellipses with creepages and spin from a thirtieth of saturation to three times it."""
+"""Bound of the relative change of any scalar, over the largest |d| divided by the creepage without it: 0.6 at most in 24 random
+ellipses with creepages and spin from a thirtieth of saturation to three times it."""
 
 ROUNDING = 1e-12
 """Differential slip of this size over the saturation creepage comes from the rounding of radii."""
@@ -32,7 +32,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """Whether d(y) takes part, or `why_not`; where its effect is small, the bound of the relative change of any scalar by it
+    """The function d(y), or the reason why it is left out (`why_not`) with the bound of the relative change of any scalar by it
     (`left_out`)."""
 
     problem: Problem
@@ -44,7 +44,7 @@ class DifferentialSlip:
         return not self.why_not
 
     def __call__(self, y: Array) -> Array:
-        """d at the places `y` (m), dimensionless; zero where it takes no part."""
+        """d at the places `y` (m), dimensionless; zero if it is left out."""
         return differential_slip(self.problem, y) if self.active else np.zeros(np.shape(y))
 
     def slope(self, y: Array) -> Array:
@@ -81,8 +81,8 @@ def resolved(
 ) -> DifferentialSlip:
     """The differential slip of a contact that covers the places `y` (m), unless all scalars change by less than `negligible`.
 
-    It is measured against the creepage that drives the contact without it: on the smaller side of the `saturation` creepage,
-    because heat and stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m)."""
+    It is compared with the creepage that drives the contact without it, at most the `saturation` creepage, because heat and
+    stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m)."""
     if not problem.motion.differential_slip:
         return DifferentialSlip(problem, "switched off")
     largest = float(np.abs(differential_slip(problem, y)).max())

@@ -1,15 +1,15 @@
 """Borders that run inside elements: leading edge, partly covered elements, end of stick, neutral lines.
 
-**Leading edge** (`known_gradient`): an error of the difference formula where tractions begin at zero like a square root.
+**Leading edge** (`known_gradient`): the error of the difference formula where tractions begin at zero like a square root.
 There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
 shaped like the pressure the true gradient is known, so D A of their element averages gives its error element by
 element:
 
     E τ = [(∂u/∂x of p) − D A p] τ/p       on the elements cut by the leading edge and on the two next to it.
 
-Added to D A, E makes a stick area begin right wherever the border lies in its elements. The part E > 0 on covered parts alone
-(`EdgeCompliance`) moves the border by a part of an element that depends on its direction: an error of first order in the
-tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and nothing depends on E.
+Added to D A, E makes the beginning of a stick area correct wherever the border lies in its elements. E > 0 on covered parts
+alone (`EdgeCompliance`) would shift the border by a fraction of an element that depends on its direction: a first-order error
+in the tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and E has no effect.
 
 **Partly covered elements** (`EdgeCompliance`): a further gradient beyond the uniform element of the influence coefficients.
 Where the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
@@ -18,24 +18,24 @@ gradient of the displacement along the rolling direction is
 
     K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
 
-For n along x these are the constants of docs/numerics.md; without the turn of n lateral forces keep an error of first order.
+For n along x these are the constants of docs/numerics.md; with n fixed along x lateral forces would have a first-order error.
 
 **End of stick** (`stick_ends`): the place of the border between stick and slip inside the elements on which slip begins.
 At the downstream border of a stick area, at a distance d from it, the half-space is in plane strain along the border's normal n
-and in anti-plane strain along the border, and what the friction has in reserve and the slip have one common factor A:
+and in anti-plane strain along the border, and the reserve of friction and the slip have one common factor A:
 
     μp − |τ| = A sqrt(d)  inside,      |s| = |n_x| c A sqrt(d)  outside,      c = Σ(1−ν)/G (n·τ)²/τ² + Σ1/G (1 − (n·τ)²/τ²)
 
 (for n along x this is Carter's contact, with its shear modulus along and across). Measured along x, both are A sqrt(|n_x| d_x).
 
-**Neutral lines** (`neutral_compliance`): differential slip changes its direction inside an element.
+**Neutral lines** (`neutral_compliance`): lines where differential slip changes its direction inside an element.
 Across a neutral line the traction of a sliding contact jumps from one side of the Coulomb bound to the other. Let the slip of
 an element vary by ±v across its width about its mean s. Then the mean of its traction is μp s/v for |s| < v, and the bound
-beyond: an element that the line crosses obeys s = κ τ with κ = v/μp, as if it had that much more compliance. Without it the
-neutral line would sit on the centre of a column of elements, and the creepage under a given force were off by as much.
+beyond: an element that the line crosses obeys s = κ τ with κ = v/μp, an additional compliance. Without it the neutral line
+would lie on the centre of a column of elements, and the creepage under a given force would have a corresponding error.
 
-Where elasticity lets the element stick as a whole, κ has no place. It counts as r⁴/(1 + r⁴), with r the smallest κ of a column
-over the element's own compliance: r falls like the element's width, so that this leaves the order of the solution as it is.
+Where an element sticks as a whole, κ does not apply. It is multiplied by r⁴/(1 + r⁴), with r the smallest κ of a column over
+the element's own compliance: r falls like the element's width, so this does not change the order of the solution.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from thermoroll_cli.numerics.stencils import highest, sobel
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7
-"""Over the peak: elements with less have no shape to speak of."""
+"""Pressure over the peak below which elements have no resolved shape."""
 CROSSWISE = 1e-6
 """The pressure's slope along x over the steepest one below which the border runs along the rolling direction."""
 
@@ -85,7 +85,7 @@ def continued_gradient(
     from the normal problem, as u_z inside the contact is what closes the gap.
 
     The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Of the
-    directional kernels only the one across n feels it, dir·(I − n nᵀ) times the same."""
+    directional kernels only the one across n changes, by dir·(I − n nᵀ) times the same."""
     c = compliance
     missing = isotropic - (found[0] + found[1]) / (2.0 * c.isotropic + c.directional)
     along, across = _slopes(pressure, dx, dy)
@@ -106,11 +106,11 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
 class EdgeCompliance:
     """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
-    Where `leading` (3, n, m) is given, what it holds takes the place of K on its elements, which it gives more closely.
-    `softest` is then what the operator leaves of an element's own compliance where tractions alternate across (x and y): on
-    elements that are long along x that is little, and more must not be taken from it, or rows slip against each other.
+    Where `leading` (3, n, m) is given, it replaces K on its elements, because it is more accurate. `softest` is then the
+    operator's compliance for tractions that alternate across rolling (x and y): on elements that are long along x it is small,
+    and subtracting more than that would let rows slip against each other.
     `mirrored` says that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
-    compliance of elements that a neutral line may cross (`neutral_line`), the same in all directions, and added to K; `layer`
+    compliance of elements that a neutral line may cross (`neutral_compliance`), the same in all directions, and added to K; `layer`
     (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
 
     def __init__(
@@ -146,7 +146,7 @@ class EdgeCompliance:
             known = leading.any(axis=0) & contact
             trust = min(compliance.trust, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
             k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
-            # Over a layer tractions rise linearly: the root-like rise is what the half-spaces leave of it.
+            # Over a layer tractions rise linearly; only the share of the half-spaces rises like a square root.
             k[:, known] /= 1.0 + compliance.layer / (along * dx)
             trailing &= ~known
         if neutral is not None:
@@ -169,7 +169,7 @@ class EdgeCompliance:
     def trailing(self, traction: AnyArray) -> AnyArray:
         """K `traction` of the trailing border only, (2, n, m).
 
-        Where that slips, the traction is at the bound whatever the gradient, and K would only take power from the slip."""
+        Where that slips, the traction is at the bound whatever the gradient, and K would only reduce the power of the slip."""
         i, j = (index[self._trailing] for index in self._index)
         xx, yy, xy = (k[self._trailing] for k in (self.xx, self.yy, self.xy))
         tx, ty = traction[0, i, j], traction[1, i, j]
@@ -183,7 +183,7 @@ class EdgeCompliance:
 
 
 def _limited(k: AnyArray, along: float, across: float, options: RollingOptions) -> AnyArray:
-    """Components xx, yy, xy (3, …) scaled down to what occurs below Hertz pressures, so that slivers do not lose digits."""
+    """Components xx, yy, xy (3, …) limited to the largest values under Hertz pressures, so that slivers do not lose digits."""
     x, y = k[0] / along, k[1] / across
     excess = np.maximum(np.maximum(x, y) * options.smallest_cover, -np.minimum(x, y) / options.deepest)
     return np.asarray(k / np.maximum(1.0, excess))
@@ -198,7 +198,7 @@ def _border_normal(
     size = np.hypot(along_x, along_y)
     known = size > 0.0
     safe = np.where(known, size, 1.0)
-    # An isolated element has no direction: taken as cut across the rolling direction.
+    # An isolated element has no direction: treated as cut across the rolling direction.
     return np.where(known, along_x / safe, 1.0), np.where(known, along_y / safe, 0.0)
 
 
@@ -215,7 +215,7 @@ def stick_share(
     Arguments are those of `stick_ends`. A border where stick begins behind slip has no such law and stays between elements."""
     share = covered * stick
     i, j, place = stick_ends(traction, slip, bound, stick, covered, dx, dy, compliance)
-    # The border lies between the two centres, but no further than the contact goes.
+    # The border lies between the two centres, and not beyond the contact.
     beyond = np.clip(place - 0.5, -covered[i, j], covered[i + 1, j])
     share[i, j] += np.minimum(beyond, 0.0)
     share[i + 1, j] += np.maximum(beyond, 0.0)
@@ -227,10 +227,10 @@ def stick_ends(
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
     """Elements (i, j) that stick while (i + 1, j) slips, and how far the border is beyond their centres, from 0 to 1 elements.
 
-    `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). What friction has
-    in reserve on the last element that sticks, and the slip on the first one behind it, both root-like, place the border
-    between their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole
-    elements are counted). Over an interfacial layer slip begins at once behind the border, and the reserve is linear."""
+    `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). The reserve of
+    friction on the last element that sticks, and the slip on the first one behind it, both root-like, give the border between
+    their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole elements are
+    counted). Over an interfacial layer slip begins at once behind the border, and the reserve is linear."""
     inside = covered > 0.0
     i, j = np.nonzero(stick[:-1] & ~stick[1:] & inside[1:])
     if not i.size:
@@ -265,23 +265,23 @@ def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tupl
     1/Pa."""
     inside = bound > 0.0
     compliance = np.where(inside, variation / np.where(inside, bound, 1.0), 0.0)
-    # The ratio is that of a column: the low pressure at the edge of the contact does not show what its elements can hold.
+    # The ratio is that of a column: the low pressure at the edge of the contact does not decide whether elements stick.
     highest = bound.max(axis=0)
     ratio = np.where(highest > 0.0, variation.max(axis=0) / np.where(highest > 0.0, highest, 1.0) / own, 0.0)
-    # So that the fourth power stays a number.
+    # Limited so that the fourth power does not overflow.
     power = np.minimum(ratio, 1e3) ** 4
     return compliance * (power / (1.0 + power)), inside & (ratio > 1.0)
 
 
 END_CHANGE = 1e-9
-"""Over the gradient: where the difference formula is right to this, a row has no end nearby."""
+"""Relative error of the difference formula below which a row has no end nearby."""
 
 
 def layer_ends(covered: AnyArray, contact: Mask, layer: float, dx: float, weights: tuple[float, ...], least: float) -> Array:
-    """Part of the gradient of a layer's displacement that the difference formula misses at both ends of rows, in 1/Pa, (n, m).
+    """Error of the difference formula in the gradient of a layer's displacement at both ends of rows, in 1/Pa, (n, m).
 
     Over a layer of compliance L (m/Pa) tractions rise from zero linearly, as f = φ (D + φ/2) in element averages with the
-    covered share φ and the covered length D upstream, in elements. The gradient L τ/(f dx) is right where the formula gives
+    covered share φ and the covered length D upstream, in elements. The exact gradient is L τ/(f dx), the formula gives
     (L/dx) τ/f times the difference of f; `weights` are those of the formula, and φ counts no less than `least`."""
     share = np.where(contact, np.clip(covered, least, 1.0), 0.0)
     upstream = np.cumsum(share, axis=0) - share

@@ -18,20 +18,20 @@ from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
 
 STICK_TRACTION = 1.0
-"""Traction that a creepage causes in full stick, in units of creepage over an element's own compliance; from below."""
+"""Traction by a creepage in full stick, in units of creepage over an element's own compliance; a lower bound."""
 UNSEEN_CREEPAGE = 2.0
-"""Free creepages may begin with steps of this many units (the creepage that saturates a single element)."""
+"""Largest first step of free creepages, in units of the creepage that saturates a single element."""
 FORCE_WEIGHT = 20.0
-"""A prescribed force is met so many times more closely than the tractions are: it is compared with what was asked for."""
+"""Weight of the residual of a prescribed force beside that of the tractions: users compare the force with their input."""
 MOST_KRYLOV_STEPS = 60
-"""Preconditioned systems take about ten, on any grid."""
+"""Preconditioned systems need about ten, on any grid."""
 MOST_UNPRECONDITIONED = 1500
 """The same without a preconditioner, where the number grows with the grid."""
 MOST_HALVINGS = 10
 SUFFICIENT_DECREASE = 1e-4
 """Part of the step's length by which the residual must fall (Armijo's rule, its usual value)."""
 FINEST_FORCING = 30.0 * float(np.finfo(float).eps)
-"""A linear system is solved down to some rounding errors at most."""
+"""Smallest relative residual of a linear system: some rounding errors."""
 
 
 @dataclass(frozen=True)
@@ -43,9 +43,9 @@ class TangentialProblem:
     `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed, without the creepage
     of that direction.
     `force`: prescribed resultants along x and y in N, None where the creepage is given.
-    `leading`: (3, n, m) what the difference formula misses at the leading edge (`leading_edge`), None where unknown.
-    `variation`: (n, m) half of what ξ_x changes by across the width of an element, None where it hardly does (`neutral_line`).
-    `slip_friction`: how the bound changes with slip, which multiplies `traction_bound`; None where it does not.
+    `leading`: (3, n, m) error of the difference formula at the leading edge (`known_gradient`), None where unknown.
+    `variation`: (n, m) half the change of ξ_x across the width of an element, None where negligible (`neutral_compliance`).
+    `slip_friction`: slip-dependent factor of `traction_bound`; None for a constant bound.
     """
 
     traction_bound: Array
@@ -59,15 +59,15 @@ class TangentialProblem:
 
     @property
     def free(self) -> tuple[int, ...]:
-        """Directions whose creepage is an unknown."""
+        """Directions (0: x, 1: y) whose creepage is an unknown."""
         return tuple(i for i in (0, 1) if self.force[i] is not None)
 
 
 LEAST_STIFFNESS = 0.1
-"""Least share of an element's stiffness that falling friction leaves in the preconditioner: at zero a single element is
+"""Least share of an element's stiffness in the preconditioner where friction falls with slip: at zero a single element is
 unstable."""
 UNFELT = 1e-30
-"""A smaller response of the force to a free creepage is none."""
+"""Responses of the force to a free creepage below this count as zero."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ class Newton:
         self.count = max(int(self.contact.sum()), 1)
         self.size = self.traction_bound.size
         self.force_scale = math.sqrt(self.count) / FORCE_WEIGHT
-        # Residuals count against the tractions to expect: the bound, or what the creepage causes in full stick if that is less.
+        # Residuals are relative to the tractions to expect: the bound, or those of the creepage in full stick if that is less.
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
         expected = np.minimum(self.traction_bound, STICK_TRACTION * rigid / float(element.mean()) + force_traction)
@@ -137,7 +137,7 @@ class Newton:
         return self._iterate(traction, unknown, self._slip(traction, unknown))
 
     def finish(self, state: Iterate) -> tuple[Iterate, AnyArray, AnyArray]:
-        """The last iterate with its slip computed afresh (combined images carry rounding), the slip to report, (2, n, m), and
+        """The last iterate with its slip recomputed (combined images accumulate rounding), the slip to report, (2, n, m), and
         the power lost to the discretisation, (n, m)."""
         gradient, dissipative = self.gradient.split(state.traction)
         slip = self._slip_of(gradient, state.traction, state.unknown)
@@ -145,7 +145,7 @@ class Newton:
         back = self._taken_at_borders(state.traction)
         stick = self.sticking(state)
         back = np.where(stick, 0.0, back)
-        # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no part across.
+        # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no component across.
         size = np.hypot(state.traction[0], state.traction[1])
         along = state.traction / np.where(size > 0.0, size, 1.0)
         back = along * (along * back).sum(axis=0)
@@ -153,12 +153,12 @@ class Newton:
         return state, np.where(stick, 0.0, state.slip + back), lost
 
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
-        """Slip that the compliance of the trailing border and of neutral lines takes up, (2, n, m)."""
+        """Slip by the compliance of the trailing border and of neutral lines, (2, n, m)."""
         back = self.border.trailing(traction)
         return back if self.neutral is None else back + self.neutral * traction
 
     def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
-        """Direction (2, n, m) and size (n, m) of the slip that friction depends on, without what borders take of it."""
+        """Direction (2, n, m) and size (n, m) of the slip that friction depends on, without that by border compliances."""
         free = slip + self._taken_at_borders(traction)
         size = np.where(self.contact, np.hypot(free[0], free[1]), 0.0)
         return free / np.where(size > 0.0, size, 1.0), size
@@ -174,7 +174,7 @@ class Newton:
         return np.where(self.contact, state.bound / np.where(self.contact, self.traction_bound, 1.0), 1.0)
 
     def sticking(self, state: Iterate) -> Mask:
-        """Elements that stick, (n, m): of those below their bound not the ones that slide both ways about a neutral line."""
+        """Elements that stick, (n, m): below their bound, and not sliding both ways about a neutral line."""
         return np.asarray(state.stick & self.contact & ~self.crossed)
 
     def _slip(self, traction: AnyArray, unknown: AnyArray) -> AnyArray:
@@ -206,10 +206,10 @@ class Newton:
                        float(np.linalg.norm(full)) / self.reference, bound, sliding, response)
 
     def without_false_slip(self, state: Iterate) -> Iterate:
-        """`state` with slip that one or two elements, or rows, have alone between sticking ones taken for stick.
+        """`state` with stick where only one or two elements, or rows, slip between sticking ones.
 
-        Material that sticks keeps what it was given upstream: such slip moves down its row by an element a step, and the
-        residual falls with 1/N of it. The norm is that of the other equations, which ask for no slip there."""
+        Such slip is false. It moves downstream by an element per Newton step, and the residual falls by 1/N only. The norm is
+        that of the other equations, for which these elements stick."""
         slip, stick = self.contact & ~state.stick, self.sticking(state)
         lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
         if not lone.any():
@@ -231,7 +231,7 @@ class Newton:
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
         change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(solution.image.reshape(shape), change)
-        # Slip is affine in the traction, so trying a shorter step costs no convolution.
+        # Slip is affine in the traction, so a shorter step needs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
         for _ in range(MOST_HALVINGS):
@@ -245,7 +245,7 @@ class Newton:
 
     def _longest(self, unknown: AnyArray, change: AnyArray) -> float:
         """Longest step that at most doubles the free creepages: close to the friction limit the force hardly depends on them,
-        and a full step would leap into sliding, from where there is no gradient back."""
+        and a full step could reach full sliding, where the gradient vanishes."""
         size = float(np.linalg.norm(change))
         allowed = float(np.linalg.norm(unknown)) + UNSEEN_CREEPAGE
         return min(1.0, allowed / size) if size > allowed else 1.0
@@ -266,7 +266,7 @@ class Linearisation:
         self.p = np.where(slip, 1.0 - xx, 0.0), np.where(slip, 1.0 - yy, 0.0), np.where(slip, -xy, 0.0)
         rho = newton.rho * contact
         self.q = rho * xx, rho * yy, rho * xy
-        # Border elements at the head of a stick run are dominated by their own compliance; the rest is integrated.
+        # The own compliance dominates border elements at the beginning of a stick run; the rest is integrated.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
         head |= stick & newton.crossed
@@ -279,7 +279,7 @@ class Linearisation:
         scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
         along = one
         if state.response is not None:
-            # How much the element's own traction lowers its bound, by the slip that it takes away.
+            # Decrease of the element's bound by its own traction, because that reduces the slip.
             own = newton.traction_bound * state.response.local * (own_x * nx * nx + own_y * ny * ny)
             along = one / np.maximum(LEAST_STIFFNESS, 1.0 + own)
         across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
@@ -302,7 +302,7 @@ class Linearisation:
         free = list(newton.free)
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
-            # A response without size has no inverse: pinv makes zero of zero.
+            # A zero response has no inverse: pinv maps zero to zero.
             self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
 
     @staticmethod
@@ -360,7 +360,7 @@ class Linearisation:
 
 
 def _lone(slip: Mask, stick: Mask) -> Mask:
-    """Where one or two of `slip` stand between elements of `stick` along the first axis."""
+    """Mask of one or two elements of `slip` between elements of `stick` along the first axis."""
     lone = np.zeros_like(slip)
     lone[1:-1] = slip[1:-1] & stick[:-2] & stick[2:]
     pairs = slip[1:-2] & slip[2:-1] & stick[:-3] & stick[3:]

@@ -21,27 +21,29 @@ class RollingOptions:
 
     difference_weights: tuple[float, float, float, float] = UPSTREAM_WEIGHTS
     relaxation: float = 0.35
-    """ρ is this fraction of the inverse of an element's own compliance. A much larger ρ lets elements alternate between stick
+    """ρ is this fraction of the inverse of an element's own compliance. With a much larger ρ elements alternate between stick
     and slip without end: near the kink the natural residual then measures the slip and no longer the traction."""
     preconditioned: bool = True
     """Whether linear systems are preconditioned with the inverse of D A on the stick area."""
     smallest_cover: float = 1e-3
-    """Thinner slivers carry less than 1e-4 of an element's load; a larger compliance would only lose digits."""
+    """Least covered fraction that compliances use: thinner slivers carry less than 1e-4 of an element's load, and a larger
+    compliance would only lose digits."""
     deepest: float = 0.117
-    """Most that the known gradient at the leading edge falls below the operator's, in units of Σ(1−ν)/G along x and Σ1/G
-    along y: on elements that the border just touches. Infinite: the known gradient is not used."""
+    """Largest amount by which the known gradient at the leading edge is below the operator's, in units of Σ(1−ν)/G along x and
+    Σ1/G along y: on elements that the border just touches. Infinite: the known gradient is not used."""
     leading_ring: int = 2
-    """Elements that the error of the border reaches; further in, sticking tractions are no longer shaped like the pressure."""
+    """Width in elements of the zone where the border causes errors; further in, sticking tractions do not have the shape of the
+    pressure."""
     leading_known: bool = True
-    """Whether the gradient at the leading edge is taken as known at all."""
+    """Whether the known gradient at the leading edge is used."""
 
 
 MARGIN = 2
-"""Rows beyond the box that the difference formula reaches, at either end."""
+"""Rows beyond either end of the box that the difference formula needs."""
 
 
 def dissipative_part(weights: tuple[float, ...]) -> tuple[float, ...]:
-    """Half the sum of a difference formula and its mirror image, on rows −2 … 2: what it dissipates. The other half is
+    """Half the sum of a difference formula and its mirror image, on rows −2 … 2: its dissipation. The other half is
     antisymmetric and conserves power."""
     a, b, c, d = weights
     return a / 2, (b + d) / 2, c, (b + d) / 2, a / 2
@@ -135,7 +137,7 @@ class RollingGradient:
     def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """∂u/∂x, and the part of it by which the upstream formula dissipates power, both (2, n, m).
 
-        Summed against the traction the latter is what slip zones narrower than an element ought to have dissipated."""
+        The sum of the latter times the traction is the power of slip zones narrower than an element."""
         self.applications += 1
         u = self.displacement(traction)
         return difference(u, self.weights, self.dx), difference(u, self._dissipative, self.dx)

@@ -19,19 +19,19 @@ from thermoroll_cli.rolling.stick_inverse import StickInverse
 
 MOST_NEWTON_STEPS = 40
 LOOSEST_FORCING = 0.1
-"""Each Newton step is solved at least this well."""
+"""Largest relative residual of the linear system of a Newton step."""
 FORCING_SHARE = 0.9
 """Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
 SLOW = 0.6
-"""A Newton step that leaves more than this of the residual may only move false slip along: it is looked for then."""
+"""Ratio of residuals above which a Newton step may only move false slip downstream; false slip is then searched for."""
 NO_HELP = 0.95
-"""What a step without such slip has to leave less of for another one like it."""
+"""Ratio of residuals below which a step without false slip is followed by another one."""
 STICK_FORCING = 1e-2
-"""Full stick is only a start: solved this well."""
+"""Relative residual of the linear problem of full stick, which is only a start."""
 UNBOUNDED = 1e8
-"""Times the traction bound: nothing slips."""
+"""Factor of the traction bound with which nothing slips."""
 REFINABLE = 1e-2
-"""A residual that grew when computed afresh, but no further than this, is iterated on."""
+"""Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
 Start = tuple[Array, tuple[float, float]]
 
@@ -44,10 +44,10 @@ FRICTION_SETTLED = 1e-5
 @dataclass(frozen=True)
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
-    solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation takes up at
-    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over
-    the tractions to expect, both in the 2-norm. `bound` is the largest traction, in Pa, with the friction that goes with the
-    slip, and `friction_factor` the factor by which slip changes the coefficient of friction (None: it does not)."""
+    solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over the tractions to expect,
+    both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip, and `friction_factor` the factor
+    by which slip changes the coefficient of friction (None: it does not)."""
 
     traction: Array
     slip: Array
@@ -80,9 +80,9 @@ class RollingSolver:
     ) -> TangentialSolution:
         """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from.
 
-        Without a start, or where that start fails, Newton begins from the tractions of full stick cut down to the bound. From
-        anywhere else rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so
-        that nothing drives them back."""
+        Without a start, or if that start fails, Newton begins from the tractions of full stick cut down to the bound. From
+        other starts rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so the
+        iteration does not correct them."""
         before = self.gradient.applications
         history: list[float] = []
         newton, state = self._newton(problem, starts, tolerance, history)
@@ -118,7 +118,7 @@ class RollingSolver:
             state = self._iterate(newton, start, tolerance, history)
         state, _, _ = newton.finish(state)
         if tolerance < state.norm < REFINABLE:
-            # Close to the friction limit the combined images lose digits: go on from the slip computed afresh.
+            # Close to the friction limit the combined images lose digits: continue from the recomputed slip.
             state = self._iterate(newton, state, tolerance, history)
         return newton, state
 
@@ -127,7 +127,7 @@ class RollingSolver:
     ) -> tuple[Newton, Iterate, bool]:
         """The undamped fixed point on the coefficient of friction, for laws so steep that Newton stalls.
 
-        It ends on the mean change of the factor, because a few elements at the onset of slip keep changing sides."""
+        It ends on the mean change of the factor, because a few elements at the onset of slip keep alternating."""
         assert problem.slip_friction is not None
         factor = newton.friction_factor(state)
         for _ in range(MOST_FRICTION_ITERATIONS):
@@ -143,7 +143,8 @@ class RollingSolver:
         return newton, state, False
 
     def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
-        """Newton steps down to `tolerance`, solved as closely as the last one has earned (Eisenstat & Walker 1996)."""
+        """Newton steps down to `tolerance`; the accuracy of each follows from the gain of the last (Eisenstat & Walker
+        1996)."""
         history.append(state.norm)
         forcing = LOOSEST_FORCING
         best, looked = state, False
@@ -154,7 +155,7 @@ class RollingSolver:
                 ratio = history[-1] / history[-2]
                 earned = max(FORCING_SHARE * ratio**2, 0.5 * tolerance / state.norm)
                 forcing = min(LOOSEST_FORCING, earned)
-                # Slip that is alone and true has to come back where taking it away does not help.
+                # Lone slip that is true has to return: removing it does not help then.
                 looked = ratio > SLOW and not (looked and ratio > NO_HELP)
                 if looked:
                     state = newton.without_false_slip(state)
@@ -165,7 +166,7 @@ class RollingSolver:
         return best
 
     def _full_stick(self, problem: TangentialProblem) -> Start:
-        """Tractions that let nothing slip, whatever the bound: a linear problem."""
+        """Tractions of full stick, whatever the bound: a linear problem."""
         unbounded = replace(problem, traction_bound=problem.traction_bound * UNBOUNDED)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)

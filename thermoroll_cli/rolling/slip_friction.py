@@ -24,9 +24,9 @@ SERIES_BELOW = 1e-3
 
 @dataclass(frozen=True)
 class FrictionResponse:
-    """`factor` by which slip changes the coefficient of friction, (n, m), and its derivative with respect to relative slip:
-    `local` of an element by its own slip; with memory also what an element passes on (`passed` of its own slip, `kept` of what
-    enters) and how much of what enters counts in its mean (`taken`)."""
+    """`factor` by which slip changes the coefficient of friction, (n, m), and derivatives. `local`: of an element's mean factor
+    by its own slip. With memory also `passed`: of the factor at its outlet by its own slip; `kept`: of the factor at its outlet
+    by that at its inlet; `taken`: of its mean factor by that at its inlet."""
 
     factor: Array
     local: Array
@@ -48,7 +48,7 @@ class FrictionResponse:
 
 @dataclass(frozen=True)
 class SlipFriction:
-    """A law on a box of elements of length `dx` (m) along x, `covered` (n, m) by contact, passed at `speed` V (m/s)."""
+    """A friction law on a box of elements of length `dx` (m) along x, fractions `covered` (n, m), rolling `speed` V (m/s)."""
 
     law: FrictionLaw
     speed: float

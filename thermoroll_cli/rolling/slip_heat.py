@@ -1,14 +1,14 @@
-"""Where along its row slip makes heat: the heat of each element, and how it changes along x within.
+"""Distribution of the heat of slip along rows: the heat of each element, and its change along x within the element.
 
-The power is τ·s, plus the part that the discretisation takes up, `lost` of each element (`TangentialSolution`): with it each
-row has the power that it should, and the sum is exactly the work of the forces. Where a slip zone begins that is the wrong
-heat in single elements, though: slip starts like a square root, at a place inside an element (`stick_border`), and behind a
-stick area of the length L it is close to Carter's (1926)
+The power is τ·s plus the part that the discretisation dissipates, `lost` of each element (`TangentialSolution`): with it the
+power of each row is correct, and the sum is exactly the work of the forces. Single elements at the beginning of a slip zone
+have wrong heat, though: slip starts like a square root, at a place inside an element (`stick_ends`), and behind a stick area
+of the length L it is close to Carter's (1926)
 
     s ∝ sqrt(d (L + d)) ≈ sqrt(L d) (1 + d/2L)     at the distance d from the border,
 
-so on the first elements of a zone the heat that they have together is made to follow sqrt(d) (1 + B d) and to go on to the
-next; likewise on the last ones, where slip is smooth and the pressure ends like a square root. Temperatures of zones of few
+so the total heat of the first elements of a zone is distributed like sqrt(d) (1 + B d), continuous with the next element;
+likewise on the last ones, where slip is smooth and the pressure ends like a square root. Temperatures of zones of few
 elements depend on that.
 """
 
@@ -27,22 +27,23 @@ from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_solver import TangentialSolution
 
 FIRST = 4
-"""Elements, from the last one that sticks on, whose heat follows the root: slip errs by 6, 4, 1.5 and 0.7 % of its maximum on
-them. More would put the root where zones of a few elements end."""
+"""Elements, beginning with the last one that sticks, whose heat follows the root: errors of slip on them are 6, 4, 1.5 and 0.7
+% of its maximum. With more the root would reach the end of zones of a few elements."""
 LEAST_BEND, MOST_BEND = -0.15, 0.3
-"""How much the root may bend per element, so that it goes on to the slip behind: between Carter's, behind a short stick area,
-and slip in contacts so slender that it stops growing."""
+"""Bounds of B per element, chosen so that the root is continuous with the slip behind: from contacts so slender that slip stops
+growing to Carter's slip behind a short stick area."""
 SHORTEST = 5
-"""Elements of a zone whose last three follow the pressure: the slip that is continued must not be that of its beginning."""
+"""Least elements of a zone whose last three follow the pressure: the slip continued to them must not be that of its
+beginning."""
 WHOLE = 0.8
-"""Covered fraction from which the last element but one counts as covered."""
+"""Covered fraction above which the last element but one counts as covered."""
 
 
 @dataclass(frozen=True)
 class _Onset:
-    """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, FIRST + 1), and which of them are `inside`.
-    There root-like slip times μp has the means `weight`, centred at the distance `centre` from the border in elements, and
-    changes through an element by `slope` times its mean. `bend` is what Carter's slip grows by beyond a root per element."""
+    """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, FIRST + 1), and the mask `inside` of those
+    that belong to the zone. There root-like slip times μp has the means `weight`, centred at the distance `centre` from the
+    border in elements, and changes through an element by `slope` times its mean. `bend` is B of Carter's slip per element."""
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
@@ -57,8 +58,8 @@ def heat_of_slip(
     solution: TangentialSolution, problem: TangentialProblem, rigid: Array, compliance: ShearCompliance, dx: float, dy: float
 ) -> tuple[Array, Array]:
     """Heat flux over V in Pa, element averages ≥ 0, (n, m), whose sum is the work of the tractions on the `rigid` slip
-    (2, n, m); and its change along x through each element, nowhere so steep that its front had negative heat: surfaces would
-    get colder there than their surroundings."""
+    (2, n, m); and its change along x through each element, limited so that no heat is negative at the front of an element:
+    surfaces would get colder there than their surroundings."""
     slips = (problem.covered > 0.0) & ~solution.stick
     zones = _zones(slips)
     onset = _onset(solution, problem, zones, slips, compliance, dx, dy)
@@ -77,7 +78,7 @@ def heat_of_slip(
 
 
 def _zones(slips: Mask) -> NDArray[np.intp]:
-    """Number of the zone of each element, (n, m): elements that slip in a row, with those in front of them that do not."""
+    """Number of the zone of each element, (n, m): consecutive elements that slip, with the sticking ones in front of them."""
     rows = slips.T
     first = np.ones_like(rows)
     first[:, 1:] = rows[:, :-1] & ~rows[:, 1:]
@@ -111,7 +112,7 @@ def _root(near: Array, far: Array) -> tuple[Array, Array]:
 
 
 def _run_lengths(mask: Mask) -> Array:
-    """How many elements of the mask end at each one, in a row along x."""
+    """Length of the run of True along x that ends at each element."""
     lengths, run = np.zeros(mask.shape), np.zeros(mask.shape[1])
     for i, row in enumerate(mask):
         run = (run + 1.0) * row
@@ -120,8 +121,8 @@ def _run_lengths(mask: Mask) -> Array:
 
 
 def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask, onset: _Onset) -> Array:
-    """Heat of the elements that leaves each zone the power that it has: τ·s and what is lost, of either sign. Heat of elements
-    that stick goes to the last of them. Where no root is known it is given back in proportion to what is lost, or taken."""
+    """Heat of the elements that conserves the power of each zone: τ·s and the lost power, of either sign. Heat of elements that
+    stick goes to the last of them. Zones without a root distribute the difference in proportion to the lost power."""
     count = int(zones.max()) + 1
 
     def of_zones(field: Array) -> Array:
@@ -143,12 +144,12 @@ def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask
 
 
 def _follow_the_root(heat: Array, onset: _Onset) -> None:
-    """Let the first elements of each zone share what they have together as root-like slip does, in place."""
+    """Distribute the total heat of the first elements of each zone like root-like slip, in place."""
     now = heat[onset.rows, onset.columns] * onset.inside
     together, behind = now[:, :FIRST].sum(axis=1), now[:, FIRST]
     weight, centre = onset.weight[:, :FIRST], onset.centre[:, :FIRST]
     plain, bent = weight.sum(axis=1), (weight * centre).sum(axis=1)
-    # weight (1 + bend d) has the sum `together`, and goes on to what is behind.
+    # weight (1 + bend d) has the sum `together` and is continuous with the next element.
     share = together * onset.weight[:, FIRST]
     lever = bent * behind - share * onset.centre[:, FIRST]
     known = onset.inside[:, FIRST] & (share > 0.0) & (lever < 0.0)
@@ -161,7 +162,7 @@ def _follow_the_root(heat: Array, onset: _Onset) -> None:
 
 
 def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Elements that slip and have none behind them that does."""
+    """Elements that slip while the next one along x does not."""
     behind = np.zeros_like(slips)
     behind[:-1] = slips[1:]
     i, j = np.nonzero(slips & ~behind)
@@ -169,8 +170,8 @@ def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Array, slips: Mask) -> None:
-    """Let the last three elements of each zone that ends with the contact share what they have together as their tractions do
-    with slip that goes on as before, in place: slip is smooth there, but the formula for it reaches across the border."""
+    """Distribute the total heat of the last three elements of each zone that ends with the contact like their tractions times
+    continued slip, in place: slip is smooth there, but its difference formula reaches across the border."""
     i, j = _ends(slips)
     far = i >= SHORTEST - 1
     for k in range(1, SHORTEST):
@@ -191,13 +192,13 @@ def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Arr
 
 
 def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) -> None:
-    """Slopes of the last two elements of each zone that ends with the contact, in place: a square root that ends at the border,
-    times what changes slowly."""
+    """Slopes of the last two elements of each zone that ends with the contact, in place: those of a square root that ends at
+    the border, times a slowly varying factor."""
     i, j = _ends(slips)
     behind = np.pad(covered, ((0, 1), (0, 0)))[i + 1, j]
     i, j = i[behind == 0.0], j[behind == 0.0]
     part = covered[i, j]
-    # A line cannot have all heat at one end: on less than a third of an element it determines the temperature of that element.
+    # A linear distribution cannot have all heat at one end; heat on less than a third of an element determines its temperature.
     slope[i, j] = heat[i, j] * np.maximum(4.8 * part - 6.0, -6.0 * part)
     one, other = np.maximum(i - 1, 0), np.maximum(i - 2, 0)
     two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE)

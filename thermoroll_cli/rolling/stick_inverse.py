@@ -45,7 +45,7 @@ def inverse_symbols(
 
 class StickInverse:
     """(D A)⁻¹ on stick runs, periodic over the bounding box: D⁻¹ is a running sum down each row from the start of its
-    run, A⁻¹ a 2×2 matrix per wavenumber. What D is more than a first difference is folded into the symbol.
+    run, A⁻¹ a 2×2 matrix per wavenumber. The difference between D and a first difference is part of the symbol.
 
     Without D⁻¹ modes that vary slowly along x and fast along y are almost singular and the work grows with N. `mirror` as in
     `RollingGradient`."""
@@ -56,7 +56,7 @@ class StickInverse:
     ) -> None:
         self.shape = shape
         n, m = shape
-        # A few elements of padding: the wrap-around of a preconditioner costs accuracy of nothing.
+        # A few elements of padding: the wrap-around of a preconditioner does not affect the accuracy of the solution.
         px, py = (even_length(k + 4) for k in (n, m if mirror is None else 2 * m))
         inverse = inverse_symbols((px, py), dx, dy, compliance, weights)
         self._solve: _FreePeriodic | _MirroredPeriodic
@@ -68,10 +68,10 @@ class StickInverse:
         self._base = np.empty((2, n, m))
 
     def __call__(self, gradient: AnyArray, mask: NDArray[np.bool_], starts: NDArray[np.intp]) -> AnyArray:
-        """Traction (2, n, m) whose D A is about `gradient` on the stick elements `mask`; zero elsewhere.
+        """Traction (2, n, m) whose D A is approximately `gradient` on the stick elements `mask`; zero elsewhere.
 
         `gradient` is zero outside `mask`, `starts` is `run_starts(mask)`."""
-        # Row k holds the sum of the rows above it, so that taking the row where the run began restarts the sum there.
+        # Row k holds the sum of the rows above it: subtracting the row where the run began restarts the sum there.
         sums, base = self._sums, self._base
         np.cumsum(gradient, axis=1, out=sums[:, 1:])
         for i in range(2):

@@ -28,21 +28,21 @@ class Window:
 
     @property
     def weight(self) -> int:
-        """How many elements each one in here stands for."""
+        """Number of elements of the grid that each element of the window represents."""
         return 1 if self.mirror is None else 2
 
     def cut(self, field: NDArray[Any]) -> NDArray[Any]:
-        """The part of a field (..., nx, ny) in here."""
+        """The part of a field (..., nx, ny) in the window."""
         return field[..., self.rows, self.columns]
 
     def scalar(self, field: NDArray[Any]) -> NDArray[Any]:
-        """A scalar (n, m) in here, even across y = 0, on the whole grid; zero outside."""
+        """A scalar (n, m) of the window, even across y = 0, on the whole grid; zero outside."""
         full = np.zeros(self.grid, dtype=field.dtype)
         full[self.rows, self.both_sides.columns] = field if self.mirror is None else unfolded(field, 1)
         return full
 
     def vector(self, field: NDArray[Any]) -> NDArray[Any]:
-        """A vector (2, n, m) in here on the whole grid; zero outside."""
+        """A vector (2, n, m) of the window on the whole grid; zero outside."""
         full = np.zeros((2, *self.grid), dtype=field.dtype)
         both = self.both_sides.columns
         for i in (0, 1):
@@ -57,7 +57,7 @@ class Window:
         return Window(self.grid, self.rows, slice(self.grid[1] - self.columns.stop, self.columns.stop), None)
 
     def holds(self, other: Window) -> bool:
-        """Whether `other` lies in here, with the same symmetry."""
+        """True if `other` lies within this window and has the same symmetry."""
         return (self.mirror == other.mirror
                 and self.rows.start <= other.rows.start and other.rows.stop <= self.rows.stop
                 and self.columns.start <= other.columns.start and other.columns.stop <= self.columns.stop)

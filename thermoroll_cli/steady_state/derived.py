@@ -20,7 +20,7 @@ from thermoroll_cli.problem.surface import is_symmetric
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
 SAMPLES = 65
-"""Places across the contact at which the size of the differential slip is looked up."""
+"""Places across the contact at which the largest differential slip is searched for."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class DerivedQuantities:
 
     @cached_property
     def coatings(self) -> Coatings | None:
-        """What layers add to influence tables; None without layers."""
+        """Contribution of layers to influence tables; None without layers."""
         return Coatings.of(self.problem.lower, self.problem.upper)
 
     @cached_property
@@ -59,21 +59,21 @@ class DerivedQuantities:
 
     @cached_property
     def coupling_constant(self) -> float:
-        """K in 1/Pa by which normal and tangential problem are coupled; 0 for bodies without elastic mismatch. Of bodies with
-        layers that of the surfaces' materials."""
+        """K in 1/Pa, the coupling of the normal and the tangential problem; 0 for bodies without elastic mismatch. With layers
+        K of the surfaces' materials."""
         lower, upper = self.problem.lower.surface, self.problem.upper.surface
         return coupling_constant((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio))
 
     @property
     def dissimilar(self) -> bool:
-        """Whether pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0, at any wave
+        """True if pressure moves the surfaces tangentially and shear normally (Dundurs' second constant β ≠ 0 at any wave
         number)."""
         return self.dundurs_beta != 0.0
 
     @property
     def dundurs_beta(self) -> float:
-        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). Layers make it
-        depend on the wave number: then the largest, and E* that of the surfaces."""
+        """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). With layers β
+        depends on the wave number; this is then the largest one, with E* of the surfaces' materials."""
         constant = self.coupling_constant if self.coatings is None else self.coatings.coupling_constant
         return math.pi * self.problem.contact_modulus * constant
 
@@ -82,8 +82,8 @@ class DerivedQuantities:
         return Grid.over(shape, *self.scales.domain(extent))
 
     def undeformed_gap(self, x: Array, y: Array) -> Array:
-        """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across takes the place of
-        y²/2R'_y: (n, m)."""
+        """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across replaces y²/2R'_y:
+        (n, m)."""
         if self.problem.has_hertz_solution:
             return self.hertz.undeformed_gap(x[:, None], y[None, :])
         return undeformed_gap(self.problem.geometry, x, y)
@@ -95,7 +95,7 @@ class DerivedQuantities:
 
     @property
     def lateral_curvature(self) -> float:
-        """Relative curvature 1/R'_y in 1/m; with a profile about that of a gap that closes over the contact."""
+        """Relative curvature 1/R'_y in 1/m; with a profile about that of a parabolic gap with a contact of the same width."""
         geometry, scales = self.problem.geometry, self.scales
         return scales.approach / scales.semi_axis_y**2 if geometry.has_profile else geometry.curvature_y
 
@@ -118,7 +118,7 @@ class DerivedQuantities:
 
     @cached_property
     def kinematics(self) -> Kinematics:
-        """How the surfaces move over each other."""
+        """Motion of the surfaces over each other."""
         return Kinematics(self)
 
 
@@ -134,22 +134,22 @@ class Kinematics:
 
     @property
     def moves(self) -> bool:
-        """Whether anything could load the contact tangentially: creepage, spin, a force, differential slip, or bodies that
-        stretch differently under pressure."""
+        """True if the contact can have tangential load: creepage, spin, a force, differential slip, or bodies whose surfaces
+        strain differently under pressure."""
         m = self.problem.motion
         driven = any((m.creepage_x, m.creepage_y, m.spin, m.force_x, m.force_y))
         return driven or self.derived.dissimilar or self.differential_slip.active
 
     @cached_property
     def differential_slip(self) -> DifferentialSlip:
-        """d(y), by which the longitudinal creepage varies across the contact; it takes part where it can matter."""
+        """d(y), the variation of the longitudinal creepage across the contact; zero where its effect is negligible."""
         half_lengths = self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y
         return resolved(self.problem, self._across, half_lengths, self.derived.saturation_creepage,
                         self.problem.numerics.negligible)
 
     @property
     def creepage_variation(self) -> tuple[float, float]:
-        """By how much spin, and differential slip, change the creepage across the contact at most."""
+        """Largest changes of the creepage across the contact by spin and by differential slip."""
         spin = abs(self.problem.motion.spin) * max(self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y)
         return spin, float(np.abs(self.differential_slip(self._across)).max())
 
@@ -164,16 +164,16 @@ class Kinematics:
 
     @property
     def feeds_back(self) -> bool:
-        """Whether shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
+        """True if shear changes the pressure (without any heat): then Hertz's pressure is only a first guess."""
         return self.derived.dissimilar and self.has_traction
 
     @property
     def mirror(self) -> Parities | None:
         """Parities of τ_x and τ_y across y = 0 where bodies and motion make the tractions their own mirror image; else None.
 
-        Purely longitudinal rolling is its mirror image. Lateral creepage and spin change sign in the mirror, which reverses
-        all tractions; for bodies of unlike elasticity it does not, since the pressure pulls surfaces inwards all the same, nor
-        with differential slip, which is the same on both sides."""
+        Purely longitudinal rolling is its own mirror image. Lateral creepage and spin change sign in the mirror, which reverses
+        all tractions. This symmetry does not hold for bodies of unlike elasticity, since the pressure pulls surfaces inwards in
+        the mirror, too, nor with differential slip, which is the same on both sides."""
         m = self.problem.motion
         if not self.derived.symmetric:
             return None
@@ -185,12 +185,12 @@ class Kinematics:
 
     @property
     def heat_mirrors(self) -> bool:
-        """Whether heat spreads as in the mirror: no body moves sideways."""
+        """True if heat spreads symmetrically: no body moves sideways."""
         return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
 
     def mirror_on(self, columns: int, *, heated: bool) -> Parities | None:
-        """`mirror` where half a grid of so many `columns` along y tells the rest, with the heat of the contact (`heated`) or
-        without: an element of an odd number would lie on the mirror line."""
+        """`mirror` if half a grid with this number of `columns` along y determines the other half, with the heat of the contact
+        (`heated`) or without; else None. With an odd number the middle elements would lie on the mirror line."""
         return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
 
     def rigid_slip(self, grid: Grid) -> Array:

@@ -1,4 +1,4 @@
-"""A problem on one grid: its stages, with the solvers and kernels that they share."""
+"""A problem on one grid: its stages, and the solvers and kernels that they share."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from thermoroll_cli.steady_state.traction import TractionSolver
 class Discretisation:
     """One problem on one grid.
 
-    `pressure`, `traction` and `responses` solve its stages; they know nothing of the motion, so problems with the same contact
+    `pressure`, `traction` and `responses` solve its stages; they do not depend on the motion, so problems with the same contact
     share them (`for_problem`). Each builds its kernels when they are first needed."""
 
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
         options: SolverOptions | None = None, followed: Domain | None = None, coarser: Discretisation | None = None,
     ) -> None:
-        """`followed` is the domain around a heated contact, which may lie anywhere, instead of the one of `extent` semi-axes
-        about the isothermal contact. `coarser` is the next coarser grid."""
+        """`followed` is a domain around a heated contact, at any place; it replaces the one of `extent` semi-axes about the
+        isothermal contact. `coarser` is the next coarser grid."""
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
@@ -40,7 +40,7 @@ class Discretisation:
         self._transforms_before = 0
 
     def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
-        """Whether the solvers here are those of another problem: same bodies, same contact without heat, same grid."""
+        """True if the solvers also serve another problem: same bodies, same contact without heat, same grid."""
         return (self.grid.shape == shape and self.extent == extent and _same_contact(self.derived, derived)
                 and self.derived.shear_compliance == derived.shear_compliance
                 and self.derived.coupling_constant == derived.coupling_constant)
@@ -53,12 +53,12 @@ class Discretisation:
         return other
 
     def has_grid_of(self, other: Discretisation) -> bool:
-        """Whether fields here are fields there."""
+        """True if both have the same grid, so that fields of one are fields of the other."""
         return self.pressure is other.pressure
 
     @property
     def isothermal_pressure(self) -> Pressure:
-        """Pressure on bodies that nothing but their load deforms."""
+        """Pressure on bodies that only their load deforms."""
         return self.pressure.isothermal
 
     def press(self, offset: Array | None, start: Pressure, tolerance: float) -> Pressure:
@@ -70,7 +70,7 @@ class Discretisation:
         return self.pressure.solve(offset, start.start, tolerance, mirrored=mirrored)
 
     def driving_slip(self, normal: Pressure) -> Array:
-        """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x where the bodies stretch differently."""
+        """Slip s/V without any traction, (2, nx, ny): creepage and spin, and −∂u^p/∂x of bodies that strain differently."""
         rigid = self.derived.kinematics.rigid_slip(self.grid)
         if self.derived.dissimilar:
             rigid -= self.traction.coupling.tangential_gradient(normal.pressure)
@@ -84,7 +84,7 @@ class Discretisation:
         if self.derived.kinematics.has_traction:
             return self.traction.solve(self.derived, normal, rigid, start, tolerance, friction,
                                        undisturbed=normal is self.isothermal_pressure)
-        # Nothing to solve: without friction the surfaces slide freely, without creepage they stick.
+        # No solution is needed: without friction the surfaces slide freely, without creepage they stick.
         zero, sliding, motion = np.zeros((2, *self.grid.shape)), self.derived.kinematics.moves, self.derived.problem.motion
         slip = rigid * normal.contact if sliding else zero
         return Traction(zero, slip, normal.contact & (not sliding), (motion.creepage_x or 0.0, motion.creepage_y or 0.0),
@@ -99,14 +99,14 @@ class Discretisation:
         return self.derived.problem.motion.speed * tangential.heat
 
     def heat(self, contact: Contact) -> Heat:
-        """The heat of a state, divided between the bodies. Those of the last two states asked for are kept."""
+        """The heat of a state, divided between the bodies. The results for the last two states are kept."""
         tangential = contact.tangential
         known = next((heat for traction, heat in self._heats if traction is tangential), None)
         if known is None:
             response = self.heat_response(tangential.creepage, tangential.slip)
             heating, normal = self.derived.problem.heating, contact.normal
-            # The returning heat depends on all heat exchanged, and border elements that are hardly covered would exchange as
-            # much as others: half covered ones are the whole contact on average.
+            # Recirculating heat depends on all exchanged heat, and slightly covered border elements would exchange as much as
+            # others. Elements covered by half or more have the area of the contact on average.
             inside = normal.covered >= 0.5 if heating.recirculates else normal.contact
             slope = self.derived.problem.motion.speed * tangential.heat_slope
             before = self._heats[-1][1].into.exchanged if self._heats else None
@@ -116,7 +116,7 @@ class Discretisation:
 
     @property
     def transforms(self) -> int:
-        """Padded transforms done for this problem by all stages, until another one takes over the solvers."""
+        """Padded transforms done for this problem by all stages, until the solvers serve another problem."""
         return self._transforms_of_solvers - self._transforms_before
 
     @property
@@ -125,7 +125,7 @@ class Discretisation:
 
 
 def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:
-    """Whether two problems have the same gap and the same isothermal pressure."""
+    """True if two problems have the same gap and the same isothermal pressure."""
     if not (one.problem.has_hertz_solution and other.problem.has_hertz_solution):
         return (one.problem.geometry == other.problem.geometry and one.scales == other.scales
                 and one.problem.contact_modulus == other.problem.contact_modulus and one.coatings == other.coatings)

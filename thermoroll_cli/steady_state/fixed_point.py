@@ -1,8 +1,8 @@
-"""The steady state: the fixed point of an iteration, for whatever acts back on the contact.
+"""The steady state: the fixed point of an iteration over the fields that act back on the contact.
 
-What acts back are fields x of the state (`UNKNOWNS`): an iteration begins with x and makes g(x), and x = g(x) is wanted.
-Anderson's mixing finds it, every field counted in its own scale. Pressure and tractions inside an iteration are solved only as
-closely as the residual g(x) − x has earned, and to the end in the iteration that is likely to be the last.
+The unknowns are these fields x of the state (`UNKNOWNS`), such as the thermal expansion. One iteration computes g(x) from x;
+Anderson's mixing solves x = g(x), with each field relative to its own scale. The tolerance of the pressure and tractions inside
+an iteration is a share of the residual g(x) − x, and the full tolerance in an iteration that is likely to be the last.
 """
 
 from __future__ import annotations
@@ -25,48 +25,47 @@ from thermoroll_cli.steady_state.iteration import iterate
 from thermoroll_cli.steady_state.solver_options import Tolerances
 
 DEPTH = 8
-"""Iterations that Anderson's mixing remembers: the iterations are not solved so closely that more would gain anything. Strong
-heat of contacts that partly stick needs them: the article's case goes to twice the speed that it does with four."""
+"""Iterations that Anderson's mixing uses: more gain nothing at the accuracy of the iterations. Strong heat in partial slip
+needs them: the article's case converges up to twice the speed that it reaches with four."""
 MOST_ITERATIONS = 60
-"""The last state below the thermo-elastic limit took 44; beyond it no number of iterations would do."""
+"""The last state below the thermo-elastic limit needed 44; beyond it no number of iterations is enough."""
 NORMAL_SHARE = 1e-3
-"""The same of the gap. It is cheap, and an open gap at the border adds or drops elements there."""
+"""Residual of the gap over that of the fixed point: small, because it is cheap, and a residual gap at the border adds or drops
+elements there."""
 NEARLY_CONVERGED = 10.0
-"""From this many times the tolerance the next iteration is expected to reach it: its tractions are solved to the end."""
+"""Multiple of the tolerance below which the next iteration may be the last: its tractions are solved to full accuracy."""
 LOOSEST = 1e-2
-"""No iteration solves its tractions less closely: stick and slip would not yet be those of a solution."""
+"""Largest tolerance of the tractions of any iteration: with a larger one stick and slip would be wrong."""
 CLOSE_PATIENCE = 4
-"""The same number of iterations where the residual is below what is accepted then: nothing but elements of the border that come
-and go is left."""
+"""Iterations without progress after which a residual below the acceptable one ends the iteration: only border elements still
+flip in and out."""
 MOST_DAMPINGS = 5
-"""How often falling friction may be damped to transmit a prescribed force, before there is no steady state: each time half of
-what it has in reserve is lost."""
+"""Number of times that falling friction may be damped to transmit a prescribed force before the iteration is given up; each
+time halves the reserve of friction."""
 MOST_UNBALANCED = 2
-"""How often an iteration may find no pressure in balance with its heat: the first iterations have the slip of another
-contact."""
+"""Iterations that may find no pressure in balance with their heat: the first ones have the slip of another contact."""
 MOST_RAISED = 4
-"""How often the heat may be raised from none for that: later iterations should begin with the pressure of the last."""
+"""Number of times that the heat may be raised from zero for that: later iterations start from the pressure of the last."""
 CLOSEST_BALANCE = 1e-8
-"""Residual, over the elastic displacement, below which no pressure in balance with its heat is solved."""
+"""Smallest tolerance of a pressure in balance with its heat, over the elastic displacement."""
 INDIFFERENT = 10.0
-"""Times the tolerance: the residual that is accepted where no further iteration reduces it, still below 1e-4 of the
-approach."""
+"""Multiple of the tolerance that is accepted if no further iteration reduces the residual; still below 1e-4 of the approach."""
 BORDER_ELEMENT = 0.3
-"""The same for dissimilar bodies, over N²: an element of the border that comes and goes with the shear beneath it moves the
+"""The residual accepted for dissimilar bodies, times N²: a border element that flips in and out with its shear moves the
 surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
 HEATED_ELEMENT = 2.0
-"""The same for heat, over the variation of the expansion and the elements of the contact: they come and go in pairs, one on
-either side."""
+"""The residual accepted for heat, over the variation of the expansion and times the number of elements of the contact: border
+elements flip in pairs, one on either side."""
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast an iteration is expected to converge, and so how it is mixed, how closely its problems are solved, and when it
-    is given up."""
+    """Expected convergence of an iteration, which determines its mixing, the tolerances of its problems, and when it is given
+    up."""
 
     first_damping: float
-    """Part of the first change that is taken."""
+    """Share of the first change that is applied."""
     first_residual: float
-    """Residual that the first iteration counts with."""
+    """Residual assumed for the tolerances of the first iteration."""
     tangential_share: float
     """Residual of the tractions over that of the fixed point."""
     possibly_last: int
@@ -79,17 +78,16 @@ class Pace:
 
 
 HEAT = Pace(first_damping=0.7, first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=20, recent=12, gain=0.5)
-"""Heat may move the surfaces by half of the approach; a bulge and its pressure push each other further than they end up, so the
-first change is damped. A start from a coarser grid is closer than a residual of 1, and mixing learns nothing from iterations
-that are solved less closely than they change: with 1 the exact case at 11.28 W takes 276 transforms, with 0.1 it takes 173.
-Heat follows the tractions one to one, and the mixing must not take what is left of their residual for a change. Close to the
-thermo-elastic limit a dozen iterations may pass without any gain."""
+"""Heat may move the surfaces by half of the approach; bulge and pressure overshoot, so the first change is damped. A start from
+a coarser grid has a residual below 1, and mixing needs iterations solved more accurately than they change: with 1 the exact
+case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the tractions, so their residual must be
+well below the change in an iteration. Close to the thermo-elastic limit a dozen iterations may pass without any gain."""
 PREDICTED = replace(HEAT, first_damping=1.0, first_residual=1e-3)
-"""A start predicted from neighbouring problems is as close as this: a loose first iteration would throw it away."""
+"""A start predicted from neighbouring problems has such a residual: a loose first iteration would lose its accuracy."""
 SHEAR = Pace(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
-"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: an iteration gains a factor of
-ten or more from the first on, its tractions matter to a few per cent, and what has not converged in a dozen iterations wavers
-between elements of the border."""
+"""Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: each iteration gains a factor
+of ten or more, its tractions are needed to a few per cent, and an iteration that has not converged after a dozen steps
+alternates between border elements."""
 
 Fields = dict[str, Any]
 """Arrays (nx, ny) by the names of `UNKNOWNS`."""
@@ -108,15 +106,15 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
     "shear_displacement": _approach,
     "friction": _coefficient,
 }
-"""Fields of `Contact` that an iteration makes anew, each with the scale in which its changes count. A further one is a field
-there, a line in `iterate` and a line here."""
+"""Fields of `Contact` that an iteration computes, each with the scale of its changes. A further unknown is a field there, a
+line in `iterate` and a line here."""
 
 
 @dataclass(frozen=True)
 class SteadyState:
-    """The best state found, with the iterations that it took and what the inner solvers did in them; `residual` is what its
-    iteration has changed of the unknowns, over their scales. `balanced` is whether pressures in balance with their heat led
-    to it; `heat_reached` is 1, or the part of the heat to which it could be raised where there is no balance with all of it."""
+    """The best state found, the iterations needed and the work of the inner solvers in them; `residual` is the change of the
+    unknowns in its last iteration, over their scales. `balanced` says whether its iterations used pressures in balance with
+    their heat; `heat_reached` is 1, or the share of the heat that could be reached if there is no balance with all of it."""
 
     contact: Contact
     iterations: int
@@ -132,7 +130,7 @@ class SteadyState:
 
     @property
     def acts_back(self) -> bool:
-        """Whether there was anything to iterate; else one iteration is the solution."""
+        """True if there are unknowns to iterate; else one iteration is the solution."""
         return bool(unknowns_of(self.contact))
 
 
@@ -145,13 +143,13 @@ def fixed_point(
     discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False,
     predicted: bool = False,
 ) -> SteadyState:
-    """Iterate from `start` until what acts back no longer changes.
+    """Iterate from `start` until the fields that act back no longer change.
 
-    The residual is the largest change of an unknown field over its scale, on the contact. Converged is an iteration whose
-    residual is below the tolerance and whose own problems are solved. Where mixing alone does not get there because of the
-    heat, the iteration begins again with iterations that start from a pressure in balance with its own heat
-    (`heated_pressure`): it takes more work, but strong heat too, if the contact slides. With `balanced` it begins so at once.
-    Where nothing converges the best state is returned. `predicted` is whether neighbouring problems predicted the start.
+    The residual is the largest change of an unknown field over its scale, on the contact. An iteration has converged if its
+    residual is below the tolerance and its own problems are solved. If mixing alone does not converge because of the heat, the
+    fixed point is restarted with iterations that each begin from a pressure in balance with its own heat (`heated_pressure`):
+    this is more work, but also solves strong heat, if the contact slides. With `balanced` it starts this way at once. If
+    nothing converges the best state is returned. `predicted` says whether the start was predicted from neighbouring problems.
     """
     heated = start.expansion is not None or start.friction is not None
     pace = (PREDICTED if predicted else HEAT) if heated else SHEAR
@@ -160,7 +158,7 @@ def fixed_point(
         return first
     second = _iterated(discretisation, start, tolerances, HEAT, not balanced)
     best = second if second.converged or second.residual < first.residual else first
-    # Both attempts contribute to the knowledge of the heat, and to the cost.
+    # Both attempts count for `heat_reached` and for the cost.
     reached = (first if balanced else second).heat_reached
     return replace(best, normal_iterations=first.normal_iterations + second.normal_iterations, heat_reached=reached,
                    applications=first.applications + second.applications, newton_steps=first.newton_steps + second.newton_steps)
@@ -205,7 +203,7 @@ def _iterated(
 def _inside(
     state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace
 ) -> Tolerances:
-    """How closely the problems of the next iteration are solved."""
+    """Tolerances of the problems inside the next iteration."""
     if not unknowns_of(state):
         return tolerances
     outer = history[-1] if history else pace.first_residual
@@ -225,9 +223,9 @@ def _changes(before: Contact, after: Contact) -> Fields:
 
 def _size(discretisation: Discretisation, after: Contact, changes: Fields) -> float:
     """Largest change of an unknown over its scale, on the contact."""
-    # Also where a shrunken contact no longer is: a state must be one of the whole gap.
+    # Includes elements that a shrunken contact has left: the gap must be converged there, too.
     where = after.normal.contact | discretisation.isothermal_pressure.contact
-    # The displacement by shear changes with every element that the border gains or loses: only its mean square settles.
+    # The displacement by shear changes with every element that the border gains or loses: only its mean square converges.
     norm = _root_mean_square if after.shear_displacement is not None else _largest
     scales = {name: UNKNOWNS[name](discretisation.derived) for name in changes}
     if "expansion" in changes:
@@ -251,14 +249,14 @@ def _root_mean_square(values: Array) -> float:
 
 
 def _stagnates(history: list[float], pace: Pace, *, close: bool) -> bool:
-    """Whether the last iterations of a long iteration have gained too little to go on; `close` to what its grid allows it need
-    not have been long."""
+    """True if the recent iterations have gained too little to continue; `close` to the accuracy that the grid allows fewer
+    iterations without gain suffice."""
     patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (pace.patience, pace.recent)
     return len(history) > patience and min(history[-recent:]) > pace.gain * min(history[:-recent])
 
 
 def _indifferent(discretisation: Discretisation, state: Contact, limit: float, pace: Pace) -> float:
-    """Residual that is accepted where no further iteration reduces it: only a finer grid could."""
+    """Residual that is accepted if further iterations do not reduce it: only a finer grid could."""
     border = BORDER_ELEMENT / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:
         approach = discretisation.derived.scales.approach
@@ -268,8 +266,8 @@ def _indifferent(discretisation: Discretisation, state: Contact, limit: float, p
 
 
 def _without_mean(contact: Contact) -> Contact:
-    """The same state with an expansion that is zero on average over the contact: the iteration leaves its constant, and with it
-    the approach, where it happened to begin."""
+    """The same state with an expansion that is zero on average over the contact: the iteration does not determine this
+    constant, which only shifts the approach."""
     if contact.expansion is None:
         return contact
     mean = float(contact.expansion[contact.normal.contact].mean())
@@ -278,7 +276,7 @@ def _without_mean(contact: Contact) -> Contact:
 
 
 class _Mixing:
-    """Anderson's mixing of all unknowns, each in its scale, within what a coefficient of friction can be."""
+    """Anderson's mixing of all unknowns, each relative to its scale; friction is kept within its limits."""
 
     def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool) -> None:
         self._discretisation, self._pace = discretisation, pace

@@ -11,7 +11,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 RESERVE = 0.002
-"""Part of a prescribed force by which friction must exceed it: beyond, creepage grows without end."""
+"""Least reserve of friction, as a share of a prescribed force: with less, the creepage grows without bound."""
 
 
 def friction_at(problem: Problem, temperature: Array | float) -> Array:
@@ -22,7 +22,7 @@ def friction_at(problem: Problem, temperature: Array | float) -> Array:
 
 
 def friction_limits(problem: Problem) -> tuple[float, float]:
-    """Least and largest coefficient of friction that any temperature makes."""
+    """Least and largest coefficient of friction at any temperature."""
     if problem.friction_slope > 0.0:
         return problem.friction * problem.friction_minimum, problem.friction
     return problem.friction, problem.friction * problem.friction_maximum
@@ -36,7 +36,7 @@ def friction_before_heat(discretisation: Discretisation) -> Array:
 
 
 def friction_of(discretisation: Discretisation, heat: Heat) -> Array:
-    """Coefficient of friction that goes with `heat`, (nx, ny), at the mean temperature of both surfaces."""
+    """Coefficient of friction, (nx, ny), at the mean temperature of both surfaces with `heat`."""
     problem = discretisation.derived.problem
     lower, upper = heat.temperatures()
     bulk = problem.heating.bulk_lower + problem.heating.bulk_upper
@@ -44,8 +44,8 @@ def friction_of(discretisation: Discretisation, heat: Heat) -> Array:
 
 
 def admissible_friction(discretisation: Discretisation, wanted: Contact, before: Array) -> tuple[Array, bool]:
-    """The coefficient of friction of `wanted` within its limits; where it could not transmit the prescribed force any more, one
-    on the way there from `before`, as far as that loses half of what it has in reserve. And whether that was so."""
+    """The coefficient of friction of `wanted` within its limits. If that cannot transmit the prescribed force, returns an
+    intermediate one between `before` and it that halves the reserve, and True; else False."""
     problem, pressure = discretisation.derived.problem, wanted.normal.pressure
     assert wanted.friction is not None
     friction = np.clip(wanted.friction, *friction_limits(problem))
@@ -57,7 +57,7 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
 
 
 def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
-    """Whether the coefficient of friction of `contact` leaves room for the prescribed force."""
+    """True if friction in `contact` can transmit the prescribed force with the `RESERVE`."""
     if contact.friction is None:
         return True
     force = transmissible_force(discretisation, contact.friction, contact.normal.pressure)

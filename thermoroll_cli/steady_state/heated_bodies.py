@@ -1,6 +1,6 @@
-"""The two bodies under heat: speeds of their material through the contact, tracks that come back, their thermal crown.
+"""The two bodies under heat: speeds of their material through the contact, recirculating heat, thermal crown.
 
-Their thermal responses on one grid are kept until speeds or cooling change (`HeatResponses`).
+`HeatResponses` keeps their thermal responses on one grid until speeds or cooling change.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tup
 def peclet_numbers(derived: DerivedQuantities) -> tuple[float, float]:
     """v a0/κ of the lower and of the upper body, nan without a diffusivity.
 
-    v is the speed with which heat moves over the body: its own along rolling, V ± C/2 (V where the creepage is to be found),
-    and 0 where sources rest."""
+    v is the speed of the heat source over the body: its own along rolling, V ± C/2 (V where the creepage is an unknown), and 0
+    for sources at rest."""
     problem = derived.problem
     creepage = problem.motion.creepage_x or 0.0
     factors = {"rolling": (abs(1.0 + creepage / 2.0), abs(1.0 - creepage / 2.0)), "stationary": (0.0, 0.0)}
@@ -52,12 +52,12 @@ def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
 
 
 def _rounded(creepage: float) -> float:
-    """A creepage that is still being solved for, to 1e-6: thermal tables need not be made again for less."""
+    """An unknown creepage rounded to 1e-6: smaller changes do not need new thermal tables."""
     return round(creepage * 2.0**20) / 2.0**20
 
 
 def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
-    """Lower and upper body as they turn and cool, None for one that brings no heat back.
+    """Lower and upper body as they turn and cool, None for one without recirculating heat.
 
     Raises Unsolvable for a body that would have to stand still or turn backwards, and for a ring with convection."""
     heating, geometry = problem.heating, problem.geometry
@@ -79,16 +79,15 @@ def _roller(name: str, track: Recirculation | None, radius: float, heated: Heate
 
 
 def crown_matters(derived: DerivedQuantities) -> bool:
-    """Whether the tracks' thermal crown is allowed for in the gap: pressures change by less than its curvature over that of
-    the gap."""
+    """True if the gap includes the tracks' thermal crown: pressures change by less than its curvature over that of the gap."""
     return derived.problem.heating.recirculates and crown_bound(derived) >= derived.problem.numerics.negligible
 
 
 def crown_bound(derived: DerivedQuantities) -> float:
-    """Estimate from above of Λ = Σ (1+ν)α q̄(0) R'_y/k: curvature of the tracks' thermal crowns over that of the gap.
+    """Upper bound of Λ = Σ (1+ν)α q̄(0) R'_y/k, the curvature of the tracks' thermal crowns over that of the gap.
 
-    Of all the heat of full sliding under Hertz's pressure, a given partition's share or all; where creepages follow from
-    forces, at three times the saturation creepage."""
+    For the heat of full sliding under Hertz's pressure, with the share of a given partition or all of it for either body; with
+    prescribed forces at three times the saturation creepage."""
     p, motion, scales = derived.problem, derived.problem.motion, derived.scales
     share = p.heating.partition
     found = 3.0 * derived.saturation_creepage
@@ -103,7 +102,7 @@ def crown_bound(derived: DerivedQuantities) -> float:
 
 
 class HeatResponses:
-    """Makes the responses of one grid; kernels are kept, and built again only when speeds change."""
+    """Thermal responses on one grid; kernels are kept, and built again only when speeds change."""
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
@@ -118,8 +117,8 @@ class HeatResponses:
         return SlidingKernels(self.grid)
 
     def response(self, derived: DerivedQuantities, creepage: tuple[float, float], slip: Array) -> ThermalResponse:
-        """Thermal response of both bodies at the given creepages and `slip` s/V (2, nx, ny), which only matters where the
-        Péclet number is made with it."""
+        """Thermal response of both bodies at the given creepages; `slip` s/V (2, nx, ny) is used only if it determines the
+        Péclet number."""
         problem = derived.problem
         lower, upper = heated_bodies(problem, *creepage)
         if problem.heating.peclet == "sliding":
@@ -132,7 +131,7 @@ class HeatResponses:
         return self._last
 
     def _with_tracks(self, passing: HeatResponse, derived: DerivedQuantities, creepage: float) -> RecirculatingResponse:
-        """`passing`, and the heat that the tracks of turning bodies bring back."""
+        """`passing` with the recirculating heat of turning bodies."""
         both = rollers(derived.problem, creepage)
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
         lower, upper = (None if r is None else self._tracks[r] for r in both)

@@ -1,14 +1,14 @@
-"""The pressure that is in balance with its own heat: an iteration's heat goes with its pressure, so that is solved for at once.
+"""The pressure in balance with its own heat: heat is proportional to pressure, so both are solved for together.
 
-After an iteration the heat flux q and the pressure p of it give the heat per pressure w = q/p on the contact, which slip and
-friction decide. With E the expansion by heat, and all that does not go with the pressure (uneven shares of the bodies,
-conduction, shear of dissimilar bodies, what the resolved border of the contact adds) as it is, the state after the next
-iteration solves
+The heat flux q and the pressure p of an iteration give the heat per pressure w = q/p on the contact, which depends on slip and
+friction. Let E be the expansion by heat, and keep all parts that are not proportional to the pressure (uneven shares of the
+bodies, conduction, shear of dissimilar bodies, the correction by the resolved border). The state after the next iteration then
+solves
 
     (A − E[w ·]) p = δ − h + r,     r = E[q] − E[w p] + displacement by shear + (A p − δ + h − u on the contact)
 
-where the last term is zero but in border elements. In the steady state this changes nothing: it is a step towards the same
-fixed point, with the dependence of the heat on the pressure in it, which mixing would have to find out iteration by iteration.
+where the last term is zero except in border elements. In the steady state this changes nothing: it is a step towards the same
+fixed point that includes the dependence of the heat on the pressure, which mixing would only learn over many iterations.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 
 @dataclass(frozen=True)
 class HeatedStep:
-    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), to begin the next iteration with; `reached` is the part
-    of the heat at which such a state was found, `applications` what it took; `raised` is whether the heat had to be raised from
-    none."""
+    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), the start of the next iteration; `reached` is the share
+    of the heat at which such a state was found, `applications` the cost; `raised` says whether the heat was raised from
+    zero."""
 
     pressure: Array
     expansion: Array
@@ -39,7 +39,7 @@ class HeatedStep:
 
 
 def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedStep:
-    """From the iteration that led from `before` to `after`: pressure and expansion in balance, solved to `tolerance` of the
+    """Pressure and expansion in balance, from the iteration that led from `before` to `after`, solved to `tolerance` of the
     elastic displacement."""
     assert before.expansion is not None and after.expansion is not None
     normal, heat = after.normal, discretisation.heat(after)
@@ -59,6 +59,6 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     gap = discretisation.pressure.undeformed_gap - rest - beside - defect
     solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap, discretisation.derived.problem.normal_force)
     found = solver.continued(normal.pressure, tolerance)
-    # A contact that is not even found without heat shows nothing about the heat.
+    # If no contact is found even without heat, the result does not limit the heat.
     reached = found.reached if found.reached > 0.0 else 1.0
     return HeatedStep(found.pressure, found.expansion + rest, reached, found.applications, found.converged, found.raised)

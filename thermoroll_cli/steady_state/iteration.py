@@ -15,11 +15,11 @@ from thermoroll_cli.steady_state.solver_options import Tolerances
 
 
 def iterate(discretisation: Discretisation, state: Contact, tolerances: Tolerances) -> Contact:
-    """Press the bodies together, roll them, see how much heat that makes, and what heat and shear do to the surfaces.
+    """Press the bodies together, roll them, compute the heat, and the displacements of the surfaces by heat and shear.
 
-    `state` holds what the iteration begins with: the fields that act back on the contact (`UNKNOWNS` of `fixed_point`; None
-    does not take part), and pressure and tractions to start the solvers from. The state returned has the pressure and the
-    tractions that go with these fields, and the fields that it makes itself. In the steady state they are the same.
+    `state` is the start of the iteration: the fields that act back on the contact (`UNKNOWNS` of `fixed_point`; None if not
+    active), and pressure and tractions from which the solvers start. Returns the state with the pressure and tractions for
+    these fields, and with the fields that follow from them. In the steady state both sets of fields are equal.
     """
     normal = discretisation.press(state.offset, state.normal, tolerances.normal)
     tangential = discretisation.roll(normal, state.tangential, tolerances.tangential, state.friction)

@@ -1,4 +1,4 @@
-"""The normal problem of one grid: the isothermal pressure, and the pressure under whatever closes the gap besides."""
+"""The normal problem on one grid: the isothermal pressure, and the pressure with thermal expansion and shear."""
 
 from __future__ import annotations
 
@@ -16,17 +16,16 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
-"""Pressure in the outermost elements over the isothermal one there, and in units of the peak, from which a contact is being cut
-off there: 0.5 to 1.5 of one that only bulges (by a quarter of the approach, on 8² to 20² elements), from 4 to 500 of one that
-has moved half out of its domain."""
+"""Pressure in the outermost elements, over the isothermal one there and over the peak, above which the domain cuts the contact
+off. The first ratio is 0.5 to 1.5 for a contact that only bulges (by a quarter of the approach, on 8² to 20² elements), and 4
+to 500 for one that has moved half out of its domain."""
 
 
 class PressureSolver:
     """Presses bodies of one gap under one load together, on a `grid` that spans `extent` half-lengths of the contact
     (None: one that follows a heated contact, which may lie anywhere).
 
-    `coarser` is the solver of the next coarser grid: the isothermal pressure is started from its own where it is not known in
-    closed form."""
+    `coarser` is the solver of the next coarser grid: its isothermal pressure is the start where there is no closed form."""
 
     def __init__(
         self, derived: DerivedQuantities, grid: Grid, extent: float | None, options: SolverOptions,
@@ -47,8 +46,7 @@ class PressureSolver:
 
     @cached_property
     def isothermal(self) -> Pressure:
-        """Pressure on bodies that nothing but their load deforms: homogeneous bodies with radii are in Hertz contact exactly,
-        so nothing is solved."""
+        """Pressure on bodies that only their load deforms; for homogeneous bodies with radii Hertz's closed form."""
         if self._derived.problem.has_hertz_solution:
             return self._hertz()
         if self._start is None:
@@ -87,7 +85,7 @@ class PressureSolver:
         refined = self.solver.refine(solution, gap, force, tolerance)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
         if mirrored:
-            # So they are but for rounding, which must not decide about an element of the border on one side only.
+            # They are even but for rounding, which could otherwise add a border element on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         # Whole elements are counted: their errors on both sides of the border cancel in the approach, where there is no Hertz
         # contact to compare with. That is four times closer on profiles.
@@ -99,15 +97,15 @@ class PressureSolver:
 
     @property
     def at_ends(self) -> tuple[bool, bool]:
-        """Whether the domain ends where a profile ends, at its lowest and at its highest y: the contact cannot go on there."""
+        """True if the domain ends where a profile ends, at its lowest and at its highest y: the contact cannot extend there."""
         grid, (lowest, highest) = self.grid, self._derived.scales.limits
         reach = 0.501 * grid.dy
         return bool(grid.y[0] - reach < lowest), bool(grid.y[-1] + reach > highest)
 
     def _touches_rim(self, pressure: Array) -> bool:
-        """Whether `pressure` in the outermost elements means that the domain is too small: on coarse grids they also hold the
-        border of the isothermal contact, so their centres must lie in the outer half of the room around it, or the pressure
-        must be more than any border's."""
+        """True if `pressure` in the outermost elements shows that the domain is too small. On coarse grids they also contain
+        the border of the isothermal contact, so either their centres must lie in the outer half of the margin around it, or the
+        pressure must exceed that of any border."""
         contact, grid, scales, ends = pressure > 0.0, self.grid, self._derived.scales, self.at_ends
         touched = (contact[0].any() or contact[-1].any() or (contact[:, 0].any() and not ends[0])
                    or (contact[:, -1].any() and not ends[1]))

@@ -24,15 +24,15 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class SolverOptions:
-    """How closely a problem is solved, and with what."""
+    """Tolerances and variants of the solution of a problem."""
 
     tolerances: Tolerances = Tolerances()
     rolling: RollingOptions = field(default_factory=RollingOptions)
     sequence: bool = True
-    """Whether coarser grids are solved first. They give the start, the estimates and the extrapolation."""
+    """Solve coarser grids first. They give the start, the estimates and the extrapolation."""
     extrapolated: bool = True
-    """Whether integrals are extrapolated from the last three grids."""
+    """Extrapolate integrals from the last three grids."""
     most_moves: int = 8
-    """Domains that are tried on one grid to follow a heated contact; one that proves too small is left early."""
+    """Domains tried on one grid to follow a heated contact; iterations on one that proves too small end early."""
     whole_elements: bool = False
-    """Hertz's pressure at the centres of whole elements, as CONTACT takes it, instead of its averages over covered parts."""
+    """Hertz's pressure at the centres of whole elements, as in CONTACT, instead of its averages over covered parts."""

@@ -1,4 +1,4 @@
-"""The tangential problem of one grid: on which window it is solved, with what at the leading edge, by which solver."""
+"""The tangential problem on one grid: its window, its correction at the leading edge, and the choice of the solver."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from thermoroll_cli.rolling.window import Window, window_around
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 FORCE_TOLERANCE = 0.4
-"""Where a force is prescribed tractions are solved to this part of their tolerance: creepages amplify what is left."""
+"""Factor of the tolerance of tractions under a prescribed force: the creepage amplifies the remaining residual."""
 
 
 class TractionSolver:
@@ -46,7 +46,7 @@ class TractionSolver:
 
     @cached_property
     def coupling(self) -> NormalShearCoupling:
-        """How pressure and shear of unlike bodies act on each other."""
+        """Coupling of pressure and shear of unlike bodies."""
         return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings)
 
     @property
@@ -58,7 +58,7 @@ class TractionSolver:
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
         friction: Array | None, *, undisturbed: bool,
     ) -> Traction:
-        """Tractions and slip under the pressure `normal` (`undisturbed`: it is Hertz's), driven by the slip `rigid`
+        """Tractions and slip under the pressure `normal` (`undisturbed` says that it is Hertz's), driven by the slip `rigid`
         (2, nx, ny); `friction` as in `Discretisation.roll`."""
         problem, motion = derived.problem, derived.problem.motion
         mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
@@ -113,7 +113,7 @@ class TractionSolver:
     # --- the window ----------------------------------------------------------------------------------------------
 
     def window_around(self, contact: NDArray[np.bool_], mirror: Parities | None, derived: DerivedQuantities) -> Window:
-        """Where the contact lies; the solver of the last window is kept while that still holds the contact."""
+        """Window around the contact; the last one, with its solver, is kept while it still holds the contact."""
         need, last = window_around(contact, mirror), self._windows.get(mirror)
         if last is not None and last.holds(need):
             return last
@@ -133,7 +133,7 @@ class TractionSolver:
     # --- the leading edge --------------------------------------------------------------------------------------
 
     def leading(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
-        """What the difference formula misses at the leading edge (`leading_edge`), (3, n, m) in the window."""
+        """Error of the difference formula at the leading edge (`known_gradient`), (3, n, m) in the window."""
         if not undisturbed:
             return self._missed(derived, normal, window, undisturbed=False)
         if self._undisturbed_leading is None or self._undisturbed_leading[0] != window:
@@ -141,7 +141,7 @@ class TractionSolver:
         return self._undisturbed_leading[1]
 
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
-        """`leading` afresh, for one application: below Hertz's pressure from the closed form, below others from their gap."""
+        """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""
         grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
         found = self._of_half_spaces(window, compliance).of_shape(window.cut(normal.pressure))
         both = window.both_sides
@@ -167,7 +167,7 @@ class TractionSolver:
         grid = self.grid
         closing = -derived.undeformed_gap(grid.rows_with(MARGIN), grid.y)
         if normal.offset is not None:
-            # Rows beyond the domain matter on the coarsest grids alone.
+            # Rows beyond the domain only matter on the coarsest grids.
             closing += np.pad(normal.offset, ((MARGIN, MARGIN), (0, 0)), mode="reflect", reflect_type="odd")
         if self._by_layers is not None:
             convolution, kernel = self._by_layers
@@ -177,7 +177,7 @@ class TractionSolver:
 
     @cached_property
     def _by_layers(self) -> tuple[Convolution, Array] | None:
-        """Kernel of the normal displacement beyond that of the half-spaces that rule at the border, on `MARGIN` more rows."""
+        """Kernel of the normal displacement less that of the half-spaces at the border, on `MARGIN` more rows."""
         if self._coatings is None:
             return None
         grid, place = self.grid, (self.grid.nx + MARGIN, self.grid.ny, self.grid.dx, self.grid.dy)
@@ -187,7 +187,7 @@ class TractionSolver:
         return convolution, convolution.quadrant_spectrum(table)
 
     def _of_half_spaces(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
-        """The operator of half-spaces that the bodies look like at the border: that of the solver itself without layers."""
+        """The operator of the half-spaces that stand for the bodies at the border; without layers that of the solver itself."""
         if self._coatings is None:
             return self._solvers[window.mirror].gradient
         return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
@@ -195,7 +195,7 @@ class TractionSolver:
 
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
-    """Half of what differential slip and spin change the longitudinal creepage by across the width of an element, (n, m)."""
+    """Half the change of the longitudinal creepage across the width of an element by differential slip and spin, (n, m)."""
     if not derived.kinematics.differential_slip.active:
         return None
     variation = 0.5 * grid.dy * np.abs(derived.kinematics.differential_slip.slope(grid.y) - derived.problem.motion.spin)

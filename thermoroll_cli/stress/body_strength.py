@@ -1,4 +1,4 @@
-"""One body, layer by layer: the yield stress that shakedown needs, alternating plasticity and Dang Van's stress."""
+"""Strength of one body, layer by layer: yield stress needed for shakedown, alternating plasticity and Dang Van's stress."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from thermoroll_cli.stress.shakedown import LineFatigue, largest_over_depth, lay
 
 @dataclass
 class StrengthCollector:
-    """Takes the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state."""
+    """Collects the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state."""
 
     strength: Strength
     depths: Array
@@ -48,7 +48,7 @@ class StrengthCollector:
         self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
 
     def scalars(self, body: str, every: int = 1) -> dict[str, float]:
-        """Scalars in the units of their names (`SUBSURFACE_SCALARS`), from every layer or from every second one, say."""
+        """Scalars in the units of their names (`SUBSURFACE_SCALARS`), from every layer or only every `every`-th one."""
         found: dict[str, float] = {}
         depths = self.depths[::every]
         for name, values in (("shakedown_k", self.shakedown_k), ("alternating_k", self.alternating_k.max(axis=1)),
@@ -87,7 +87,8 @@ class StrengthCollector:
 def strength_scalars(body: str, shear_yield: float, needed: float, pressure: float, utilised: float) -> dict[str, float]:
     """Shakedown factor and surface fatigue index of a body with a `shear_yield` stress k (Pa).
 
-    `needed` is the yield stress that shakedown needs (MPa), `pressure` the largest one (MPa), `utilised` |F|/W. The index is
-    FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util − 2πabk/(3W) of a Hertz contact): above zero surfaces fatigue."""
+    `needed` is the shear yield stress needed for shakedown (MPa), `pressure` the largest pressure (MPa), `utilised` |F|/W. The
+    index is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util − 2πabk/(3W) for a Hertz contact): surface fatigue is
+    predicted above zero."""
     return {f"shakedown_factor_{body}": shear_yield * 1e-6 / needed,
             f"fatigue_index_surface_{body}": utilised - shear_yield * 1e-6 / pressure}

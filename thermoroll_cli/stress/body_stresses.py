@@ -1,4 +1,4 @@
-"""One body, layer by layer: what is kept of its stresses, and the scalars they give."""
+"""Stresses of one body, layer by layer: the fields that are kept, and their scalars."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PRECISION = np.float32
 
 @dataclass
 class _Judged:
-    """Measures of strength, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
+    """Equivalent stresses, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
 
     von_mises: AnyArray
     principal: AnyArray
@@ -32,7 +32,7 @@ class _Judged:
         return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty((shape[0], shape[2])))
 
     def take(self, layer: int, stress: AnyArray) -> None:
-        """Keep what is wanted of the stresses (6, nx, columns) of a layer."""
+        """Keep the equivalent stresses of a layer with stresses (6, nx, columns)."""
         self.von_mises[layer] = von_mises(stress)
         self.principal[layer] = first_principal(stress)
         self.shear_range[layer] = row_ranges(stress[4])
@@ -40,7 +40,7 @@ class _Judged:
 
 @dataclass
 class Collector:
-    """Takes the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state."""
+    """Collects the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state."""
 
     depths: AnyArray
     x: AnyArray
@@ -80,7 +80,7 @@ class Collector:
             self.plane[:, layer] = stress[:, :, self.plane_column]
 
     def peaks(self, judged: _Judged, every: int = 1) -> tuple[Peak, Peak, Peak]:
-        """Largest von Mises stress, range of σ_xz and first principal stress; of every second layer, say."""
+        """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
         depths = self.depths[::every]
         ranges = peak_of(judged.shear_range[::every, None, :], depths, np.zeros(1), self.y, self.mirrored)
         found = [peak_of(values[::every], depths, self.x, self.y, self.mirrored)
@@ -88,7 +88,7 @@ class Collector:
         return found[0], ranges, found[1]
 
     def rivals(self, judged: _Judged) -> tuple[Peak, Peak]:
-        """Largest von Mises stress of the surface, and of what lies below it."""
+        """Largest von Mises stress at the surface, and below it."""
         found = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
                  for part in (slice(0, 1), slice(1, None))]
         return found[0], found[1]

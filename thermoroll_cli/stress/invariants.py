@@ -1,4 +1,4 @@
-"""Scalars of a stress state that strength and fatigue are judged by."""
+"""Equivalent stresses that strength criteria use."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.problem.result import Peak
 
 LAYERS, ELEMENTS = 5, 3
-"""Points of the interpolating polynomials: into the depth, where layers are far apart, and along the surface."""
+"""Points of the interpolating polynomials: along the depth, where layers are far apart, and along the surface."""
 MOST_MOVES = 16
 ZOOMS, POINTS = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
@@ -19,8 +19,8 @@ ZOOMS, POINTS = 7, 9
 def peak_of(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool = False) -> Peak:
     """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours.
 
-    A largest value at the surface is looked for on the surface itself, too. Of a `mirrored` field, even in y, only the part
-    y > 0 is given. Positions are those of the arrays."""
+    If the largest value is at the surface, the surface alone is searched as well. A `mirrored` field, even in y, is given for
+    y > 0 only. Positions are in the units of the arrays."""
     candidates = [_followed(values, depths, x, y, mirrored)]
     if depths[0] == 0.0:
         candidates.append(_followed(values[:1], depths[:1], x, y, mirrored))
@@ -28,8 +28,8 @@ def peak_of(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirror
 
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
-    """The maximum near the largest of `values`, looked for again around where it is found: on a ridge that leans, it may lie
-    between two layers several elements away from the largest value on a layer."""
+    """The maximum near the largest of `values`, searched again around each place found: on an inclined ridge it may lie between
+    two layers, several elements away from the largest value on a layer."""
     place = np.unravel_index(int(np.argmax(values)), values.shape)
     best = _refined(values, place, depths, x, y, mirrored)
     for _ in range(MOST_MOVES):
@@ -82,7 +82,8 @@ def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyA
 
 
 def _around(axis: AnyArray, index: int, count: int, mirrored: bool) -> tuple[AnyArray, AnyArray]:
-    """Indices of `count` neighbouring points around `index`, and where they are; beyond a mirror before the first point."""
+    """Indices and positions of `count` neighbouring points around `index`; points beyond a mirror lie before the first
+    point."""
     count = min(count, len(axis))
     first = min(index - count // 2, len(axis) - count)
     indices = np.arange(first, first + count) if mirrored else np.arange(max(first, 0), max(first, 0) + count)

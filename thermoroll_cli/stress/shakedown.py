@@ -1,4 +1,4 @@
-"""Shakedown and fatigue: which yield stress keeps a body elastic after the first passages, and where cracks start.
+"""Shakedown and fatigue: the yield stress that keeps a body elastic after the first passages, and where cracks start.
 
 In steady rolling the residual stresses do not depend on x. By Melan's theorem a body shakes down if some residual stress
 brings all stress states below yield. The family ρ_xx(z), ρ_yy(z), ρ_xy(z) is exact where every y is rolled over, and a safe
@@ -36,16 +36,16 @@ def deviator(stress: AnyArray) -> Array:
 
 @dataclass(frozen=True)
 class LayerShakedown:
-    """Shear yield stress `k` (Pa) that one layer needs, and the `residual` stresses xx, yy, xy (Pa) with which it does."""
+    """Shear yield stress `k` (Pa) that one layer needs, and the `residual` stresses xx, yy, xy (Pa) for which this suffices."""
 
     k: float
     residual: tuple[float, float, float]
 
 
 def layer_shakedown(stress: AnyArray, *, mirrored: bool = False) -> LayerShakedown:
-    """Shakedown of one layer with stresses (6, nx, ny) in Pa; of a `mirrored` state, even in y, only y > 0 is given.
+    """Shakedown of one layer with stresses (6, nx, ny) in Pa; a `mirrored` state, even in y, is given for y > 0 only.
 
-    Symmetry leaves no residual ρ_xy in a mirrored state."""
+    By symmetry ρ_xy = 0 in a mirrored state."""
     q = deviator(stress).reshape(-1, 5)
     free = 2 if mirrored else 3
     unloaded = np.zeros((1, free + 1))
@@ -58,8 +58,8 @@ def layer_shakedown(stress: AnyArray, *, mirrored: bool = False) -> LayerShakedo
 
 @dataclass(frozen=True)
 class LineFatigue:
-    """Lines of rolling of one layer: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, from which the next layer may
-    start."""
+    """Lines of rolling of one layer: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, starting points for the next
+    layer."""
 
     alternating_k: Array
     dang_van: Array
@@ -97,8 +97,8 @@ def tresca_shear(q: Array) -> Array:
 def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
     """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
 
-    The surface is the first layer and only a neighbour here: with friction it converges more slowly and is reported apart. Both
-    are nan where the values fall from the surface downwards: there is no maximum below it then."""
+    The surface is the first layer and serves only as a neighbour: with friction it converges more slowly and has a scalar of
+    its own. Both are nan if the values fall from the surface downwards, so that there is no maximum below it."""
     top = int(np.argmax(values[1:])) + 1
     if values[top] <= values[top - 1]:
         return math.nan, math.nan

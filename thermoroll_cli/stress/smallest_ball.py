@@ -1,7 +1,7 @@
 """Smallest enclosing balls of many small point sets at once.
 
-Shakedown, alternating plasticity and Dang Van's criterion all ask for the centre from which a set of stress states is nearest
-(Melan's residual stress). The primal problem
+Shakedown, alternating plasticity and Dang Van's criterion all need the centre whose largest distance from a set of stress
+states is smallest (Melan's residual stress). The primal problem
 
     R² = min over c of max over i of |P_i − c|² + g_i
 
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array
 
 TOLERANCE = 1e-11
-"""Relative excess of the farthest point's squared distance over R² at which a ball is accepted: centres converge like the root
-of this number."""
+"""Relative excess of the farthest point's squared distance over R² at which a ball is accepted; the error of centres is about
+the square root of this number."""
 MOST_ROUNDS = 500
 """Points that may join a basis before the search is given up; 5 to 20 are usual."""
 REGULARISATION = 1e-13
@@ -42,8 +42,8 @@ class Balls:
 def smallest_balls(points: Array, heights: Array | None = None, start: Balls | None = None) -> Balls:
     """Smallest balls around `points` (B, n, d) with squared distances |P − c|² + `heights` (B, n; default 0).
 
-    `start` are balls of neighbouring sets, whose points of the same index are tried first. Raises ArithmeticError if a ball is
-    not found, which does not happen for finite points."""
+    `start` are balls of neighbouring sets; the search begins with points of the same indices. Raises ArithmeticError if a ball
+    is not found, which does not happen for finite points."""
     count, _, dimension = points.shape
     squares = np.einsum("bnd,bnd->bn", points, points)
     lifted = squares if heights is None else squares + heights

@@ -19,15 +19,15 @@ ODD_IN_Y = (False, False, False, True, False, True)
 ODD_IN_X = (False, False, False, True, True, False)
 
 TABLE_BYTES = 64 * 2**20
-"""Thermal tables made together: layers share most of their cost, but not of their memory."""
+"""Memory of the thermal tables computed together: layers share most of the cost, but each needs its own memory."""
 
 
 @dataclass(frozen=True)
 class SurfaceLoad:
-    """Loads on one body, averages over elements, and what its material makes of them (SI, arrays (nx, ny)).
+    """Loads on one body as element averages, and constants of its material (SI, arrays (nx, ny)).
 
     `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
-    the surface), None where there is none; `heat` is the flux into the body, None where thermal stresses are left out.
+    the surface), None if there is none; `heat` is the flux into the body, None if thermal stresses are left out.
     `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact, `surface_rise` the
     temperature rise (K) of the surface if it is known better than from averages."""
 
@@ -44,13 +44,13 @@ class SurfaceLoad:
 
 
 class LayerTransforms:
-    """Free-space convolutions of loads on one grid, brought back whole or, of mirror-symmetric states, for y > 0."""
+    """Free-space convolutions of loads on one grid; results on the whole grid or, for mirror-symmetric states, for y > 0."""
 
     def __init__(self, grid: Grid, mirrored: bool) -> None:
         self.grid, self.mirrored = grid, mirrored
         self.plane = Convolution(grid.nx, grid.ny)
         self.columns = grid.ny // 2 if mirrored else grid.ny
-        """Columns that are brought back: the last ones."""
+        """Number of columns in the results: the last ones of the grid."""
 
     @property
     def transforms(self) -> int:
@@ -66,9 +66,9 @@ class LayerTransforms:
         return np.asarray(2.0 * along * (np.cos(angle_x) - 1.0)[None, :] + 2.0 * across * (np.cos(angle_y) - 1.0)[:, None])
 
     def back(self, spectra: list[Spectrum], odd: tuple[bool, ...]) -> Array:
-        """Fields (n, nx, columns) of `spectra`, of which some are `odd` in y.
+        """Fields (n, nx, columns) of `spectra`, some of them `odd` in y.
 
-        Of mirror-symmetric states one transform brings back an even and an odd field: from both halves of the sum."""
+        For mirror-symmetric states one transform of a sum gives an even and an odd field, from both halves of the result."""
         out = np.empty((len(spectra), self.grid.nx, self.columns))
         if not self.mirrored:
             for target, spectrum in zip(out, spectra, strict=True):
@@ -91,9 +91,9 @@ class LayerTransforms:
 
 
 DEEP = 3.0
-"""Depth in elements below which the jumps between them are gone, but for 1e-7."""
+"""Depth in elements below which the effect of jumps between elements is less than 1e-7."""
 JUMPS = 40
-"""Harmonics of the jumps between elements: at the surface the series is cut off with 1e-4 of its sum."""
+"""Harmonics of the jumps between elements: the rest of the series at the surface is 1e-4 of its sum."""
 
 
 def averaging(depth: float) -> float:
@@ -106,7 +106,7 @@ def averaging(depth: float) -> float:
     harmonic = np.arange(1.0, JUMPS + 1.0)
     decay = 2.0 * np.pi * depth * harmonic
     series = (-1.0) ** (harmonic + 1.0) * (1.0 + decay) * np.exp(-decay) / harmonic**2
-    # Without jumps left the weight is one number, and what is made with it is kept.
+    # Below DEEP the weight is constant, so that `Sharpened` keeps its spectrum from layer to layer.
     return 1.0 / 12.0 - float(series.sum()) / (2.0 * np.pi**2) if depth < DEEP else 1.0 / 12.0
 
 
@@ -114,9 +114,9 @@ class Sharpened:
     """The spectrum of a load given as averages over elements, as it acts below them.
 
     An average is the value plus 1/24 of the second difference. Spread evenly over the element again, the load acts as if
-    averaged twice, but for its jumps between elements: those act down to about an element's size, and at the surface they
-    restore the average. Less that second difference (`averaging`), what is left is of fourth order in the size of the
-    elements; it adds nothing to the whole load."""
+    averaged twice, except for its jumps between elements: these act down to a depth of about one element, and at the surface
+    they restore the average. After subtracting that second difference (`averaging`) the error is of fourth order in the size
+    of the elements; the resultant load does not change."""
 
     def __init__(self, transforms: LayerTransforms, load: Array) -> None:
         self._transforms = transforms
@@ -213,7 +213,7 @@ class ThermalLayers:
             fields[:6] *= load.thermal_modulus * to_kelvin
             fields[6] *= to_kelvin
             if depth == 0.0 and load.surface_rise is not None:
-                # Heat that changes within the elements: σ_xx and σ_yy feel the temperature of the place itself.
+                # Heat that changes within the elements: σ_xx and σ_yy depend on the local temperature.
                 known = load.surface_rise[:, -self._transforms.columns :]
                 fields[:2] -= load.thermal_modulus * (known - fields[6])
                 fields[6] = known
