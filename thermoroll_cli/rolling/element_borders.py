@@ -110,8 +110,8 @@ class EdgeCompliance:
     operator's compliance for tractions that alternate across rolling (x and y): on elements that are long along x it is small,
     and subtracting more than that would let rows slip against each other.
     `mirrored` says that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
-    compliance of elements that a neutral line may cross (`neutral_compliance`), the same in all directions, and added to K; `layer`
-    (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
+    compliance of elements that a neutral line may cross (`neutral_compliance`), the same in all directions, and added to K;
+    `layer` (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
 
     def __init__(
         self,
