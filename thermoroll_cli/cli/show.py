@@ -42,8 +42,8 @@ PROCESS_BYTES, PROCESS_SECONDS = 117 * 2**20, 0.8
 """Memory and time of a run besides the solve: Python, libraries, files; measured on one core."""
 DRAWING_BYTES, DRAWING_SECONDS, PICTURE_SECONDS = 105 * 2**20, 0.5, 0.2
 """Memory of drawing, and time for loading the library and for each picture; measured on one core."""
-HEAT_PICTURES = 2
-"""Pictures that need heat."""
+PICTURES, HEAT_PICTURES = 4, 2
+"""Pictures of every run, and those that need heat."""
 
 
 def show(
@@ -132,9 +132,7 @@ def _memory(case: Case, plan: Plan) -> int:
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    from thermoroll_cli.plots.pictures import KINDS
-
-    count = len(KINDS) - (0 if plan.runs("heat") else HEAT_PICTURES) - (not case.problem.geometry.has_profile)
+    count = PICTURES + (HEAT_PICTURES if plan.runs("heat") else 0) + case.problem.geometry.has_profile
     return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
@@ -157,7 +157,7 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
     upper = 1e-12
     while load(upper) < normal_force:
         upper *= 2.0
-    return 1.2 * float(brentq(lambda depth: load(depth) - normal_force, 0.5 * upper, upper, xtol=1e-12 * upper))
+    return 1.2 * float(scipy.optimize.brentq(lambda depth: load(depth) - normal_force, 0.5 * upper, upper, xtol=1e-12 * upper))
 
 
 def _solve(

@@ -28,9 +28,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
 FloatArray = NDArray[np.float64]
@@ -190,7 +190,7 @@ def _log_aspect_ratio(log_curvature_ratio: float) -> float:
         return math.log(_curvature_integral(t)) - math.log(_curvature_integral(-t)) - log_curvature_ratio
 
     near, far = -0.45 * log_curvature_ratio, -0.7 * log_curvature_ratio
-    return float(brentq(mismatch, near, far, xtol=1e-16 * abs(far), rtol=4.0 * np.finfo(float).eps))
+    return float(scipy.optimize.brentq(mismatch, near, far, xtol=1e-16 * abs(far), rtol=4.0 * np.finfo(float).eps))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
+from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import (
     BODIES,
@@ -20,7 +21,6 @@ from thermoroll_cli.files.case_model import (
     TwoMaterials,
 )
 from thermoroll_cli.files.profile_file import point_fault
-from thermoroll_cli.steady_state.derived import contact_width
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
@@ -316,7 +316,7 @@ def _contact_width(sections: Sections) -> float | None:
     curvature = (1.0 / g.lower_radius_x_mm + 1.0 / g.upper_radius_x_mm, 1.0 / g.lower_radius_y_mm + 1.0 / g.upper_radius_y_mm)
     materials = [material for _, material in _materials(sections)] * 2
     compliance = sum((1.0 - m.poisson_ratio**2) / (m.youngs_modulus_GPa * 1e3) for m in materials[:2])
-    return contact_width(curvature, 1.0 / compliance, sections["load"].normal_N)
+    return 2.0 * hertz_contact(*curvature, 1.0 / compliance, sections["load"].normal_N).semi_axis_y
 
 
 def _wear(sections: Sections) -> Iterator[Conflict]:

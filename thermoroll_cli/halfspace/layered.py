@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from scipy.fft import fht
-from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Layer
@@ -93,8 +93,8 @@ class RadialDifference:
     spline of ∫_0^R H r dr, between the radii `ends`. Before them H is even, beyond them it decays like 1/r."""
 
     order: int
-    weighted: BSpline
-    primitive: BSpline
+    weighted: scipy.interpolate.BSpline
+    primitive: scipy.interpolate.BSpline
     ends: tuple[float, float]
 
     def __call__(self, r: Array) -> Array:
@@ -122,8 +122,9 @@ def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> Rad
               2: (r / (distance + depth)) ** 2 / distance}[order]
     weighted = (transform + limit * r * closed) / (2.0 * np.pi)
     log_r = np.log(r)
-    return RadialDifference(order, make_interp_spline(log_r, weighted, 5),
-                            make_interp_spline(log_r, weighted * r, 5).antiderivative(), (float(r[0]), float(r[-1])))
+    spline = scipy.interpolate.make_interp_spline(log_r, weighted, 5)
+    primitive = scipy.interpolate.make_interp_spline(log_r, weighted * r, 5).antiderivative()
+    return RadialDifference(order, spline, primitive, (float(r[0]), float(r[-1])))
 
 
 NEAR = 3.5

@@ -25,9 +25,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
+import scipy
 from numpy.polynomial.chebyshev import chebpts2, chebvander
 from numpy.typing import ArrayLike
-from scipy.linalg import qr
 from scipy.special import erf
 
 from thermoroll_cli.arrays import Array
@@ -176,7 +176,7 @@ def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -
     """
     scaled = np.sqrt(offsets.counts)[:, None] * columns
     norms = np.sqrt((scaled**2).sum(axis=0))
-    basis, triangle, order = qr(scaled / norms, mode="economic", pivoting=True)
+    basis, triangle, order = scipy.linalg.qr(scaled / norms, mode="economic", pivoting=True)
     count = int(np.count_nonzero(np.abs(np.diag(triangle)) > tolerance))
     components = np.empty((count, len(norms)))
     components[:, order] = triangle[:count]

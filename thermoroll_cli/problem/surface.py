@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
@@ -133,7 +133,7 @@ def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
 
     y, z = np.array(profile.points).T
     if profile.interpolation == "cubic":
-        spline = CubicSpline(y, z)
+        spline = scipy.interpolate.CubicSpline(y, z)
         return lambda at, n: np.asarray(spline(at, n))
     slopes = np.diff(z) / np.diff(y)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import brentq, minimize_scalar
+import scipy
 
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
@@ -84,8 +84,9 @@ def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> Creep
         creepages.append(FACTOR * creepages[-1])
         forces.append(force(creepages[-1]))
     low = creepages[max(len(creepages) - 3, 0)] if len(creepages) > 2 else creepages[0] / FACTOR
-    top = minimize_scalar(lambda c: -force(math.exp(c)), bounds=(math.log(low), math.log(creepages[-1])), method="bounded",
-                          options={"xatol": MAXIMUM_RESOLUTION})
+    bounds = math.log(low), math.log(creepages[-1])
+    top = scipy.optimize.minimize_scalar(lambda c: -force(math.exp(c)), bounds=bounds, method="bounded",
+                                         options={"xatol": MAXIMUM_RESOLUTION})
     found = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
     if wanted > found.force:
         return found
@@ -94,8 +95,8 @@ def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> Creep
         forces.append(force(creepages[-1]))
     if forces[-1] > wanted:
         return found
-    start = max(found.creepage, creepages[-1] / FACTOR)
-    falling = brentq(lambda c: force(math.exp(c)) - wanted, math.log(start), math.log(creepages[-1]), xtol=BRANCH_RESOLUTION)
+    start, end = math.log(max(found.creepage, creepages[-1] / FACTOR)), math.log(creepages[-1])
+    falling = scipy.optimize.brentq(lambda c: force(math.exp(c)) - wanted, start, end, xtol=BRANCH_RESOLUTION)
     return replace(found, falling=math.exp(falling))
 
 

@@ -200,8 +200,3 @@ class Kinematics:
         slip[0] = (motion.creepage_x or 0.0) + self.differential_slip(grid.y) - motion.spin * grid.y
         slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
         return slip
-
-
-def contact_width(curvatures: tuple[float, float], contact_modulus: float, normal_force: float) -> float:
-    """Width 2b across rolling of the Hertz contact with relative `curvatures` along and across it, in any consistent units."""
-    return 2.0 * hertz_contact(*curvatures, contact_modulus, normal_force).semi_axis_y
