@@ -16,7 +16,7 @@ from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Geometry, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
@@ -25,6 +25,8 @@ from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.pressure import PressureSolver
+from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 INDENTATION, ROLLING = reference("layered_indentation")["rows"], reference("layered_rolling")["linear"]
 STEEL, RIGID = Material(210e9, 0.3), Material(1e25, 0.0)
@@ -151,18 +153,27 @@ def test_symbols_are_those_of_the_tables() -> None:
         assert found == pytest.approx(float(symbol[j, i]), rel=0.02)
 
 
-@pytest.mark.parametrize(("ratio", "factor"), [(0.01, 1.5), (0.1, 1.5), (10.0, 2.0)])
-def test_layers_do_not_make_the_normal_problem_hard(ratio: float, factor: float) -> None:
+@pytest.mark.parametrize("ratio", [0.01, 10.0, 100.0])
+def test_layers_do_not_make_the_normal_problem_hard(ratio: float) -> None:
+    """From the solution of the next coarser grid, as all but the coarsest begin; without layers from a Hertz pressure."""
     body = Material(100e9, 0.3, layers=(Layer(1e-4, ratio * 100e9, 0.3),))
-    layered = of_radius(pressed(body, RIGID, 0.1, 100.0), 2e-4, 32)
+    layered = of_radius(pressed(body, RIGID, 0.1, 100.0), 3e-4, 32)
     plain = pressed(Material(100e9, 0.3), RIGID, 0.1, 100.0)
-    iterations = []
+    applications = []
     for problem in (layered, plain):
-        pressure = Discretisation(DerivedQuantities(problem), (64, 64), 2.2).pressure
-        solution = pressure.solver.solve(pressure.undeformed_gap, problem.normal_force, np.zeros((64, 64)))
-        assert solution.converged
-        iterations.append(solution.iterations)
-    assert iterations[0] <= factor * iterations[1]
+        derived, options = DerivedQuantities(problem), SolverOptions()
+        coarse, fine = (PressureSolver(derived, Discretisation(derived, (n, n), 2.2).grid, 2.2, options) for n in (32, 64))
+        coarse.isothermal
+        if problem.has_hertz_solution:
+            finer = Prolongation(coarse.grid, fine.grid)
+            whole = coarse.solve(None, coarse.isothermal.pressure, options.tolerances.normal, mirrored=True)
+            found = fine.solve(None, np.asarray(finer(whole.start)), options.tolerances.normal, mirrored=True)
+        else:
+            fine = PressureSolver(derived, fine.grid, 2.2, options, coarser=coarse)
+            found = fine.isothermal
+        assert found.converged
+        applications.append(fine.solver.applications)
+    assert applications[0] <= 1.5 * applications[1]
 
 
 def test_free_rolling_creeps_the_other_way_on_thin_layers() -> None:
