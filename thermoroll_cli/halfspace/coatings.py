@@ -141,7 +141,7 @@ class Coatings:
     def near_border(self, dx: float, dy: float, interface: float = 0.0) -> NearBorder:
         """What rules within an element of dx × dy (m): the surfaces' materials below thick layers, the substrates' below thin
         ones. Between, neither does, and their mean is a guess."""
-        size = math.sqrt(dx * dy)
+        size = min(dx, dy)
         bodies, trust = [], 1.0
         for body in (self.lower, self.upper):
             material, own = _seen(body, size)
