@@ -50,6 +50,7 @@ stress: install
 	$(BIN)/python -m scripts.stress.stress_signals --write
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_neighbours
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_friction
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_layers
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.estimate_coverage
 
 figures: install

@@ -47,7 +47,7 @@ def _motion(rng: np.random.Generator, problem: Problem) -> Motion:
     derived = DerivedQuantities(problem)
     size = derived.saturation_creepage * _log(rng, math.log10(0.02), math.log10(20.0))
     angle = float(rng.choice([0.0, math.pi / 2.0, rng.uniform(0.0, 2.0 * math.pi), rng.uniform(0.0, 2.0 * math.pi)]))
-    spin = size * float(rng.choice([-1.0, 1.0])) * _log(rng, -0.5, 0.5) / derived.hertz.mean_radius
+    spin = size * float(rng.choice([-1.0, 1.0])) * _log(rng, -0.5, 0.5) / derived.scales.mean_radius
     motion = Motion(1.0, size * math.cos(angle), size * math.sin(angle), spin if rng.random() < SPIN_SHARE else 0.0,
                     differential_slip=False)
     if rng.random() < FORCED_SHARE:

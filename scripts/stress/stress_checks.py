@@ -104,7 +104,8 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
     slip[0] += derived.kinematics.differential_slip(grid.y) - motion.spin * grid.y
     slip[1] += motion.spin * grid.x[:, None]
     if derived.dissimilar:
-        slip -= NormalShearCoupling(grid, derived.coupling_constant).tangential_gradient(pressure)
+        coupling = NormalShearCoupling(grid, derived.coupling_constant, coatings=derived.coatings)
+        slip -= coupling.tangential_gradient(pressure)
     return float((traction * slip).sum()) * grid.element_area
 
 

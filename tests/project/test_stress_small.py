@@ -11,6 +11,8 @@ from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.stress_friction import AGREE
 from scripts.stress.stress_friction import missed as missed_falling
 from scripts.stress.stress_friction import outcome as falling_outcome
+from scripts.stress.stress_layers import grid_changes
+from scripts.stress.stress_layers import run_seed as run_layers_seed
 from scripts.stress.stress_neighbours import FIRST as FIRST_NEIGHBOURS
 from scripts.stress.stress_neighbours import differences
 from scripts.stress.stress_profiles import run_seed as run_profile_seed
@@ -102,3 +104,12 @@ def test_random_profiles_keep_the_invariants(seed: int) -> None:
     """Two of each kind that `make stress` draws, some with prescribed forces, on grids that need not be square."""
     done = run_profile_seed(seed)
     assert done.converged and not done.broken, told(done)
+
+
+@pytest.mark.parametrize("seed", [1, 3, 7, 10, 16, 18])
+def test_random_layers_keep_the_invariants(seed: int) -> None:
+    """Thin and thick, stiff and soft ones, on one body and on both; a finer grid changes less than the estimates."""
+    done = run_layers_seed(seed, 16)
+    assert done.converged and not done.broken, told(done)
+    changes = grid_changes(seed, 16)
+    assert len(changes) >= 4 and max(changes.values()) < 1.0, changes
