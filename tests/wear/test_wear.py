@@ -91,6 +91,21 @@ def test_a_crown_wears_flat() -> None:
     assert line_load(last.result)[centre] * 1e-3 == pytest.approx(wanted["q_centre_N_mm"], rel=0.03)
 
 
+def test_a_crown_worn_far_beyond_the_approach_is_rigid() -> None:
+    """Depth w²/(2R) ∝ n^(2/3) of rigid wear, and the passes of an independent wear solver; ridges at the border of the contact
+    would limit the steps. After five approaches the rigid law is 0.5 % off on fine grids, after ten 0.2 %."""
+    wanted = REFERENCE["twin_disc_to_10"]["trajectory"][-2]
+    depth = wanted["total_depth_um"] * 1e-6
+    problem = replace(TWIN_DISC, numerics=Numerics(grid=(16, 16)), wear=replace(TWIN_DISC.wear, depth=depth))
+    *_, last = evolution(problem)
+    assert last.steps <= 110
+    assert last.deepest == pytest.approx(depth, rel=1e-5)
+    assert last.distance == pytest.approx(wanted["passes"], rel=REFERENCE["tolerance"]["passes_later"])
+    assert last.worn_area("upper") == pytest.approx(RATE * LOAD * CREEPAGE * last.distance, rel=REFERENCE["tolerance"]["mass"])
+    rigid = (1.5 * 0.2 * RATE * LOAD * CREEPAGE * last.distance) ** (2.0 / 3.0) / (2.0 * 0.2)
+    assert last.deepest == pytest.approx(rigid, rel=8e-3)
+
+
 def test_steps_converge_at_first_order() -> None:
     def passes(fraction: float) -> float:
         wear = replace(TWIN_DISC.wear, step_fraction=fraction, depth=2e-6)
@@ -102,15 +117,26 @@ def test_steps_converge_at_first_order() -> None:
     assert math.log(errors[0] / errors[1]) / math.log(4.0) > 0.7
 
 
+def test_grids_converge() -> None:
+    def passes(side: int) -> float:
+        wear = replace(TWIN_DISC.wear, step_fraction=0.02, depth=2.28e-6)
+        return list(evolution(replace(TWIN_DISC, numerics=Numerics(grid=(side, side)), wear=wear)))[-1].distance
+
+    fine = passes(64)
+    errors = [abs(passes(side) - fine) for side in (16, 32)]
+    assert math.log2(errors[0] / errors[1]) > 1.5 and errors[1] < 1e-3 * fine
+
+
 def test_steps_beyond_the_limit_are_unstable(monkeypatch: pytest.MonkeyPatch) -> None:
     """A depth well beyond the stable one makes neighbouring rows wear in turn."""
     def roughness() -> float:
-        *_, last = evolution(replace(TWIN_DISC, wear=replace(TWIN_DISC.wear, step_fraction=1.0)))
-        return float(np.abs(np.diff(line_load(last.result), 2)).max() / line_load(last.result).max())
+        *_, last = evolution(replace(TWIN_DISC, wear=replace(TWIN_DISC.wear, step_fraction=9.0, depth=25e-6)))
+        loads = line_load(last.result)
+        return float(np.abs(np.diff(loads, 2))[10:-10].max() / loads.max())
 
     calm = roughness()
-    monkeypatch.setattr(module, "STABLE_SHARE", 4.0)
-    assert roughness() > 2.0 * calm
+    monkeypatch.setattr(module, "STABLE_SHARE", 2.0)
+    assert calm < 0.02 and roughness() > 0.1
 
 
 def test_a_contact_that_reaches_the_end_of_a_profile_stops() -> None:

@@ -2,8 +2,10 @@
 
 Explicit steps are stable while n κ ξ < dy/(E* a): the pressure follows the profile within an element, and a step that wears
 more than the pressure's own compliance over an element makes rows wear in turn. In terms of the worn depth d of a step that is
-d < (π/2)(p₀/E*) dy; a share of it is taken, and no more than a tenth of the approach. The depth is remapped to the points of
-the profiles by its running integral, which conserves the worn area, and never smoothed.
+d < (π/2)(p₀/E*) dy; a share of it is taken, and no more than a tenth of the approach. A step's depth is remapped to the points
+of the profiles as the sum of quadratic B-splines of the elements, which conserves the worn area. Depths that are constant on
+elements would make a staircase of the profile at the border of the contact, which moves by less than an element per step: the
+next grids sample it as ridges, and the ridges limit the steps.
 """
 
 from __future__ import annotations
@@ -13,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import BSpline
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Problem, Wear
@@ -30,7 +32,9 @@ ROOM = 1.3
 LEAST_POINTS = 200
 """Points of the profile that replaces a lateral radius."""
 REACHED = 1e-6
-"""Part of the wanted depth that may be missing in the end: the largest depth is known after a step, not before."""
+"""Part of the wanted depth that may be missing in the end: rounding must not ask for one more step."""
+REACH = 1.5
+"""Half of the width of the B-spline of an element, in elements."""
 STRETCH = 20
 """Steps after which the solver starts cold: an evolution that is resumed at such a step goes on exactly as if undisturbed."""
 
@@ -101,11 +105,13 @@ def worn_geometry(geometry: Geometry, y: Array, worn: dict[BodyName, Array]) -> 
 
 
 def remapped(y: Array, centres: Array, depth: Array) -> Array:
-    """`depth` (m), constant on elements about `centres`, at the points `y`: the area between neighbouring points is kept."""
+    """`depth` (m), averages over elements about `centres`, at the points `y`: a sum of quadratic B-splines, each three elements
+    wide, averaged over the width of a point, so that the area is kept."""
     dy = float(centres[1] - centres[0])
-    edges = np.append(centres - 0.5 * dy, centres[-1] + 0.5 * dy)
-    running = PchipInterpolator(edges, np.append(0.0, np.cumsum(depth) * dy))
-    return np.asarray(np.diff(running(np.clip(_middles(y), edges[0], edges[-1]))) / _widths(y))
+    knots = centres[0] + dy * (np.arange(len(centres) + 7) - 3.5)
+    running = BSpline(knots, np.pad(depth, 2), 2).antiderivative()
+    found = np.diff(running(np.clip(_middles(y), knots[2], knots[-3]))) / _widths(y)
+    return np.maximum(found, 0.0)  # beside the contact there is rounding
 
 
 def _middles(y: Array) -> Array:
@@ -141,7 +147,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
         if not result.converged or state.distance >= wear.distance or state.deepest >= (1.0 - REACHED) * wear.depth:
             return
         touched, dy = result.y[result.coupled.fields["pressure"].any(axis=0)], float(result.y[1] - result.y[0])
-        if touched[0] - dy < state.y[0] or touched[-1] + dy > state.y[-1]:
+        if touched[0] - REACH * dy < state.y[0] or touched[-1] + REACH * dy > state.y[-1]:
             raise BeyondProfile(f"the contact has reached the end of a profile, at y from {1e3 * state.y[0]:.4g} to "
                                 f"{1e3 * state.y[-1]:.4g} mm, after {1e-3 * state.distance:.4g} km")
         work = _work(worn, result)
@@ -165,5 +171,6 @@ def _step(wear: Wear, state: WearState, result: Result, depths: dict[BodyName, A
     scalars = result.coupled.scalars
     stable = STABLE_SHARE * 0.5 * math.pi * scalars["pressure_max_MPa"] * 1e6 / result.problem.contact_modulus
     depth = min(stable * float(result.y[1] - result.y[0]), wear.step_fraction * scalars["approach_um"] * 1e-6)
-    left = (wear.depth - state.deepest) / max(float(d.max()) for d in depths.values())
+    with np.errstate(divide="ignore"):
+        left = min(float(((wear.depth - state.worn[body]) / depths[body]).min()) for body in BODIES)
     return min(depth / fastest, wear.distance - state.distance, left * (1.0 + REACHED))
