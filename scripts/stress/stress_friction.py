@@ -58,7 +58,7 @@ def outcome(seed: int, grid: int) -> Outcome:
     done = Outcome(seed, result.converged, result.reason, "no steady state carries" in result.reason, work, constant_work)
     if not result.converged or problem.prescribed_force:
         return done
-    if seed % EVERY == EVERY // 2 and not DerivedQuantities(problem).dissimilar:
+    if seed % EVERY == EVERY // 2 and not problem.layer and not DerivedQuantities(problem).dissimilar:
         return replace(done, order=_order(problem))
     if seed % EVERY:
         return done
@@ -79,7 +79,8 @@ def _creeping(problem: Problem, factor: float) -> Problem:
 
 
 def _order(problem: Problem) -> float:
-    """Order by which forces on `REFINED` converge, without heat; bodies that differ are of first order without a law, too."""
+    """Order by which forces on `REFINED` converge, without heat. With constant friction, too, bodies that differ are of first
+    order, and interfacial layers of order 1 to 1.5."""
     forces = []
     for n in REFINED:
         result = solve(replace(problem, numerics=Numerics((n, n)), heating=Heating(heat=False)),
