@@ -7,6 +7,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import warnings
 from typing import Any
 
 import numpy as np
@@ -137,17 +138,32 @@ def test_the_resolution_and_size_for_print(tmp_path: pathlib.Path) -> None:
 # What must not break them
 
 
-@pytest.mark.parametrize(
-    ("normalised", "options"),
-    [
-        (False, {"shape": (64, 16), "aspect": 0.02, "title": "$\\frac{ 100 % _x^ 漢字 😀 \x07\n\t"}),
-        (True, {"shape": (16, 64), "aspect": 50.0, "upper_heating": 0.4, "converged": False, "title": "a long title " * 30}),
-        (False, {"shape": (8, 8), "size": 1e-5, "extent": 6.0, "slip_share": 1.0}),
-        (False, {"shape": (24, 24), "size": 1e4, "extent": 1.6, "slip_share": 0.0}),
-    ],
-)
+ODD: list[tuple[bool, dict[str, Any]]] = [
+    (False, {"shape": (64, 16), "aspect": 0.02, "title": "$\\frac{ 100 % _x^ 漢字 😀 \x07\n\t"}),
+    (True, {"shape": (16, 64), "aspect": 50.0, "upper_heating": 0.4, "converged": False, "title": "a long title " * 30}),
+    (False, {"shape": (8, 8), "size": 1e-5, "extent": 6.0, "slip_share": 1.0}),
+    (False, {"shape": (24, 24), "size": 1e4, "extent": 1.6, "slip_share": 0.0}),
+]
+
+
+@pytest.mark.parametrize(("normalised", "options"), ODD)
 def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options: dict[str, Any]) -> None:
     assert draw(synthetic.result(**options), tmp_path / "odd", normalised=normalised)
+
+
+@pytest.mark.parametrize(("normalised", "options"), [*ODD, (False, {}), (False, {"aspect": 2.5, "upper_heating": -0.8})])
+def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
+    result = synthetic.result(**{"shape": (16, 16), **options})
+    for kind in ALL:
+        with plot_style.style(), warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
+            picture = figure(result, kind, normalised=normalised)
+            if picture is None:
+                continue
+            picture.canvas.draw()
+            box = picture.get_tightbbox()
+        width, height = picture.get_size_inches()
+        assert min(box.x0, box.y0) >= -0.01 and box.x1 <= width + 0.01 and box.y1 <= height + 0.01, kind
 
 
 def test_nan_fields_are_no_fields() -> None:
@@ -293,15 +309,14 @@ def test_the_summary_has_digits_as_the_errors_have() -> None:
     result = synthetic.result((24, 24))
     problem = dataclasses.replace(result.problem, normal_force=80e3)
     picture = shown(dataclasses.replace(result, problem=problem), "summary")
-    texts = [text.get_text() for part in picture.subfigs for text in part.texts]
+    texts = [text.get_text() for text in picture.texts]
     assert "W = 80 kN, μ = 0.3, V = 200 m/s, grid 24 × 24" in texts
     value, _, error = scalar_text("pressure_max_MPa", result.summary()).partition(" ")
     assert value in texts and error in texts and error.startswith("± ")
     assert "spin (rad/mm)" not in texts, "rows of zeros are left out"
     assert not any("-" in text for text in texts if text[:1].isdigit() or text[:1] in "−-")
     bars = [axes.get_ylim() for axes in shown(result, "heat_flux").axes[2:]]
-    maps = picture.subfigs[0].subfigs[0].axes
-    assert bars[0][1] in [bar.get_ylim()[1] for axes in maps for bar in axes.child_axes], "alike in both"
+    assert bars[0][1] in [axes.get_ylim()[1] for axes in picture.axes], "alike in both"
 
 
 @pytest.mark.parametrize(("text", "expected"), [

@@ -33,9 +33,11 @@ from thermoroll_cli.plots.style import (
     DOUBLE,
     MM,
     SINGLE,
+    add_axes,
     add_headline,
     add_legend,
     few_ticks,
+    legend_height,
     new_figure,
 )
 from thermoroll_cli.problem.names import Quantity
@@ -47,7 +49,8 @@ OF_UPPER_BODY = {BEFORE: "#56b4e9", AFTER: "#e69f00"}
 LIMIT = "friction limit μp"
 ROOM = 1.06
 """Height of a diagram over the largest value."""
-DIAGRAM = 45.0 * MM
+DIAGRAM, GAP, AXIS, HEADLINE, LABELS, RIGHT = (size * MM for size in (45.0, 4.0, 10.0, 6.5, 16.0, 4.0))
+"""Height of a diagram, room between diagrams, for an axis, the title, labels at the left, at the right end."""
 
 
 @dataclass(frozen=True)
@@ -70,25 +73,34 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
         return None
     columns = min(2, len(diagrams))
     rows = -(-len(diagrams) // columns)
-    figure = new_figure(DOUBLE if columns == 2 else SINGLE, rows * DIAGRAM + 22.0 * MM)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True)
-    for axes in grid.flat[len(diagrams):]:
-        axes.set_visible(False)
-    for axes, (quantity, curves) in zip(grid.flat, diagrams, strict=False):
+    side = (DOUBLE - RIGHT) / 2 - LABELS
+    width = DOUBLE if columns == 2 else SINGLE
+    handles = line_handles(curve for _, curves in diagrams for curve in curves)
+    foot = AXIS + legend_height(handles, width)
+    figure = Figure(figsize=(width, rows * DIAGRAM + (rows - 1) * GAP + foot + HEADLINE))
+    for place, (quantity, curves) in enumerate(diagrams):
+        row, column = divmod(place, columns)
+        bottom = foot + (rows - 1 - row) * (DIAGRAM + GAP)
+        axes = add_axes(figure, LABELS + column * (side + LABELS), bottom, side, DIAGRAM)
         draw_diagram(axes, frame, quantity, curves)
-    for axes in grid[-1]:
-        axes.set_xlabel(flow_label(frame))
+        if place + columns < len(diagrams):
+            axes.tick_params(labelbottom=False)
+        else:
+            axes.set_xlabel(flow_label(frame))
     title = frame.result.problem.title
     add_headline(figure, f"{title}, {frame.cut_words}" if title else frame.cut_words, frame.result.converged)
-    add_legend(figure, line_handles(grid.flat))
+    add_legend(figure, handles)
     return figure
 
 
-def line_handles(diagrams: Iterable[Axes]) -> list[Artist]:
-    """Lines of all diagrams for the legend."""
-    lines: list[Artist] = [line for axes in diagrams for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
-    named = [line for line in lines if line.get_label() != LIMIT]
-    return lines if named == lines else [*named, Line2D([], [], color="0.2", linestyle=DOTTED, linewidth=0.9, label=LIMIT)]
+def line_handles(curves: Iterable[Curve]) -> list[Artist]:
+    """Handles for the legend of `curves`, the friction limit last and without its colours."""
+    named = {curve.label: curve for curve in curves if curve.label}
+    limit = named.pop(LIMIT, None)
+    looks = [(c.label, c.colour, c.dashes, c.width) for c in named.values()]
+    looks += [(LIMIT, "0.2", DOTTED, limit.width)] if limit else []
+    return [Line2D([], [], label=label, color=colour, linestyle=dashes, linewidth=width)
+            for label, colour, dashes, width in looks]
 
 
 def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
@@ -97,7 +109,7 @@ def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[C
     scale, x = frame.scale(quantity, max(high, -low)), frame.lengths[0]
     for curve in curves:
         axes.plot(curve.x * x.factor, curve.values * scale.factor, color=curve.colour, linestyle=curve.dashes,
-                  linewidth=curve.width, label=curve.label or "_")
+                  linewidth=curve.width)
     axes.set_xlim(min(curve.x[0] for curve in curves) * x.factor, max(curve.x[-1] for curve in curves) * x.factor)
     axes.set_ylim(ROOM * low * scale.factor, ROOM * high * scale.factor)
     axes.set_ylabel(scale.label)
@@ -171,7 +183,7 @@ def track_figure(frame: RunFrame) -> Figure | None:
     few_ticks(axes, 5, 5)
     add_headline(figure, frame.result.problem.title, frame.result.converged)
     handles: list[Artist] = axes.get_legend_handles_labels()[0]
-    add_legend(figure, handles, 2)
+    add_legend(figure, handles)
     return figure
 
 

@@ -36,9 +36,11 @@ from thermoroll_cli.plots.style import (
     DOUBLE,
     MM,
     SINGLE,
+    add_axes,
     add_headline,
     add_legend,
     few_ticks,
+    legend_height,
     readable,
 )
 from thermoroll_cli.problem.names import Quantity
@@ -65,8 +67,8 @@ FLAT = 0.45
 """Maps of less height over width stand below each other."""
 TALLEST, SHORT_BAR = 120.0 * MM, 40.0 * MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
-LABELS, BAR, TITLE, AXIS, LEGEND_ROW, HEADLINE, GAP = (size * MM for size in (13.0, 18.0, 5.0, 9.0, 4.0, 5.0, 4.0))
-"""Room for labels at the left, the colour bar, words above a map, its axis, a row of the legend, the title, between maps."""
+LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * MM for size in (15.0, 21.5, 5.5, 10.0, 5.5, 6.0))
+"""Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
 
 
 @dataclass(frozen=True)
@@ -101,35 +103,37 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
         high = min(high, max(panel.maximum for panel in panels)) if high > 0.0 else high
     colours = colours_of(quantity, low * scale.factor, high * scale.factor)
     whole = lives_everywhere(quantity)
-    shown = shape_of(frame, whole)
-    flat = shown < FLAT
-    columns = 1 if flat else min(len(panels), 2)
+    shape = shape_of(frame, whole)
+    columns = 1 if shape < FLAT else min(len(panels), 2)
     rows = -(-len(panels) // columns)
-    width = SINGLE if columns == 1 and not flat else DOUBLE
-    panel_width = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shown)
+    width = SINGLE if columns == 1 and shape >= FLAT else DOUBLE
+    side = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shape)
+    left = LABELS + 0.5 * (width - LABELS - BAR - columns * side - (columns - 1) * GAP)
+    separator = ", " if side > 65.0 * MM and not any("body" in panel.words for panel in panels) else "\n"
+    step = side * shape + TITLE * (1.7 if separator == "\n" and any(panel.words for panel in panels) else 1)
     handles = border_handles(frame, arrows=quantity is TRACTION)
-    legend_rows = -(-len(handles) // (2 if width == SINGLE else 4))
-    separator = ", " if panel_width > 70.0 * MM and not any("body" in panel.words for panel in panels) else "\n"
-    title = TITLE + (3.0 * MM if separator == "\n" and any(panel.words for panel in panels) else 0.0)
-    height = rows * (panel_width * shown + title) + AXIS + LEGEND_ROW * legend_rows + HEADLINE + (rows - 1) * GAP
-    figure = new_map_figure(width, height)
-    grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
-    for axes, panel in zip(grid.flat, panels, strict=True):
+    foot = AXIS + legend_height(handles, width)
+    figure = Figure(figsize=(width, foot + rows * step + HEADLINE))
+    for place, panel in enumerate(panels):
+        row, column = divmod(place, columns)
+        axes = add_axes(figure, left + column * (side + GAP), foot + (rows - 1 - row) * step, side, side * shape)
         image = draw_map(axes, frame, panel.drawn, panel.values * scale.factor, colours, whole=whole)
         if quantity is TRACTION:
-            draw_arrows(axes, frame, panel.drawn, (panel_width, panel_width * shown))
+            draw_arrows(axes, frame, panel.drawn, (side, side * shape))
         axes.set_title(separator.join(filter(None, (panel.words, extremes(panel, scale)))))
-        axes.label_outer()
-    bar = rows * panel_width * shown
-    figure.colorbar(image, ax=grid, label=scale.label if bar > SHORT_BAR else scale.brief, aspect=bar / (3.5 * MM), pad=0.02)
+        if column > 0:
+            axes.set_ylabel("")
+            axes.tick_params(labelleft=False)
+        if place + columns < len(panels):
+            axes.set_xlabel("")
+            axes.tick_params(labelbottom=False)
+    length = (rows - 1) * step + side * shape
+    bar = add_axes(figure, left + columns * (side + GAP) - GAP + 3.0 * MM, foot, 3.5 * MM, length)
+    figure.colorbar(image, cax=bar, label=scale.label if length > SHORT_BAR else scale.brief)
+    few_ticks(bar, y=6)
     add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole))
-    add_legend(figure, handles, 2 if width == SINGLE else 4)
+    add_legend(figure, handles)
     return figure
-
-
-def new_map_figure(width: float, height: float) -> Figure:
-    """A figure whose panels keep their shape."""
-    return Figure(figsize=(width, height), layout="compressed")
 
 
 def _panels(frame: RunFrame, quantity: Quantity) -> list[Panel]:

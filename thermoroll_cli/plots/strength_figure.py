@@ -58,7 +58,7 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
     bar = figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02)
     few_ticks(bar.ax, y=6)
     add_headline(figure, ", ".join(filter(None, (frame.result.problem.title, f"{body} body"))), frame.result.converged)
-    add_legend(figure, list(needed.get_legend_handles_labels()[0]))
+    add_legend(figure, needed.get_legend_handles_labels()[0])
     return figure
 
 
@@ -83,7 +83,7 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     axes.set_ylim(0.0, max(5.0, 1.1 * max(points.values())))
     axes.grid(visible=True)
     add_headline(figure, frame.result.problem.title, frame.result.converged)
-    add_legend(figure, list(axes.get_legend_handles_labels()[0]), 2)
+    add_legend(figure, axes.get_legend_handles_labels()[0])
     return figure
 
 

@@ -10,14 +10,16 @@ import re
 import secrets
 import textwrap
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import matplotlib
 import matplotlib.style
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 STYLE = pathlib.Path(__file__).with_name("thermoroll.mplstyle")
@@ -32,11 +34,11 @@ DPI = 200
 
 FORMATS = ("png", "svg", "pdf")
 FILE_OPTIONS: dict[str, dict[str, Any]] = {
-    "png": {"pil_kwargs": {"compress_level": 3}},
+    "png": {"pil_kwargs": {"compress_level": 1}},
     "svg": {"metadata": {"Date": None}},
     "pdf": {"metadata": {"CreationDate": None}},
 }
-"""PNG packed lightly, which takes a third of the time; without dates, two files of the same picture are equal."""
+"""PNG packed lightly, which takes half of the time; without dates, two files of the same picture are equal."""
 
 BEFORE, AFTER = "#0072b2", "#d55e00"
 """Colours of the states without and with thermal deformation, and of the lower and the upper body: distinct for the
@@ -45,8 +47,9 @@ DASHED, DOTTED = (0, (4.0, 1.6)), (0, (1.0, 1.4))
 NOT_CONVERGED = "not converged"
 ALERT = "#c00000"
 
-TITLE_LETTERS = 14
-"""Letters of a title that an inch surely holds."""
+TITLE_LETTERS, LEGEND_LETTERS = 14, 19
+"""Letters of a title and of a legend that an inch surely holds."""
+LEGEND_ROW = 4.0 * MM
 
 
 @contextlib.contextmanager
@@ -56,31 +59,62 @@ def style() -> Iterator[None]:
         yield
 
 
-def new_figure(width: float, height: float, layout: Any = "constrained") -> Figure:
-    """An empty figure of `width` × `height` inches, made without pyplot."""
-    return Figure(figsize=(width, height), layout=layout)
+def new_figure(width: float, height: float) -> Figure:
+    """An empty figure of `width` × `height` inches, made without pyplot, that finds room for labels by itself."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Axes at a fixed place (inches from the lower left corner): layouts that are known need no search, which costs as much as
+    drawing."""
+    across, up = figure.get_size_inches()
+    return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def add_headline(figure: Figure, title: str, converged: bool = True, note: str = "") -> None:
     """The title of the case above the picture with a `note`; in red, if the state is not steady, that it has not converged."""
-    width = float(figure.get_size_inches()[0])
+    width, height = (float(size) for size in figure.get_size_inches())
     room = int(width * TITLE_LETTERS) - len(note) - (0 if converged else 2 * len(NOT_CONVERGED))
     text = ", ".join(filter(None, (one_line(title, max(room, 8)), note)))
+    top = 1.0 - 0.03 / height
     if text or not converged:
-        figure.suptitle(text or " ", x=0.01, ha="left", color="0.25", parse_math=False)
+        # A constrained layout leaves room for a title that it places itself.
+        place = {} if figure.get_layout_engine() else {"y": top}
+        figure.suptitle(text or " ", x=0.01, ha="left", color="0.25", parse_math=False, **place)
     if not converged:
-        figure.text(0.99, 1.0 - 0.03 / float(figure.get_size_inches()[1]), NOT_CONVERGED.upper(), ha="right", va="top",
-                    color=ALERT, weight="bold")
+        figure.text(0.99, top, NOT_CONVERGED.upper(), ha="right", va="top", color=ALERT, weight="bold")
 
 
-def add_legend(figure: FigureBase, handles: list[Artist], columns: int = 0) -> None:
-    """One legend below all diagrams of a figure, each label once; literally, since a label may hold any word."""
-    once = {str(handle.get_label()): handle for handle in handles}
-    if not once:
+def legend_columns(handles: Sequence[Artist], width: float) -> int:
+    """As many columns of a legend as `width` inches surely hold, each as wide as its longest label."""
+    widths = [0.5 + len(str(handle.get_label())) / LEGEND_LETTERS for handle in handles]
+    fitting = (columns for columns in range(len(widths), 1, -1)
+               if sum(float(max(column)) for column in np.array_split(widths, columns)) <= width)
+    return next(fitting, 1)
+
+
+def legend_height(handles: Sequence[Artist], width: float) -> float:
+    """Height (inches) of a legend of `width` inches."""
+    return LEGEND_ROW * -(-len(handles) // legend_columns(handles, width)) if handles else 0.0
+
+
+def add_legend(figure: Figure, handles: Sequence[Artist], *, at: tuple[float, float] | None = None, width: float = 0.0) -> None:
+    """One legend below all diagrams of a figure, or at most `width` wide with the middle of its foot `at` a place (inches):
+    each label once, and literally, since a label may hold any word."""
+    handles = unlike(handles)
+    if not handles:
         return
-    legend = figure.legend(handles=list(once.values()), loc="outside lower center", ncols=columns or min(len(once), 4))
+    sizes = figure.get_size_inches()
+    legend = figure.legend(
+        handles=handles, loc="outside lower center" if at is None else "lower center", borderaxespad=0.3,
+        ncols=legend_columns(handles, width or float(sizes[0])), bbox_to_anchor=None if at is None else tuple(at / sizes))
     for text in legend.get_texts():
         text.set_parse_math("$" in text.get_text() and text.get_text().count("$") == 2)
+
+
+def unlike(handles: Sequence[Artist]) -> list[Artist]:
+    """One handle for each label."""
+    return list({str(handle.get_label()): handle for handle in handles}.values())
 
 
 def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
@@ -116,7 +150,12 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
     with warnings.catch_warnings():
         # A title in a script that the font lacks shows boxes; that is no reason to fail or to fill the terminal.
         warnings.filterwarnings("ignore", message=r"Glyph \d+", category=UserWarning)
-        figure.savefig(content, format=image_format, dpi=dpi or DPI, **FILE_OPTIONS[image_format])
+        if image_format == "png":
+            # savefig draws everything twice, the first time to find the layout.
+            figure.set_dpi(dpi or DPI)
+            FigureCanvasAgg(figure).print_png(content, **FILE_OPTIONS["png"])
+        else:
+            figure.savefig(content, format=image_format, dpi=dpi or DPI, **FILE_OPTIONS[image_format])
     temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
         temporary.write_bytes(content.getvalue())

@@ -72,7 +72,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     handles += [Line2D([], [], color="0.3", linestyle=DASHED, label="without thermal stresses")] if elastic else []
     handles += [Line2D([], [], color="white", marker="x", linestyle="none", markersize=5.0, label="largest stress",
                        path_effects=[withStroke(linewidth=2.6, foreground="black")])]
-    add_legend(figure, list(handles))
+    add_legend(figure, handles)
     return figure
 
 

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator
 
 import numpy as np
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 
 from thermoroll_cli.plots.cuts import curves_of, draw_diagram, line_handles
 from thermoroll_cli.plots.maps import (
@@ -31,19 +31,31 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.plots.style import MM, add_headline, add_legend, few_ticks, new_figure, one_line, readable
+from thermoroll_cli.plots.style import (
+    MM,
+    add_axes,
+    add_headline,
+    add_legend,
+    few_ticks,
+    legend_height,
+    one_line,
+    readable,
+)
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.number_text import computed, isothermal_text, number, scalar_text
 
-PICTURES, TABLE = 150.0 * MM, 112.0 * MM
-"""Widths of both halves of the sheet."""
-LONGEST_MAP, TALLEST_MAP, AROUND_MAP, CUTS = 52.0 * MM, 60.0 * MM, 16.0 * MM, 58.0 * MM
-"""Largest width and height of a map, room for what is around it, and height of the diagrams of the cut."""
+COLUMN, TABLE, WIDTH = 76.0 * MM, 156.0 * MM, 270.0 * MM
+"""Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
+LABELS, AXIS, TITLE, HEADLINE, BAR = (size * MM for size in (15.0, 11.0, 5.0, 6.0, 2.5))
+"""Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
+LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * MM, 60.0 * MM, (60.0 * MM, 38.0 * MM)
+"""Largest width and height of a map, and size of the diagrams of the cut."""
 FLAT = 0.4
+"""Maps of less height over width take both columns."""
 LETTERS, ROW, FOOT = 7.0, 3.65 * MM, 3.4 * MM
 """Size of the letters of the table in points, distances of its rows and of the lines of remarks."""
-COLUMNS = (0.0, 0.65, 0.83, 0.84)
-"""Places of the words, of the values without deformation, the values (right ends) and the errors, over the table's width."""
+PLACES = tuple((TABLE + place * MM, side) for place, side in ((0, "left"), (70, "right"), (90, "right"), (91, "left")))
+"""Places of the words, of the values without deformation, the values and the errors."""
 LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
 """Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
 
@@ -56,33 +68,39 @@ def summary_figure(frame: RunFrame) -> Figure:
     rows, remarks = list(_rows(frame)), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
-    lines = -(-len(maps) // columns)
-    map_height = min(LONGEST_MAP * (2.0 if columns == 1 else 1.0) * shape, TALLEST_MAP) + AROUND_MAP
-    height = max(lines * map_height + CUTS + 12.0 * MM, (len(rows) + 2) * ROW + len(remarks) * FOOT + 10.0 * MM)
-    figure = new_figure(PICTURES + TABLE, height)
-    left, right = figure.subfigures(1, 2, width_ratios=(PICTURES, TABLE), squeeze=False)[0]
-    top, bottom = left.subfigures(2, 1, height_ratios=(height - CUTS, CUTS))
-    grid = top.subplots(lines, columns, squeeze=False)
-    for axes in grid.flat[len(maps):]:
-        axes.set_visible(False)
-    for axes, (quantity, values, body) in zip(grid.flat, maps, strict=False):
+    side = min(LONGEST_MAP + (2 - columns) * COLUMN, TALLEST_MAP / shape)
+    step = TITLE + side * shape + AXIS
+    borders = border_handles(frame, arrows=any(quantity is TRACTION for quantity, _, _ in maps))
+    cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
+    lines = line_handles(curve for _, curves in cuts for curve in curves)
+    below_maps = HEADLINE + -(-len(maps) // columns) * step + legend_height(borders, TABLE)
+    below_cuts = below_maps + TITLE + CUT[1] + AXIS + legend_height(lines, TABLE)
+    height = max(below_cuts, HEADLINE + (len(rows) + 2) * ROW + len(remarks) * FOOT)
+    figure = Figure(figsize=(WIDTH, height))
+    for place, (quantity, values, body) in enumerate(maps):
         limits = limits_of([v for q, v, _ in maps if q is quantity], quantity.from_zero)
         if quantity is HEAT_FLUX or quantity.unit == "Pa":
             limits = limits[0], min(limits[1], frame.last.maximum(quantity))
         scale = frame.scale(quantity, max(np.abs(limits)))
         colours = colours_of(quantity, limits[0] * scale.factor, limits[1] * scale.factor)
+        row, column = divmod(place, columns)
+        left, bottom = LABELS + column * COLUMN, height - HEADLINE - (row + 1) * step + AXIS
+        axes = add_axes(figure, left, bottom, side, side * shape)
         image = draw_map(axes, frame, frame.last, values * scale.factor, colours, open_ended=lives_everywhere(quantity))
         if quantity is TRACTION:
-            draw_arrows(axes, frame, frame.last, (LONGEST_MAP, LONGEST_MAP * shape))
+            draw_arrows(axes, frame, frame.last, (side, side * shape))
         few_ticks(axes, 4, 4 if shape > FLAT else 2)
-        bar = top.colorbar(image, cax=axes.inset_axes((1.03, 0.0, 0.02 if columns == 1 else 0.05, 1.0)))
+        bar = figure.colorbar(image, cax=add_axes(figure, left + side + 1.5 * MM, bottom, BAR, side * shape))
         few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
-        if columns == 1:
-            axes.label_outer()
-    add_legend(top, border_handles(frame), 4)
-    _draw_cuts(bottom, frame)
-    _write_table(right, rows, remarks, height)
+    for column, (quantity, curves) in enumerate(cuts):
+        axes = add_axes(figure, LABELS + column * COLUMN, height - below_maps - TITLE - CUT[1], *CUT)
+        draw_diagram(axes, frame, quantity, curves)
+        axes.set_title(frame.cut_words)
+        axes.set_xlabel(flow_label(frame))
+    add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
+    add_legend(figure, lines, at=(0.5 * TABLE, height - below_cuts), width=TABLE)
+    _write_table(figure, rows, remarks, height)
     add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole=False))
     return figure
 
@@ -98,28 +116,17 @@ def _maps(frame: RunFrame) -> Iterator[tuple[Quantity, Array, str]]:
             yield quantity, values, body
 
 
-def _draw_cuts(figure: SubFigure, frame: RunFrame) -> None:
-    """Pressure and traction along the cut."""
-    found = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
-    if not found:
-        return
-    grid = figure.subplots(1, len(found), squeeze=False)
-    for axes, (quantity, curves) in zip(grid.flat, found, strict=True):
-        draw_diagram(axes, frame, quantity, curves)
-        axes.set_title(frame.cut_words)
-        axes.set_xlabel(flow_label(frame))
-    add_legend(figure, line_handles(grid.flat), 3)
-
-
 def _rows(frame: RunFrame) -> Iterator[Row]:
     """Rows of the table: words, the value without thermal deformation, the value, and its error. Rows of zeros are left out."""
     result, two = frame.result, len(frame.states) > 1
     summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
     yield ("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")
     for name, scalar in SCALARS.items():
-        if any(computed(state.state.scalars.get(name)) and state.state.scalars[name] != 0.0 for state in frame.states):
-            shown, _, error = readable(scalar_text(name, summary)).partition(" ±")
-            first = readable(isothermal_text(name, summary)) if two else ""
+        if not any(computed(state.state.scalars.get(name)) for state in frame.states):
+            continue
+        shown, _, error = readable(scalar_text(name, summary)).partition(" ±")
+        first = readable(isothermal_text(name, summary)) if two else ""
+        if {first, shown} - {"", "0", "–"}:
             yield _words(scalar, hertz), first, shown, f"±{error}" if error else ""
     yield ("", "", "", "")
     for name, scalar in HERTZ_SCALARS.items():
@@ -136,17 +143,16 @@ def _words(scalar: Scalar, hertz: bool) -> str:
     return f"{words} ({scalar.unit})" if scalar.unit else words
 
 
-def _write_table(figure: SubFigure, rows: list[Row], remarks: list[str], height: float) -> None:
-    """Columns as blocks of text, and the remarks below them."""
-    top = 1.0 - 7.0 * MM / height
-    for column, (place, side) in enumerate(zip(COLUMNS, ("left", "right", "right", "left"), strict=True)):
-        for line, row in enumerate(rows):
-            if row[column]:
-                figure.text(place, top - line * ROW / height, row[column], ha=side, va="baseline", fontsize=LETTERS,
-                            parse_math=False)
-    below = top - (len(rows) + 0.5) * ROW / height
+def _write_table(figure: Figure, rows: list[Row], remarks: list[str], height: float) -> None:
+    """Columns of words and numbers, and the remarks below them."""
+    top = height - HEADLINE - TITLE
+    for line, row in enumerate(rows):
+        for text, (place, side) in zip(row, PLACES, strict=True):
+            if text:
+                figure.text(place / WIDTH, (top - line * ROW) / height, text, ha=side, fontsize=LETTERS, parse_math=False)
+    below = top - (len(rows) + 0.5) * ROW
     for line, text in enumerate(remarks):
-        figure.text(0.0, below - line * FOOT / height, text, va="baseline", fontsize=6.5, color="0.25", parse_math=False)
+        figure.text(TABLE / WIDTH, (below - line * FOOT) / height, text, fontsize=6.5, color="0.25", parse_math=False)
 
 
 def _remarks(frame: RunFrame) -> list[str]:
@@ -156,8 +162,6 @@ def _remarks(frame: RunFrame) -> list[str]:
     grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
     remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction:.4g}, "
                f"V = {problem.motion.speed:.4g} m/s, grid {grid}"]
-    if frame.last.values(TRACTION) is not None:
-        remarks.append("arrows: traction on the upper body")
     remarks += [result.reason] if result.reason else []
     remarks += [f"Warning: {text}" for text in result.warnings[:3]]
     return [line for text in remarks for line in _wrapped(re.sub(r"(?<!\w)-(?=\d)", "−", text))]

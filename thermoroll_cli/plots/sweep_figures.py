@@ -161,7 +161,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
             if words:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
-        add_legend(figure, handles, columns)
+        add_legend(figure, handles)
     add_headline(figure, title)
     return figure
 
