@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
 """Cases that `init` writes."""
-_FIRST = Template(next(iter(TEMPLATES)))
+_FIRST = next(iter(Template))
 _OFFERED = f"The case to start from. {'; '.join(f'{name}: {about}' for name, about in TEMPLATES.items())}."
 
 
@@ -32,34 +32,31 @@ def validate(
     Values that are allowed and yet doubtful are reported as warnings, which do not change the exit code.
     """
     from thermoroll_cli.files.case import Case, CaseError
-    from thermoroll_cli.problem.problem import Unsolvable
 
     options.check_standard_input(cases)
     overrides = options.parse_overrides(settings)
     errors: list[CaseError] = []
     for path in cases:
-        found: CaseError | None = None
-        warnings: list[str] = []
+        error, warnings = None, []
         try:
             case = Case.read(path, overrides)
-            try:
-                warnings = _doubts(case)
-            except Unsolvable as cause:
-                raise options.unsolvable(case, str(path), cause) from None
-        except CaseError as invalid:
-            found = invalid
-            errors.append(invalid)
+            with options.solvable(case, str(path)):
+                warnings = doubts(case)
+        except CaseError as cause:
+            error = cause
+            errors.append(cause)
         if as_json:
-            streams.write_json(options.invalid_record(str(path), found, [] if quiet else warnings))
-        elif found is None and not quiet:
+            streams.write_json(options.invalid_record(str(path), error, [] if quiet else warnings))
+        elif error is None and not quiet:
             streams.write(f"{path}: valid")
             for warning in warnings:
                 streams.note(f"{path}: warning: {warning}")
     if errors:
-        raise typer.Exit(options.tell_invalid(errors))
+        raise typer.Exit(options.report_invalid(errors, ""))
 
 
-def _doubts(case: Case) -> list[str]:
+def doubts(case: Case) -> list[str]:
+    """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
     from thermoroll_cli.refinement.warnings import expected_temperature_warning, warnings_before
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 

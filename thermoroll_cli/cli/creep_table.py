@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import shlex
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import PointsProgress
+from thermoroll_cli.cli.streams import ExitCode
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,8 +45,8 @@ def build(
     accuracy: Annotated[float, typer.Option("--accuracy", metavar="E", help="Error of forces over μW to solve for.")] = 1e-3,
     nodes: Annotated[str, typer.Option("--nodes", metavar="T,A,B", help="Magnitudes, directions, spins.")] = "25,13,41",
     checks: Annotated[int, typer.Option("--checks", min=0, metavar="N", help="Random points to measure errors at.")] = 1000,
-    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
-    dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
+    jobs: options.Jobs = 1,
+    dask: options.Dask = "",
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a build was stopped.")] = False,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
     as_json: options.AsJson = False,
@@ -69,7 +67,7 @@ def build(
     if as_json:
         streams.write_json({"file": output, "holes": built.holes, "points": built.errors[:, 1:].size, **vars(built.quality)})
     elif not quiet:
-        streams.write_lines(_report(built, output))
+        streams.write(*_report(built, output))
     if built.holes:
         streams.note(f"thermoroll: {built.holes} points did not converge: holes of the table, filled from their neighbours")
     raise typer.Exit(ExitCode.NOT_CONVERGED if built.holes else ExitCode.FINE)
@@ -103,8 +101,9 @@ def query(
         write_csv(csv, found.values)
         if not semi_axes:
             raise typer.Exit
+    axes = options.numbers(semi_axes, 2, "two numbers A,B", "--semi-axes-mm")
     try:
-        columns = _forces(found, (longitudinal, lateral, spin), _semi_axes(semi_axes), (modulus, friction, load), outside.value)
+        columns = _forces(found, (longitudinal, lateral, spin), axes, (modulus, friction, load), outside.value)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
         raise typer.Exit(ExitCode.INVALID_CASE) from None
@@ -137,7 +136,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
                             report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
     finally:
         progress.close()
-    write_table(path, built, command_line=shlex.join(["thermoroll", *sys.argv[1:]]))
+    write_table(path, built, command_line=options.command_line())
     finish(path)
     return built
 
@@ -147,18 +146,10 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
     from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.values import DEFAULT_ASPECTS, Axes
 
-    try:
-        counts = [int(part) for part in nodes.split(",")]
-        if len(counts) != 3:
-            raise ValueError
-    except ValueError:
-        raise typer.BadParameter(f'"{nodes}" is not three whole numbers T,A,B', param_hint="--nodes") from None
+    counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
     ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
-    try:
+    with options.usage("--aspect, --nodes"):
         axes = Axes(ratios, *counts)
-    except ValueError as cause:
-        hint = "--aspect" if "aspect" in str(cause) else "--nodes"
-        raise typer.BadParameter(str(cause), param_hint=hint) from None
     if not 0.0 <= poisson <= 0.5:
         raise typer.BadParameter(f"must be from 0 to 0.5, not {poisson:g}", param_hint="--poisson")
     if not 2.5e-4 <= accuracy <= 1e-2:
@@ -169,13 +160,11 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
 def _values(text: str, hint: str) -> tuple[float, ...]:
     from thermoroll_cli.sweeps.points import Axis
 
-    try:
+    with options.usage(hint):
         axis = Axis.parse(f"{hint.lstrip('-')}={text}")
         if not axis.numeric:
             raise ValueError(f'"{text}" is not a number')
         return tuple(float(value) for value in axis.values)
-    except ValueError as cause:
-        raise typer.BadParameter(str(cause), param_hint=hint) from None
 
 
 def _report(built: TableValues, path: Path) -> Iterator[str]:
@@ -189,7 +178,7 @@ def _report(built: TableValues, path: Path) -> Iterator[str]:
 
 
 def _forces(
-    found: CreepForceTable, creepages: tuple[str, str, str], semi_axes: tuple[float, float],
+    found: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
     contact: tuple[float, float, float], outside: str,
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
@@ -208,11 +197,3 @@ def _forces(
         "T_gamma_N": forces.t_gamma, "gamma_st": forces.stick_fraction,
         "poisson_ratio": np.full_like(xi, found.values.poisson_ratio),
     }
-
-
-def _semi_axes(text: str) -> tuple[float, float]:
-    try:
-        a, b = (float(part) for part in text.split(","))
-    except ValueError:
-        raise typer.BadParameter(f'"{text}" is not two numbers A,B', param_hint="--semi-axes-mm") from None
-    return a, b

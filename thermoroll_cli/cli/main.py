@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.cli.exits import ClosedOutput, ExitCode
+from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
 from thermoroll_cli.files.environment import one_thread
 from thermoroll_cli.interruption import Interrupted, noted, safe_point, stoppable
 
@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with stoppable():
         try:
             code = _dispatch(arguments)
-            streams.flush()
+            streams.write()
             safe_point()
         except Interrupted as stop:
             streams.note(f"thermoroll: stopped by {signal.Signals(stop.number).name}; what was written is complete")

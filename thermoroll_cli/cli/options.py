@@ -1,9 +1,11 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what commands do with cases alike."""
 
 from __future__ import annotations
 
+import contextlib
+import shlex
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,11 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.cli.exits import ExitCode
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case, CaseError, Override
-    from thermoroll_cli.problem.problem import Unsolvable
 
 
 class ImageFormat(StrEnum):
@@ -28,7 +28,6 @@ class ImageFormat(StrEnum):
 
 Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files; - is standard input.")]
 OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file; - is standard input.")]
-Results = Annotated[list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of thermoroll run.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -38,7 +37,13 @@ Settings = Annotated[
         "(grid and accuracy) this one stays. Repeatable.",
     ),
 ]
+Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")]
+RESULTS = Path("results")
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
+NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
+Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
+Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")]
+Dask = Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Errors only.")]
 Verbose = Annotated[bool, typer.Option("--verbose", "-v", help="More of everything; the trace of a bug.")]
 Formats = Annotated[
@@ -53,8 +58,18 @@ def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
     return tuple(dict.fromkeys(image_format.value for image_format in given or (ImageFormat.png,)))
 
 
+def words(text: str) -> tuple[str, ...]:
+    """The parts of a list with commas, each once."""
+    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+
+
+def command_line() -> str:
+    """The command that runs, as result files record it."""
+    return shlex.join(["thermoroll", *sys.argv[1:]])
+
+
 def check_standard_input(cases: Sequence[Path]) -> None:
-    """Ends the program (usage) where several of `cases` are standard input, of which there is only one."""
+    """End the program (usage) where several of `cases` are standard input, of which there is only one."""
     if sum(str(path) == "-" for path in cases) > 1:
         raise typer.BadParameter("standard input can be read only once", param_hint="CASE...")
 
@@ -63,10 +78,26 @@ def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
     """The overrides given with `--set`. Ends the program (usage) where one is not of the form key=value."""
     from thermoroll_cli.files.case import Override
 
-    try:
+    with usage("--set"):
         return [Override.parse(text) for text in settings or ()]
+
+
+@contextlib.contextmanager
+def usage(option: str) -> Iterator[None]:
+    """Inside, a ValueError ends the program (usage), as a fault of `option`."""
+    try:
+        yield
     except ValueError as cause:
-        raise typer.BadParameter(str(cause), param_hint="--set") from None
+        raise typer.BadParameter(str(cause), param_hint=option) from None
+
+
+def numbers(text: str, count: int, words: str, option: str, kind: Callable[[str], Any] = float) -> list[Any]:
+    """The `count` numbers of a list with commas. Ends the program (usage) where `text` is not that, as `words` say."""
+    with contextlib.suppress(ValueError):
+        found = [kind(part) for part in text.split(",")]
+        if len(found) == count:
+            return found
+    raise typer.BadParameter(f'"{text}" is not {words}', param_hint=option)
 
 
 def check_cluster(address: str, jobs: int) -> None:
@@ -82,13 +113,18 @@ def check_cluster(address: str, jobs: int) -> None:
             raise typer.BadParameter(str(cause), param_hint="--dask") from None
 
 
-def unsolvable(case: Case, source: str, cause: Unsolvable) -> CaseError:
-    """The error of a valid `case`, read from `source`, of which the plan finds that it cannot be solved."""
+@contextlib.contextmanager
+def solvable(case: Case, source: str) -> Iterator[None]:
+    """Inside, a valid `case`, read from `source`, that turns out to be unsolvable raises CaseError."""
     from thermoroll_cli.files.case import CaseError
     from thermoroll_cli.files.case_source import CaseSource, key_path
+    from thermoroll_cli.problem.problem import Unsolvable
 
-    text = CaseSource(source, case.text, {})
-    return CaseError([text.finding(key_path(cause.key), str(cause), at_key=True)])
+    try:
+        yield
+    except Unsolvable as cause:
+        finding = CaseSource(source, case.text, {}).finding(key_path(cause.key), str(cause), at_key=True)
+        raise CaseError([finding]) from None
 
 
 def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str] = ()) -> dict[str, Any]:
@@ -97,27 +133,25 @@ def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str]
     return {"case": source, "valid": error is None, "errors": findings, "warnings": list(warnings)}
 
 
-def tell_invalid(errors: Sequence[CaseError], closing: str = "") -> int:
-    """Tell all findings of all invalid cases, each once. Returns the exit code for invalid cases."""
+def report_invalid(errors: Sequence[CaseError], closing: str = "; nothing was computed") -> int:
+    """Report all errors of invalid cases, each once. Returns the exit code for invalid cases."""
     colour = streams.coloured(sys.stderr)
-    findings = [finding for error in errors for finding in error.findings]
-    texts = list(dict.fromkeys(finding.render(colour) for finding in findings))
+    texts = list(dict.fromkeys(finding.render(colour) for error in errors for finding in error.findings))
     for text in texts:
         streams.note(text)
-    count = f"{len(texts)} error{'s' if len(texts) > 1 else ''}"
-    streams.note(f"thermoroll: {count}{closing}")
-    return ExitCode.INVALID_CASE
+    streams.note(f"thermoroll: {len(texts)} error{'s' if len(texts) > 1 else ''}{closing}")
+    return streams.ExitCode.INVALID_CASE
 
 
-def tell_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
-    """Tell which of `pictures` were there before and do not show what has been `written` beside them now."""
+def report_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
+    """Report which of `pictures` were there before and do not show what has been `written` beside them now."""
     stale = sorted(str(path) for path in set(pictures) - set(written) if path.exists())
     if stale:
         streams.note(f"thermoroll: of an earlier run, and left as it was: {', '.join(stale)}")
 
 
 def check_writable(folder: Path) -> None:
-    """Create `folder` if need be and see that files can be written there. Raises OSError with a plain message."""
+    """Create `folder` if need be and check that files can be written there. Raises OSError with a plain message."""
     import tempfile
 
     try:

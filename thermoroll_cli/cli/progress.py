@@ -25,37 +25,44 @@ Step = tuple[str, tuple[int, int]]
 
 
 class Bar:
-    """A line on a terminal with words, a bar and the time left, drawn by rich. It is gone when closed."""
+    """A line on standard error with words, a bar and the time left, drawn by rich; it is gone when closed. There is none
+    where standard error is no terminal, nor with `quiet` or `verbose`: `live` says so."""
 
-    def __init__(self, words: str, total: float, before_time: str = "") -> None:
+    def __init__(self, words: str, total: float, *, quiet: bool, verbose: bool) -> None:
+        self._start = time.monotonic()
+        self.live = streams.is_terminal(sys.stderr) and not (quiet or verbose)
+        if not self.live:
+            return
         from rich.console import Console
-        from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+        from rich.progress import BarColumn, Progress, TextColumn
         from rich.table import Column
-        from rich.text import Text
-
-        class TimeLeft(ProgressColumn):
-            def render(self, task: Task) -> Text:
-                seconds = task.time_remaining
-                known = seconds is not None and seconds >= WORTH_SHOWING_SECONDS and task.completed > 0
-                return Text(f"{before_time}{duration(seconds)} left" if known and seconds is not None else "")
 
         console = Console(file=sys.stderr, highlight=False)
         words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=False, overflow="fold"))
         bar = (BarColumn(bar_width=24),) if console.width >= NARROW else ()
-        self._progress = Progress(words_column, *bar, TimeLeft(), console=console, transient=True, speed_estimate_period=600.0)
-        self._task = self._progress.add_task(words, total=total)
+        self._progress = Progress(words_column, *bar, TextColumn("{task.fields[left]}"), console=console, transient=True)
+        self._task = self._progress.add_task(words, total=total, left="")
         self._progress.start()
 
-    def show(self, words: str, done: float, total: float) -> None:
+    def show(self, words: str, done: float, total: float, bound: str = "") -> None:
+        """Redraw the line; `bound` stands before the time left."""
+        left = self.seconds_left(done, total)
         with contextlib.suppress(OSError):
-            self._progress.update(self._task, description=words, completed=done, total=total)
+            self._progress.update(self._task, description=words, completed=done, total=total,
+                                  left=f"{bound}{duration(left)} left" if left >= WORTH_SHOWING_SECONDS else "")
+
+    def seconds_left(self, done: float, total: float) -> float:
+        """Seconds until `total`, if the work goes on as it has; 0 where nothing is `done` yet."""
+        return (time.monotonic() - self._start) / done * (total - done) if done else 0.0
 
     def close(self) -> None:
-        with contextlib.suppress(OSError):
-            self._progress.stop()
+        """Clear the line."""
+        if self.live:
+            with contextlib.suppress(OSError):
+                self._progress.stop()
 
 
-class Progress:
+class Progress(Bar):
     """Shows the reports of one solve on standard error. Use as `solve(..., report=progress)`, then `close` it.
 
     On a terminal one line shows the latest report and the time left; `steps` are the reports to be expected (asked for only
@@ -65,71 +72,54 @@ class Progress:
 
     def __init__(self, title: str, *, quiet: bool = False, verbose: bool = False, steps: Callable[[], Sequence[Step]] = tuple,
                  at_most: bool = False) -> None:  # fmt: skip
+        super().__init__(title, 0.0, quiet=quiet, verbose=verbose)
         self._title, self._quiet, self._verbose = title, quiet, verbose
+        self._bound = "at most about " if at_most else "about "
         self._last: tuple[Any, ...] = ()
-        self._bar = None
-        if streams.is_terminal(sys.stderr) and not verbose and not quiet:
-            self._expected = {(stage, tuple(grid)): work(grid) for stage, grid in steps()}
-            self._total, self._done = sum(self._expected.values()), 0.0
-            self._bar = Bar(title, self._total, f"{'at most ' if at_most else ''}about ")
+        self._expected = {(stage, tuple(grid)): work(grid) for stage, grid in steps()} if self.live else {}
+        self._total, self._done = sum(self._expected.values()), 0.0
 
     def __call__(self, stage: str, info: Mapping[str, Any]) -> None:
         step = stage, tuple(info.get("grid", ()))
-        if self._bar is not None:
+        if self.live:
             self._done += self._expected.pop(step, 0.0)
-            self._bar.show(describe(self._title, stage, info), self._done, self._total)
+            self.show(describe(self._title, stage, info), self._done, self._total, self._bound)
         elif not self._quiet and (self._verbose or step != self._last):
             self._last = step
             streams.note(describe(self._title, stage, info))
 
-    def close(self) -> None:
-        """Clear the line."""
-        if self._bar is not None:
-            self._bar.close()
 
-
-class PointsProgress:
+class PointsProgress(Bar):
     """Shows on standard error how many of `total` points are done: a bar on a terminal; elsewhere a line per point, or every
     few seconds where there are many. `quiet` shows nothing, `verbose` lines on a terminal, too."""
 
     def __init__(self, total: int, *, quiet: bool, verbose: bool = False, lines: bool = True) -> None:
-        self._total, self._done, self._found = total, 0, 0
+        super().__init__(f"0/{total} points", total, quiet=quiet, verbose=verbose)
+        self._total, self._done, self._solved = total, 0, 0
         self._quiet = quiet
         self._every_point = lines and total <= MOST_LINES
-        self._start = self._last = time.monotonic()
-        live = streams.is_terminal(sys.stderr) and not verbose and not quiet
-        self._bar = Bar(f"0/{total} points", total) if live else None
+        self._last = time.monotonic()
 
     def step(self, words: str, count: int = 1, *, solved: bool = True) -> None:
         """`count` more points are done, `solved` now or found finished; `words` describe one of them."""
         self._done += count
-        self._found += 0 if solved else count
-        counted = f"{self._done}/{self._total}"
-        if self._bar is not None:
-            self._bar.show(f"{counted} points", self._done - self._found, self._total - self._found)
-        elif self._quiet or not solved:
-            return
-        elif self._every_point:
-            streams.note(f"{counted} {words}{self._left('; ')}")
-        elif time.monotonic() - self._last >= SECONDS_BETWEEN_LINES:
-            self._last = time.monotonic()
-            streams.note(f"{counted} points{self._left(', ')}")
+        self._solved += count if solved else 0
+        counted, to_solve = f"{self._done}/{self._total}", self._total - self._done + self._solved
+        if self.live:
+            self.show(f"{counted} points", self._solved, to_solve)
+        elif solved and not self._quiet:
+            left = self.seconds_left(self._solved, to_solve)
+            time_left = f"{duration(left)} left" if left else ""
+            if self._every_point:
+                streams.note("; ".join(filter(None, (f"{counted} {words}", time_left))))
+            elif time.monotonic() - self._last >= SECONDS_BETWEEN_LINES:
+                self._last = time.monotonic()
+                streams.note(", ".join(filter(None, (f"{counted} points", time_left))))
 
     def note(self, text: str) -> None:
         """Show a remark beside the bar."""
         if not self._quiet:
             streams.note(f"thermoroll: {text}")
-
-    def close(self) -> None:
-        """Clear the bar."""
-        if self._bar is not None:
-            self._bar.close()
-
-    def _left(self, before: str) -> str:
-        solved = self._done - self._found
-        if solved == 0 or self._done == self._total:
-            return ""
-        return f"{before}{duration((time.monotonic() - self._start) / solved * (self._total - self._done))} left"
 
 
 def duration(seconds: float) -> str:
@@ -153,9 +143,6 @@ def describe(title: str, stage: str, info: Mapping[str, Any]) -> str:
     parts = [stage]
     for name, value in info.items():
         if isinstance(value, list | tuple):
-            parts.append(f"{name} {'×'.join(str(item) for item in value)}")
-        elif isinstance(value, float):
-            parts.append(f"{name} {value:.1e}")
-        else:
-            parts.append(f"{name} {value}")
+            value = "×".join(map(str, value))
+        parts.append(f"{name} {value:.1e}" if isinstance(value, float) else f"{name} {value}")
     return f"{title}: {', '.join(parts)}"

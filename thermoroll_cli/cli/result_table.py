@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
 from thermoroll_cli.problem.number_text import computed, isothermal_text, scalar_text
 
 UNBOUNDED = "no limit: a free end"
@@ -16,16 +16,13 @@ UNBOUNDED = "no limit: a free end"
 
 _NARROWEST = 9
 """A header is not broken into less."""
-_HEADER_PART = re.compile(r"[^_.]+(?:_(?:N|K|W|s|mm|um|m_s|rad_mm|mm2|W_mK|um_mK|mm2_s|1_K|GPa|MPa|Nmm|W_mm2)$|[_.])?")
-"""A word of a name; the last one with its unit."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
-    """Lines of a table with one scalar a line: name, value ± estimated error in the unit of the value, the isothermal value if
-    `both`, and its meaning, a brief one or none where `width` has no room for it.
+    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning,
+    a brief one or none where `width` has no room for it.
 
-    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out; what the case gives has no
-    error (`absolute_error`).
+    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
     """
     shown = [name for name in names if computed(summary.get(name))]
     rows = [("", "coupled", "isothermal")] if both else []
@@ -51,7 +48,7 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
         table.add_column(no_wrap=True)
     for row in zip(*columns, strict=True):
         table.add_row(*row)
-    # Wide enough for any table: what does not fit the terminal is decided by those who call.
+    # Wide enough for any table: callers decide what fits the terminal.
     text = io.StringIO()
     Console(file=text, width=10_000, markup=False, highlight=False, emoji=False).print(table)
     return [f"  {line}".rstrip() for line in text.getvalue().splitlines() if columns]
@@ -77,8 +74,10 @@ def folded(text: str, width: int, indent: str = "  ") -> list[str]:
 
 def wrapped(name: str, width: int) -> list[str]:
     """The lines of `name` as a header above a column `width` wide: broken behind `_` and `.`, where a part does not fit."""
+    unit = next((end for end in UNITS if name.endswith(end)), "")
+    parts = re.findall(r"[^_.]+[_.]?", name.removesuffix(unit))
     lines = [""]
-    for part in re.findall(_HEADER_PART, name):
+    for part in [*parts[:-1], parts[-1] + unit] if parts else []:
         if lines[-1] and len(lines[-1] + part) > max(width, _NARROWEST):
             lines.append("")
         lines[-1] += part

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.exits import ExitCode
+from thermoroll_cli.cli.streams import ExitCode
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.result.compare import Comparison, Pair
@@ -67,28 +67,21 @@ def plot(
     for path, stem, result in zip(results, stems, stored, strict=True):
         try:
             if isinstance(result, Result):
-                written = draw(result, stem, kinds=_words(fields) or tuple(KINDS), formats=endings, dpi=dpi,
+                written = draw(result, stem, kinds=options.words(fields) or tuple(KINDS), formats=endings, dpi=dpi,
                                normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
                 names = [f"{stem.name}_{kind}" for kind in KINDS]
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
                 for picture in written:
-                    if why_not := draw_table(result, picture, compare=_words(theories), dpi=dpi):
+                    if why_not := draw_table(result, picture, compare=options.words(theories), dpi=dpi):
                         raise ValueError(why_not)
         except ValueError as cause:
             raise typer.BadParameter(f"{path}: {cause}") from None
-        if quiet:
-            continue
-        for picture in written:
-            streams.write(str(picture))
-        # Those of other formats may show this very result.
-        stale = (stem.with_name(f"{name}.{ending}") for name in names for ending in endings)
-        options.tell_stale(stale if not fields else (), written)
-
-
-def _words(text: str) -> tuple[str, ...]:
-    """The parts of a list with commas."""
-    return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
+        if not quiet:
+            streams.write(*map(str, written))
+            # Those of other formats may show this very result.
+            stale = (stem.with_name(f"{name}.{ending}") for name in names for ending in endings)
+            options.report_stale(stale if not fields else (), written)
 
 
 def compare(
@@ -114,8 +107,7 @@ def compare(
     if as_json:
         streams.write_json(_comparison_record(comparison))
     elif not quiet:
-        for line in _comparison_lines(comparison, verbose):
-            streams.write(line)
+        streams.write(*_comparison_lines(comparison, verbose))
     raise typer.Exit(ExitCode.FINE if comparison.within else ExitCode.OUTSIDE_TOLERANCE)
 
 
@@ -135,7 +127,7 @@ def export(
     XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets; LaTeX is a table of the scalars. With
     --history the CSV file has the stress history of a material point below the surface instead (NAME_history.csv).
     """
-    from thermoroll_cli.files.result.export import OutsideError, export_csv, export_history, export_latex, export_xdmf
+    from thermoroll_cli.files.result.export import EXPORTS, export_history
 
     _check_no_cases([result])
     line = None if history is None else _line(history, formats)
@@ -143,19 +135,13 @@ def export(
         options.check_writable(output)
     stem, written = _stem(result, output), []
     for kind in dict.fromkeys(formats):
-        if kind is ExportFormat.xdmf:
-            written += export_xdmf(result, stem.with_name(f"{stem.name}.xdmf"))
-        elif kind is ExportFormat.latex:
-            written += export_latex(result, stem.with_name(f"{stem.name}.tex"))
-        elif line is None:
-            written += export_csv(result, stem.with_name(f"{stem.name}.csv"))
-        else:
-            try:
+        if kind == "csv" and line is not None:
+            with options.usage("--history"):
                 written += export_history(result, stem.with_name(f"{stem.name}_history.csv"), *line)
-            except OutsideError as cause:
-                raise typer.BadParameter(str(cause), param_hint="--history") from None
-    for path in written if not quiet else ():
-        streams.write(str(path))
+        else:
+            write, ending = EXPORTS[kind]
+            written += write(result, stem.with_name(stem.name + ending))
+    streams.write(*map(str, written if not quiet else ()))
 
 
 def _check_no_cases(paths: Sequence[Path]) -> None:
@@ -169,10 +155,7 @@ def _line(history: str, formats: Sequence[ExportFormat]) -> tuple[float, float]:
     """Lateral position and depth in m from `Y,Z` in mm."""
     if ExportFormat.csv not in formats:
         raise typer.BadParameter("a history is written as CSV: --format csv", param_hint="--history")
-    try:
-        y, z = (float(part) for part in history.split(","))
-    except ValueError:
-        raise typer.BadParameter(f"{history!r} is not Y,Z: two numbers in mm", param_hint="--history") from None
+    y, z = options.numbers(history, 2, "Y,Z: two numbers in mm", "--history")
     return y / 1e3, z / 1e3
 
 
@@ -182,19 +165,9 @@ def _stem(result: Path, folder: Path | None) -> Path:
 
 
 def _comparison_record(comparison: Comparison) -> dict[str, Any]:
-    # JSON has no infinity: a quantity that one side lacks has no number, but it is outside.
-    rows = [
-        {"name": row.name, "kind": row.kind, "a": row.a, "b": row.b, "difference": row.difference}
-        | {"within": row.within(comparison.rtol), "note": row.note}
-        for row in comparison.rows
-    ]
-    return {
-        "within": comparison.within,
-        "rtol": comparison.rtol,
-        "largest": comparison.largest,
-        "notes": comparison.notes,
-        "rows": rows,
-    }
+    rows = [{**vars(row), "within": row.within(comparison.rtol)} for row in comparison.rows]
+    return {"within": comparison.within, "rtol": comparison.rtol, "largest": comparison.largest, "notes": comparison.notes,
+            "rows": rows}
 
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:

@@ -3,50 +3,44 @@
 from __future__ import annotations
 
 import glob
-import shlex
-import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.exits import ExitCode, worst
 from thermoroll_cli.cli.progress import Progress
+from thermoroll_cli.cli.streams import ExitCode
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case, Override
     from thermoroll_cli.problem.result import Result
-
 
 NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
 
 
 @dataclass(frozen=True)
 class _Wishes:
-    """How the results are wanted."""
+    """How the results are wanted; `drawing` has the options of the pictures, None for no pictures."""
 
     folder: Path
-    as_json: bool
-    pictures: bool
-    formats: tuple[str, ...]
-    dpi: float | None
-    normalised: bool
+    drawing: dict[str, Any] | None
     threads: int
+    as_json: bool
     quiet: bool
     verbose: bool
 
 
 def run(
     cases: Annotated[list[Path] | None, typer.Argument(metavar="CASE...", help="Case files; - is standard input.")] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
+    output: options.Output = options.RESULTS,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
-    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")] = False,
-    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    no_plots: options.NoPlots = False,
+    threads: options.Threads = 1,
     from_results: Annotated[
         list[Path] | None,
         typer.Option("--from", metavar="RESULT.h5", help="Solve the case in a result file again. Repeatable."),
@@ -67,11 +61,15 @@ def run(
         raise typer.BadParameter("give a case file, or --from RESULT.h5", param_hint="CASE...")
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
-    wishes = _Wishes(output, as_json, not no_plots, options.image_formats(formats), dpi, normalised, threads, quiet, verbose)
+    drawing = {"formats": options.image_formats(formats), "dpi": dpi, "normalised": normalised}
+    wishes = _Wishes(output, None if no_plots else drawing, threads, as_json, quiet, verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
-    _check_names(valid)
+    twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
+    if twice:
+        raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
     options.check_writable(output)
-    raise typer.Exit(worst([_attempt(case, wishes) for case in valid]))
+    codes = [_attempt(case, wishes) for case in valid]
+    raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
 def _read_all(
@@ -81,43 +79,37 @@ def _read_all(
     from thermoroll_cli.files.case import Case, CaseError
 
     valid, errors = [], {}
-    for path in paths:
+    for path, read in [*((path, Case.read) for path in paths), *((path, _stored_case) for path in result_paths)]:
         try:
-            valid.append(Case.read(path, overrides))
-        except CaseError as cause:
-            errors[path] = cause
-    for path in result_paths:
-        from thermoroll_cli.files.result.hdf5 import read_result
-
-        stored = read_result(path, with_fields=False)
-        try:
-            valid.append(Case.from_json(stored.case_json, name=path.stem, overrides=overrides))
+            valid.append(read(path, overrides))
         except CaseError as cause:
             errors[path] = cause
     if errors:
         for path, error in errors.items() if as_json else ():
             streams.write_json(options.invalid_record(str(path), error))
-        raise typer.Exit(options.tell_invalid(list(errors.values()), "; nothing was computed"))
+        raise typer.Exit(options.report_invalid(list(errors.values())))
     return valid
 
 
-def _check_names(cases: Sequence[Case]) -> None:
-    twice = [name for name, count in Counter(case.name for case in cases).items() if count > 1]
-    if twice:
-        raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
+def _stored_case(path: Path, overrides: Sequence[Override]) -> Case:
+    """The case in a result file."""
+    from thermoroll_cli.files.case import Case
+    from thermoroll_cli.files.result.hdf5 import read_result
+
+    return Case.from_json(read_result(path, with_fields=False).case_json, name=path.stem, overrides=overrides)
 
 
 def _attempt(case: Case, wishes: _Wishes) -> int:
     """Run one case; what goes wrong with it does not stop the others."""
-    from thermoroll_cli.problem.problem import Unsolvable
+    from thermoroll_cli.files.case import CaseError
 
     try:
-        return _run_case(case, wishes)
-    except Unsolvable as cause:
-        error = options.unsolvable(case, case.name, cause)
+        with options.solvable(case, case.name):
+            return _run_case(case, wishes)
+    except CaseError as error:
         if wishes.as_json:
             streams.write_json(options.invalid_record(case.name, error))
-        return options.tell_invalid([error])
+        return options.report_invalid([error], "")
     except MemoryError:
         streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
     except OSError as cause:  # of standard output: those of files are met where they are written
@@ -147,18 +139,17 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
         streams.error(f"{case.name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
     if files and not wishes.quiet:
-        options.tell_stale(_pictures_of(case, wishes.folder), files)
+        options.report_stale(_pictures_of(case, wishes.folder), files)
     if wishes.as_json:
         streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
         for warning in result.warnings if not wishes.quiet else ():
             streams.note(f"thermoroll: {case.name}: warning: {warning}")
     elif not wishes.quiet:
-        for line in _report(case, result, wishes.verbose):
-            streams.write(line)
+        streams.write(*_report(case, result, wishes.verbose))
         if files:
-            kinds = ", ".join(f"{wishes.folder / case.name}_*.{ending}" for ending in wishes.formats)
-            more = f" and {len(files) - 1} pictures {kinds}" if files[1:] else ""
-            streams.write(f"  wrote {files[0]}{more}")
+            endings = (file.suffix for file in files[1:])
+            kinds = ", ".join(f"{wishes.folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
+            streams.write(f"  wrote {files[0]}" + (f" and {len(files) - 1} pictures {kinds}" if kinds else ""))
     if not result.converged and (wishes.as_json or wishes.quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
     return code
@@ -167,15 +158,14 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
 def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
     from thermoroll_cli.files.result.hdf5 import write_result
 
+    stem = wishes.folder / case.name
     target = wishes.folder / f"{case.name}.h5"
-    command_line = shlex.join(["thermoroll", *sys.argv[1:]])
-    write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=command_line)
-    if not (wishes.pictures and case.plots):
+    write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line())
+    if wishes.drawing is None or not case.plots:
         return [target]
     from thermoroll_cli.plots.pictures import draw
 
-    stem = wishes.folder / case.name
-    return [target, *draw(result, stem, formats=wishes.formats, dpi=wishes.dpi, normalised=wishes.normalised)]
+    return [target, *draw(result, stem, **wishes.drawing)]
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:

@@ -11,7 +11,6 @@ from thermoroll_cli.cli import options, streams
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case
-    from thermoroll_cli.files.case_keys import Input
     from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {
@@ -58,30 +57,26 @@ def show(
     run, stages that are skipped and why, expected memory and time.
     """
     from thermoroll_cli.files.case import Case, CaseError
-    from thermoroll_cli.problem.problem import Unsolvable
     from thermoroll_cli.refinement.plan import make_plan
 
     try:
         read = Case.read(case, options.parse_overrides(settings))
-        try:
+        with options.solvable(read, str(case)):
             plan = make_plan(read.problem)
-        except Unsolvable as cause:
-            raise options.unsolvable(read, str(case), cause) from None
     except CaseError as invalid:
         if as_json:
             streams.write_json(options.invalid_record(str(case), invalid))
-        raise typer.Exit(options.tell_invalid([invalid])) from None
+        raise typer.Exit(options.report_invalid([invalid], "")) from None
     if as_json:
         streams.write_json(_record(read, plan))
-        return
-    for line in _lines(read, plan, streams.width()):
-        streams.write(line)
+    else:
+        streams.write(*_lines(read, plan, streams.width()))
 
 
 def _record(case: Case, plan: Plan) -> dict[str, Any]:
     return {
         "name": case.name,
-        "inputs": {item.key: _input_record(item) for item in case.inputs},
+        "inputs": {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in case.inputs},
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
@@ -94,10 +89,9 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
     }
 
 
-def _input_record(item: Input) -> dict[str, Any]:
-    # JSON has no infinity; as in the resolved case of a result file.
-    value, si = ("inf" if number == float("inf") else number for number in (item.value, item.si))
-    return {"value": value, "si": si, "unit": item.unit}
+def _finite(value: Any) -> Any:
+    """JSON has no infinity: "inf", as in the resolved case of a result file."""
+    return "inf" if value == float("inf") else value
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:

@@ -1,17 +1,35 @@
-"""Results go to standard output, everything else to standard error."""
+"""Results go to standard output, everything else to standard error; exit codes say how the program ends."""
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import shutil
 import sys
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
 from typing import Any, TextIO
 
-from thermoroll_cli.cli.exits import ClosedOutput
+
+class ExitCode(IntEnum):
+    """Exit codes and their meanings. Scripts depend on these."""
+
+    FINE = 0
+    BUG = 1
+    USAGE = 2
+    INVALID_CASE = 3
+    NOT_CONVERGED = 4
+    INPUT_OUTPUT = 5
+    OUTSIDE_TOLERANCE = 6
+    CLOSED_OUTPUT = 128 + 13
+    """Nobody reads our output any more (`thermoroll … | head`): as if the pipe's signal had ended the program."""
+
+
+class ClosedOutput(BaseException):
+    """Standard output was closed by its reader."""
 
 
 def prepare() -> None:
@@ -22,29 +40,12 @@ def prepare() -> None:
             reconfigure(errors="replace")
 
 
-def write(text: str) -> None:
-    """Write `text` and a line end to standard output, now. Raises ClosedOutput if nobody reads it, OSError if the
-    disk it goes to is full."""
+def write(*lines: str) -> None:
+    """Write `lines` to standard output, now. Raises ClosedOutput if nobody reads it, OSError if its disk is full."""
     if sys.stdout is None:  # started with standard output closed
         return
     try:
-        sys.stdout.write(text + "\n")
-    except BrokenPipeError:
-        raise ClosedOutput from None
-    flush()
-
-
-def write_lines(lines: Iterable[str]) -> None:
-    """Write each of `lines` as `write` does."""
-    for line in lines:
-        write(line)
-
-
-def flush() -> None:
-    """Hand what is buffered for standard output to whoever reads it. Raises as `write` does."""
-    if sys.stdout is None:
-        return
-    try:
+        sys.stdout.writelines(f"{line}\n" for line in lines)
         sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None
@@ -52,21 +53,19 @@ def flush() -> None:
 
 def note(text: str) -> None:
     """Write `text` and a line end to standard error, if anybody can read it."""
-    try:
-        if sys.stderr is not None:
+    if sys.stderr is not None:
+        with contextlib.suppress(OSError):
             sys.stderr.write(text + "\n")
             sys.stderr.flush()
-    except OSError:
-        pass
 
 
 def error(text: str) -> None:
-    """Say what went wrong."""
+    """Report an error."""
     note(f"thermoroll: error: {text}")
 
 
 def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> None:
-    """Say that `cause` should not have happened; with its trace if `-v` was given."""
+    """Report a `cause` that should not have happened; with its trace if `-v` was given."""
     error(f"this is a bug in thermoroll, please report it: {type(cause).__name__}: {' '.join(str(cause).split())}")
     if {"-v", "--verbose"} & set(sys.argv[1:] if arguments is None else arguments):
         note("".join(traceback.format_exception(cause)).rstrip())
@@ -76,18 +75,13 @@ def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> 
 
 def abandon_output() -> None:
     """Send what is still buffered for standard output nowhere: writing it at exit would fail again, with a trace."""
-    if sys.stdout is None:
-        return
-    try:
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(nowhere, sys.stdout.fileno())
-        os.close(nowhere)
-    except (OSError, ValueError):
-        pass
+    if sys.stdout is not None:
+        with contextlib.suppress(OSError, ValueError), open(os.devnull, "wb") as nowhere:
+            os.dup2(nowhere.fileno(), sys.stdout.fileno())
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Whether somebody watches `stream` on a terminal that can redraw a line."""
+    """Whether `stream` is a terminal that can redraw a line."""
     try:
         return stream is not None and stream.isatty() and os.environ.get("TERM") != "dumb"
     except ValueError:  # closed
@@ -110,7 +104,7 @@ def write_json(content: Mapping[str, Any]) -> None:
 
 
 def plain(value: Any) -> Any:
-    """`value` as what strict JSON knows: NumPy's numbers and arrays as Python's, nan and infinity as None."""
+    """`value` in the types of strict JSON: NumPy's numbers and arrays as Python's, nan and infinity as None."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

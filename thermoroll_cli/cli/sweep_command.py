@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import re
-import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -12,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import PointsProgress
+from thermoroll_cli.cli.streams import ExitCode
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Override
@@ -24,11 +22,6 @@ if TYPE_CHECKING:
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
 _NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
-
-
-Compare = Annotated[
-    str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
-]
 
 
 def sweep(
@@ -45,19 +38,21 @@ def sweep(
     listed: Annotated[
         Path | None, typer.Option("--points", metavar="FILE.csv", help="A header line of keys, and a line for each point.")
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
-    jobs: Annotated[int, typer.Option("--jobs", "-j", min=1, metavar="N", help="Processes on this machine.")] = 1,
-    dask: Annotated[str, typer.Option("--dask", metavar="ADDRESS", help="Use the Dask cluster of this scheduler.")] = "",
+    output: options.Output = options.RESULTS,
+    jobs: options.Jobs = 1,
+    dask: options.Dask = "",
     resume: Annotated[bool, typer.Option("--resume", help="Leave out points that DIR has already.")] = False,
     scalars_only: Annotated[
         bool, typer.Option("--scalars-only", help="No file per point: all rows in DIR/sweep.h5, for very many points.")
     ] = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
-    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
-    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    no_plots: options.NoPlots = False,
+    threads: options.Threads = 1,
     formats: options.Formats = None,
-    compare: Compare = "",
+    compare: Annotated[
+        str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
+    ] = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -75,7 +70,7 @@ def sweep(
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    wanted = Sweep(_points(case, axes, overrides, listed=listed is not None), output, shlex.join(["thermoroll", *sys.argv[1:]]),
+    wanted = Sweep(_points(case, axes, overrides, listed=listed is not None), output, options.command_line(),
                    Workers(jobs, dask), resume, scalars_only, threads)  # fmt: skip
     _check(wanted, quiet=quiet)
     options.check_writable(output)
@@ -83,7 +78,7 @@ def sweep(
     targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
     pictures, why_not = _draw(rows, targets, theories) if wanted.plots and not no_plots else ([], "")
     if not quiet:
-        options.tell_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
+        options.report_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
     if not (as_json or quiet):
         written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
         _report(rows, [*written, *pictures], why_not)
@@ -99,10 +94,8 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
     if bool(over) == (listed is not None):
         raise typer.BadParameter("give either --over KEY=VALUES or --points FILE.csv", param_hint="--over")
     hint = "--points" if listed else "--over"
-    try:
+    with options.usage(hint):
         axes = read_points(listed) if listed else parse_axes(over, MOST_ROWS if scalars_only else MOST_POINTS)
-    except ValueError as cause:
-        raise typer.BadParameter(str(cause), param_hint=hint) from None
     both = next((axis.key for axis in axes if any(item.path == axis.path for item in overrides)), None)
     if both is not None:
         raise typer.BadParameter(f"{both} is swept with {hint}", param_hint="--set")
@@ -118,7 +111,7 @@ def _points(path: Path, axes: tuple[Axis, ...], overrides: Sequence[Override], *
     try:
         source = read_source(path)
     except CaseError as cause:
-        raise typer.Exit(options.tell_invalid([cause], "; nothing was computed")) from None
+        raise typer.Exit(options.report_invalid([cause])) from None
     return Points(source.text, source.name, case_name(path), axes, tuple(overrides), listed, "--points" if listed else "--over")
 
 
@@ -132,7 +125,7 @@ def _check(sweep: Sweep, *, quiet: bool) -> None:
         more = len(cause.findings) - SHOWN_ERRORS
         closing = f" of {len(cause.findings)}" if more > 0 else ""
         shown = CaseError(cause.findings[:SHOWN_ERRORS])
-        raise typer.Exit(options.tell_invalid([shown], f"{closing}; nothing was computed")) from None
+        raise typer.Exit(options.report_invalid([shown], f"{closing}; nothing was computed")) from None
 
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
@@ -162,11 +155,11 @@ def _written(value: Value) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _theories(text: str) -> list[str]:
+def _theories(text: str) -> tuple[str, ...]:
     """The theories to compare with. Ends the program (usage) for an unknown one."""
     from thermoroll_cli.plots.sweep_columns import THEORIES
 
-    names = [name.strip() for name in text.split(",") if name.strip()]
+    names = options.words(text)
     if unknown := next((name for name in names if name not in THEORIES), None):
         raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")
     return names
@@ -216,10 +209,10 @@ def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
             kinds[kind] = first, count + 1
     width = streams.width()
     if len(rows) <= SHOWN_ROWS:
-        streams.write_lines(table_lines(list(rows), rows.points, width))
+        streams.write(*table_lines(list(rows), rows.points, width))
     for warning, count in kinds.values():
         where = f" (one of {count} points)" if count > 1 else ""
-        streams.write_lines(folded(f"warning: {warning}{where}", width))
+        streams.write(*folded(f"warning: {warning}{where}", width))
     streams.write(f"{converged} of {len(rows)} points converged")
     also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
     streams.write(f"  wrote {', '.join(map(str, written))}{also}")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from thermoroll_cli.cli.result_table import folded, wrapped
+from thermoroll_cli.cli.result_table import align, folded, wrapped
 from thermoroll_cli.problem.number_text import number
 
 if TYPE_CHECKING:
@@ -35,16 +34,17 @@ def table_lines(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     swept = [axis.key for axis in points.axes]
     names = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
-    columns = [["", *(row.name + ("" if row.converged else f"  {FAILED}") for row in rows)]]
-    columns += [[key, *(_shown(row.over[key]) for row in rows)] for key in swept]
+    columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
+    columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
     left_out: list[str] = []
     for name in (name for name in names if name not in constant):
-        column = [name, *(number(row.summary.get(name)) for row in rows)]
-        if left_out or sum(map(_width, [*columns, column])) > width:
+        column = _column(name, [number(row.summary.get(name)) for row in rows])
+        if left_out or sum(2 + max(map(len, cells)) for cells in [*columns, column]) > width:
             left_out.append(name)
         else:
             columns.append(column)
-    yield from _printed(columns)
+    height = max(map(len, columns))
+    yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
     if constant:
         values = ", ".join(f"{name} = {number(_finite(name, rows)[0])}" for name in constant)
         yield from folded(f"at all points: {values}", width)
@@ -55,28 +55,9 @@ def table_lines(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
         yield from folded(f"more in the file: {', '.join(left_out)}", width)
 
 
-def _printed(columns: Sequence[Sequence[str]]) -> list[str]:
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table(box=None, padding=(0, 0, 0, 2), pad_edge=True, header_style="")
-    for name, *cells in columns:
-        table.add_column("\n".join(_header(name, cells)), no_wrap=True, vertical="bottom")
-    for row in zip(*(column[1:] for column in columns), strict=True):
-        table.add_row(*row)
-    # A file is no terminal: no colours, and wide enough for names that do not fit any terminal.
-    text = io.StringIO()
-    Console(file=text, width=10_000, markup=False, emoji=False, highlight=False).print(table)
-    return [line.rstrip() for line in text.getvalue().splitlines()]
-
-
-def _header(name: str, cells: Sequence[str]) -> list[str]:
-    return wrapped(name, max(map(len, cells)))
-
-
-def _width(column: Sequence[str]) -> int:
-    """Characters that a column takes, its header broken into several lines."""
-    return 2 + max(map(len, (*_header(column[0], column[1:]), *column[1:])))
+def _column(name: str, cells: list[str]) -> list[str]:
+    """The lines of a header, and the `cells` below it."""
+    return wrapped(name, max(map(len, cells))) + cells
 
 
 def _shown(value: Any) -> str:

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.cli.exits import ExitCode
 from thermoroll_cli.cli.progress import Bar
+from thermoroll_cli.cli.streams import ExitCode
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case
@@ -19,12 +17,12 @@ if TYPE_CHECKING:
 
 def wear(
     case: options.OneCase,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")] = Path("results"),
+    output: options.Output = options.RESULTS,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from the last steps that DIR has.")] = False,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
-    no_plots: Annotated[bool, typer.Option("--no-plots", help="Draw no picture.")] = False,
-    threads: Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")] = 1,
+    no_plots: options.NoPlots = False,
+    threads: options.Threads = 1,
     formats: options.Formats = None,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
@@ -41,7 +39,7 @@ def wear(
     try:
         read = Case.read(case, overrides)
     except CaseError as cause:
-        raise typer.Exit(options.tell_invalid([cause], "; nothing was computed")) from None
+        raise typer.Exit(options.report_invalid([cause])) from None
     asked = read.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
@@ -52,8 +50,7 @@ def wear(
         streams.write_json({"name": read.name, "status": "not_converged" if reason else "converged", "reason": reason,
                             "steps": len(records) - 1, **records[-1]["row"], "files": [str(file) for file in files]})
     elif not quiet:
-        for name, value in records[-1]["row"].items():
-            streams.write(f"  {name:22} {value:.6g}")
+        streams.write(*(f"  {name:22} {value:.6g}" for name, value in records[-1]["row"].items()))
         streams.write(f"  {len(records) - 1} steps; wrote {', '.join(map(str, files))}")
     if reason:
         streams.note(f"thermoroll: {read.name}: {reason}")
@@ -72,8 +69,7 @@ def _followed(
     asked, reason, result = case.problem.wear, "", None
     assert asked is not None
     by_distance = asked.distance < float("inf")
-    live = streams.is_terminal(sys.stderr) and not (quiet or verbose)
-    bar = Bar(case.name, 1.0) if live else None
+    bar = Bar(case.name, 1.0, quiet=quiet, verbose=verbose)
     identity = {"kind": "wear", "case": case.to_json()}
     with Journal(folder / f"{case.name}_wear.jsonl", identity, resume=resume) as journal:
         start = resumed(journal)
@@ -86,7 +82,7 @@ def _followed(
                 journal.keep(record)
                 done = state.distance / asked.distance if by_distance else state.deepest / asked.depth
                 words = f"{case.name}: step {state.steps}, {1e-3 * state.distance:.4g} km, {1e6 * state.deepest:.4g} µm"
-                if bar is not None:
+                if bar.live:
                     bar.show(words, min(done, 1.0), 1.0)
                 elif not quiet and (verbose or state.steps % 20 == 0):
                     streams.note(words)
@@ -95,8 +91,7 @@ def _followed(
         except BeyondProfile as cause:
             reason = f"{cause}; what is there is kept: give longer profiles, or a shorter distance"
         finally:
-            if bar is not None:
-                bar.close()
+            bar.close()
         journal.update()
         records = [journal[str(step)] for step in range(last + 1)]
     if not reason and len(records) == 1:
@@ -114,8 +109,7 @@ def _write(
     stem = folder / f"{case.name}_wear"
     files = [stem.with_suffix(".csv"), stem.with_suffix(".h5")]
     write_bytes(files[0], table(records))
-    write_result(files[1], result, case_text=case.text, case_json=case.to_json(),
-                 command_line=shlex.join(["thermoroll", *sys.argv[1:]]),
+    write_result(files[1], result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line(),
                  more=lambda file: write_group(file, case.problem, records))
     files += write_profiles(folder, case.name, case.problem, records[-1])
     if formats and case.plots:
