@@ -52,6 +52,10 @@ Formats = Annotated[
 Dpi = Annotated[float | None, typer.Option("--dpi", min=10, max=2400, metavar="N", help="Resolution of PNG pictures.")]
 Normalised = Annotated[bool, typer.Option("--normalised", help="Pictures in the article's dimensionless quantities.")]
 
+Compare = Annotated[
+    str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
+]
+
 
 def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
     """The file types that pictures are wanted in, each once."""

@@ -42,9 +42,7 @@ def plot(
         str, typer.Option("--fields", metavar="A,B", help="These pictures, or maps of these fields, instead of all kinds.")
     ] = "",
     cut_y: Annotated[float | None, typer.Option("--cut-y", metavar="MM", help="Curves along x at this y.")] = None,
-    theories: Annotated[
-        str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
-    ] = "",
+    theories: options.Compare = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:

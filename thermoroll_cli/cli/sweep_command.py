@@ -50,9 +50,7 @@ def sweep(
     no_plots: options.NoPlots = False,
     threads: options.Threads = 1,
     formats: options.Formats = None,
-    compare: Annotated[
-        str, typer.Option("--compare", metavar="A,B", help="Creep forces of linear, fastsim or polach beside ours.")
-    ] = "",
+    compare: options.Compare = "",
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
