@@ -23,7 +23,6 @@ from scripts.figures import (
     figures_section_4_1,
     figures_section_4_2,
     figures_section_4_3,
-    figures_subsurface,
     figures_surfaces,
     figures_tables,
     figures_tutorial,
@@ -34,8 +33,8 @@ from thermoroll_cli.plots.style import style
 
 MODULES = (
     figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-    figures_borders, figures_subsurface, figures_surfaces, figures_manchester, figures_eurosprinter, figures_verification,
-    figures_tutorial, figures_creep_table,
+    figures_borders, figures_surfaces, figures_manchester, figures_eurosprinter, figures_verification,
+    figures_creep_table,
 )  # fmt: skip
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 

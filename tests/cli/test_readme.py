@@ -47,7 +47,8 @@ def test_commands(place: Path) -> None:
     """Every command of the section on commands, in order: in this process, and by a shell where it takes one."""
     count = 0
     for line, words in lines(SHELL[0], place):
-        coarser = ("--set", "numerics.accuracy=0.03") if words[0] == "sweep" else ()  # eight points
+        coarser = ("--set", "numerics.accuracy=0.03") if words[0] in ("sweep", "wear") else ()  # many points
+        coarser += ("--set", "wear.depth_um=1") if words[0] == "wear" else ()
         done = call(*words, *coarser, cwd=place)
         assert done.returncode == 0, (line, done.stderr)
         count += 1

@@ -43,17 +43,17 @@ def thermoroll(place: Path, *arguments: str) -> dict:
     return json.loads(done.stdout)
 
 
-def test_wear_goes_the_whole_way(place: Path) -> None:
+def test_the_example_goes_the_whole_way(place: Path) -> None:
     """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
     case = str(ROOT / "cases" / "article_4_1.toml")
-    worn = thermoroll(place, "run", case, "--set", "load.wear_coefficient_m3_J=1e-13", "--set", "numerics.grid=16")
+    solved = thermoroll(place, "run", case, "--set", "load.debris_coefficient_m3_J=1e-13", "--set", "numerics.grid=16")
     # Heat is extrapolated from three grids, its sum over the last one is not.
-    assert worn["wear_rate_mm3_s"] == pytest.approx(1e-4 * worn["Q_F_W"], rel=0.02)
-    assert worn["wear_rate_mm3_s"] != worn["isothermal"]["wear_rate_mm3_s"]
-    assert (place / "results" / "article_4_1_wear_rate.png").stat().st_size > 10_000
-    shown = thermoroll(place, "show", case, "--set", "load.wear_coefficient_m3_J=1e-13")
-    assert "wear" in shown["run"]
-    assert shown["inputs"]["load.wear_coefficient_m3_J"]["si"] == 1e-13
+    assert solved["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["Q_F_W"], rel=0.02)
+    assert solved["debris_rate_mm3_s"] != solved["isothermal"]["debris_rate_mm3_s"]
+    assert (place / "results" / "article_4_1_debris_rate.png").stat().st_size > 10_000
+    shown = thermoroll(place, "show", case, "--set", "load.debris_coefficient_m3_J=1e-13")
+    assert "debris" in shown["run"]
+    assert shown["inputs"]["load.debris_coefficient_m3_J"]["si"] == 1e-13
 
 
 def test_the_document_shows_every_step() -> None:

@@ -70,8 +70,7 @@ def _executed(body: list[ast.stmt]) -> Iterator[ast.AST]:
             yield from _executed(getattr(node, part, []))
 
 
-def modules() -> list[Path]:
-    return sorted(path for path in PACKAGE.rglob("*.py"))
+MODULES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
 def room(path: Path) -> str:
@@ -84,36 +83,34 @@ def name(path: Path) -> str:
     return path.relative_to(PACKAGE).as_posix()
 
 
-@pytest.mark.parametrize("path", modules(), ids=name)
-def test_imports_point_in_one_direction(path: Path) -> None:
-    own = room(path)
-    assert own in RANK, f"{own} is no room: give it a place in ROOMS"
-    for imported in imports(ast.parse(path.read_text())):
-        parts = imported.split(".")
-        if parts[0] == "thermoroll_cli" and parts[1] in RANK and parts[1] != own:
-            assert RANK[parts[1]] < RANK[own], f"{own} must not import {imported}"
-        elif parts[0] in FOREIGN:
-            assert own in FOREIGN[parts[0]], f"{parts[0]} does not belong in {own}"
+def test_imports_point_in_one_direction() -> None:
+    for path, tree in MODULES.items():
+        own = room(path)
+        assert own in RANK, f"{own} is no room: give it a place in ROOMS"
+        for imported in imports(tree):
+            parts = imported.split(".")
+            if parts[0] == "thermoroll_cli" and parts[1] in RANK and parts[1] != own:
+                assert RANK[parts[1]] < RANK[own], f"{name(path)} must not import {imported}"
+            elif parts[0] in FOREIGN:
+                assert own in FOREIGN[parts[0]], f"{name(path)}: {parts[0]} does not belong in {own}"
 
 
 INSIDE_FUNCTIONS = {"cli", ""}
 OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 
-@pytest.mark.parametrize("path", [p for p in modules() if room(p) not in INSIDE_FUNCTIONS], ids=name)
-def test_imports_stand_at_the_top(path: Path) -> None:
+def test_imports_stand_at_the_top() -> None:
     """Only commands, the package itself and optional packages are imported when they are needed."""
-    tree = ast.parse(path.read_text())
-    late = set(imports(tree)) - set(imports(tree, top_level=True))
-    assert not {module for module in late if module.split(".")[0] not in OPTIONAL}
+    for path, tree in MODULES.items():
+        late = set(imports(tree)) - set(imports(tree, top_level=True))
+        unexpected = {module for module in late if module.split(".")[0] not in OPTIONAL}
+        assert room(path) in INSIDE_FUNCTIONS or not unexpected, f"{name(path)}: {unexpected}"
 
 
-@pytest.mark.parametrize(
-    "path", [path for path in modules() if room(path) in ("", "__main__", "cli")], ids=name
-)
-def test_the_command_line_starts_light(path: Path) -> None:
-    for imported in imports(ast.parse(path.read_text()), top_level=True):
-        assert imported.split(".")[0] not in LIGHT, f"import {imported} where it is needed, inside the command"
+def test_the_command_line_starts_light() -> None:
+    for path, tree in MODULES.items():
+        heavy = {imported for imported in imports(tree, top_level=True) if imported.split(".")[0] in LIGHT}
+        assert room(path) not in ("", "__main__", "cli") or not heavy, f"{name(path)}: import {heavy} inside the command"
 
 
 @pytest.mark.parametrize(("folder", "forbidden"), [("tests", "tests"), ("scripts", "tests"), ("thermoroll_cli", "scripts")])
@@ -136,15 +133,15 @@ LONGEST_ITERATION = 29
 """In lines, with docstrings. `iterate` is the article's Fig. 2 and must be seen at a glance."""
 
 
-@pytest.mark.parametrize("path", [path for path in modules() if path.stat().st_size], ids=name)
-def test_modules_and_functions_are_documented_and_short(path: Path) -> None:
-    text = path.read_text()
-    tree = ast.parse(text)
-    assert ast.get_docstring(tree), "says what it is about"
-    assert len(text.splitlines()) <= LONGEST_MODULE, "one idea per module: give its second one a module of its own"
-    for node in ast.walk(tree):
-        if isinstance(node, ast.FunctionDef):
-            assert (node.end_lineno or 0) - node.lineno + 1 <= LONGEST_FUNCTION, f"{node.name} is too long to be read at once"
+def test_modules_and_functions_are_documented_and_short() -> None:
+    for path, tree in MODULES.items():
+        text = path.read_text()
+        assert ast.get_docstring(tree) or not text, f"{name(path)} has no docstring"
+        assert len(text.splitlines()) <= LONGEST_MODULE, f"{name(path)}: one idea per module, another one needs its own"
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                length = (node.end_lineno or 0) - node.lineno + 1
+                assert length <= LONGEST_FUNCTION, f"{name(path)}: {node.name} is too long to be read at once"
 
 
 def test_an_iteration_is_seen_at_a_glance() -> None:
@@ -158,10 +155,10 @@ def test_an_iteration_is_seen_at_a_glance() -> None:
 def test_no_two_modules_and_no_two_public_classes_share_a_name() -> None:
     """But for a class that extends another one for users, and replaces it for them."""
     places: dict[str, list[str]] = {}
-    for path in modules():
+    for path, tree in MODULES.items():
         if path.stem not in ("__init__", "__main__"):
             places.setdefault(f"module {path.stem}", []).append(name(path))
-        for node in ast.parse(path.read_text()).body:
+        for node in tree.body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 if node.name in (base.attr for base in node.bases if isinstance(base, ast.Attribute)):
                     continue
@@ -172,30 +169,19 @@ def test_no_two_modules_and_no_two_public_classes_share_a_name() -> None:
 SOLVING = {"contact", "rolling", "heat", "stress", "steady_state"}
 
 
-@pytest.mark.parametrize("path", [p for p in modules() if room(p) in SOLVING], ids=name)
-def test_every_number_that_has_a_name_has_a_reason(path: Path) -> None:
+def test_every_number_that_has_a_name_has_a_reason() -> None:
     """A text follows it, or the group of names that it belongs to. Options are such numbers, too."""
-    tree = ast.parse(path.read_text())
-    groups = [tree.body, *(node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Options"))]
-    for body in groups:
-        for i, node in enumerate(body):
-            last = i
-            while last + 1 < len(body) and isinstance(body[last + 1], ast.Assign | ast.AnnAssign):
-                last += 1
-            value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
-            if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
-                assert last + 1 < len(body) and isinstance(body[last + 1], ast.Expr), f"why {ast.unparse(node)}?"
-
-
-def test_types_of_arrays_are_declared_once() -> None:
-    """Exact solutions and pictures stand on their own."""
-    named: dict[str, set[str]] = {}
-    for path in modules():
-        if room(path) not in ("exact", "plots"):
-            for kind in re.findall(r"^(\w+) = NDArray\[", path.read_text(), re.MULTILINE):
-                named.setdefault(kind, set()).add(name(path))
-    assert not {kind: where for kind, where in named.items() if len(where) > 1}
-    assert named["Array"] == {"arrays.py"}
+    for path, tree in MODULES.items():
+        options = (node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Options"))
+        for body in (tree.body, *options) if room(path) in SOLVING else ():
+            for i, node in enumerate(body):
+                last = i
+                while last + 1 < len(body) and isinstance(body[last + 1], ast.Assign | ast.AnnAssign):
+                    last += 1
+                value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+                if isinstance(value, ast.Constant) and isinstance(value.value, int | float):
+                    reason = last + 1 < len(body) and isinstance(body[last + 1], ast.Expr)
+                    assert reason, f"{name(path)}: why {ast.unparse(node)}?"
 
 
 # --- what the repository speaks of is in the repository --------------------------------------------------------------
