@@ -259,6 +259,7 @@ def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
     coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))) for n in (32, 128))
     for name in ("contact_area_mm2", "pressure_max_MPa", "approach_um", "T_gamma_N"):
         assert abs(coarse.summary()[name] / fine.summary()[name] - 1.0) <= coarse.summary()["error"][name], name
+    assert any("elements thick" in warning for warning in coarse.warnings) == (thickness < 1e-4)
 
 
 # --- files -------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, esti
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of
-from thermoroll_cli.refinement.warnings import warnings_after
+from thermoroll_cli.refinement.warnings import unresolved_layers, warnings_after
 
 
 def result_of(
@@ -31,7 +31,7 @@ def result_of(
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     errors = estimates(coupled, derived, last.elements_across, plan)
     reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled, of_heat)
-    warnings = list(plan.warnings)
+    warnings = [*plan.warnings, *unresolved_layers(derived, last.home.grid)]
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.coupled_state.fields

@@ -27,9 +27,11 @@ from collections.abc import Iterator
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.coatings import THICK
 from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
+from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Problem, Unsolvable
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -86,6 +88,21 @@ def layer_warnings(problem: Problem) -> Iterator[str]:
             if layer.youngs_modulus > STIFF_ON_SOFT * modulus:
                 yield (f"layer {number} of the {body} body is {layer.youngs_modulus / modulus:.3g} times stiffer than what is "
                        f"below it: above {STIFF_ON_SOFT:g} layers bend like plates, and real ones crack")
+
+
+RESOLVED_BORDER = 0.5
+"""Part to which half-spaces describe a border within an element (`coatings.NearBorder.trust`), at least."""
+
+
+def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
+    """Doubt about layers of the order of an element, which matter at the border."""
+    coatings = derived.coatings
+    if coatings is None or coatings.near_border(grid.dx, grid.dy).trust >= RESOLVED_BORDER:
+        return
+    bodies = (coatings.lower, coatings.upper)
+    thickness, element = min(body.layers[0].thickness for body in bodies if body.layers), min(grid.dx, grid.dy)
+    yield (f"the grid does not resolve the uppermost layer, {thickness / element:.2g} elements thick: the contact ends "
+           f"at the border of an element, which shows in areas; {THICK:g} elements would resolve it")
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
