@@ -1,4 +1,4 @@
-"""Borders of the contact and between stick and slip: contours of the shares of elements that results store."""
+"""Borders of the contact and between stick and slip, from the shares of elements that results store."""
 
 from __future__ import annotations
 
@@ -10,18 +10,20 @@ import numpy as np
 from contourpy import contour_generator
 from matplotlib.path import Path
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 Array = NDArray[np.float64]
 Lines = list[Array]
 """Polylines, each of shape (points, 2) in m."""
 
 SMOOTHING = 1.2
-"""Width in elements of the bell by which shares are averaged: borders of shares run between the elements, without steps."""
+"""Width in elements of the bell by which covered shares are averaged: the border runs between the elements, without steps."""
+STICK_SMOOTHING = 0.7
+"""Width of the bell for distances from the border of stick."""
 RIM = 4
 """Elements added around the grid, for contacts that reach its rim."""
-KNOWN = 1e-3
-"""Averaged covered share from which on stick has a share of it."""
+REACH = 15.0
+"""Largest distance from the border of stick that counts, in elements: borders along x advance by one element across in so many."""
 SMALLEST, SHORTEST = 6.0, 4.0
 """Areas within closed stick borders in elements, and lengths of open ones: smaller ones are too small to be placed."""
 
@@ -41,22 +43,36 @@ class Borders:
 
 def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Borders:
     """Borders of a state with these fields at the element centres `x`, `y`: where half of an averaged element is in the
-    contact, and where half of its covered share sticks. Files that lack these shares have those of whole elements."""
-    covered = np.asarray(fields.get("covered", fields["state"] > 0), dtype=float)
-    sticking = np.asarray(fields.get("stick_share", covered * (fields["state"] == 1)), dtype=float)
+    contact, and where sticking ends along x. Files that lack the shares of elements have those of whole elements."""
+    covered = np.pad(np.asarray(fields.get("covered", fields["state"] > 0), dtype=float), RIM)
+    sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
     axes = (_widened(x), _widened(y))
-    inside = gaussian_filter(np.pad(covered, RIM), SMOOTHING, mode="constant", truncate=RIM / SMOOTHING)
-    contact = _contours(axes, inside)
+    contact = _contours(axes, gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING) - 0.5)
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
-    share = gaussian_filter(np.pad(sticking, RIM), SMOOTHING, mode="constant", truncate=RIM / SMOOTHING)
-    ratio = np.ma.masked_where(inside < KNOWN, share / np.maximum(inside, KNOWN))
+    distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")
     element = np.array([x[1] - x[0], y[1] - y[0]])
-    return Borders(contact, [line for line in _contours(axes, ratio) if _is_shown(line / element)])
+    return Borders(contact, [line for line in _contours(axes, distance) if _is_shown(line / element)])
 
 
-def _contours(axes: tuple[Array, Array], share: Array) -> Lines:
-    return [np.asarray(line) for line in contour_generator(*axes, share.T, name="serial").lines(0.5)]
+def _distance_from_slip(sticking: Array, covered: Array) -> Array:
+    """Distance along x from the border between stick and slip, in elements, negative where surfaces slip.
+
+    Shares know that border within an element along x only. The distance is linear across it, so that a contour of zero is
+    straight between neighbouring rows, where a contour of the shares would have a step for each row."""
+    nearest = distance_transform_edt(covered == 0.0, return_distances=False, return_indices=True)
+    share = (sticking / np.where(covered > 0.0, covered, 1.0))[tuple(nearest)]
+    sticks, place = share > 0.5, np.arange(share.shape[0], dtype=float)[:, None]
+    border = place[:-1] + 0.5 + np.where(sticks[:-1], 1.0, -1.0) * (share[:-1] + share[1:] - 1.0)
+    there, far = sticks[1:] != sticks[:-1], np.full((1, share.shape[1]), np.inf)
+    before = np.maximum.accumulate(np.vstack([-far, np.where(there, border, -np.inf)]))
+    after = np.minimum.accumulate(np.vstack([np.where(there, border, np.inf), far])[::-1])[::-1]
+    return np.asarray(np.where(sticks, 1.0, -1.0) * np.clip(np.minimum(place - before, after - place), 0.0, REACH))
+
+
+def _contours(axes: tuple[Array, Array], values: Array) -> Lines:
+    """Lines where `values` are zero."""
+    return [np.asarray(line) for line in contour_generator(*axes, values.T, name="serial").lines(0.0)]
 
 
 def _is_shown(line: Array) -> bool:

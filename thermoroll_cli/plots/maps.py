@@ -67,7 +67,7 @@ FLAT = 0.45
 """Maps of less height over width stand below each other."""
 TALLEST, SHORT_BAR = 120.0 * MM, 40.0 * MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
-LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * MM for size in (15.0, 21.5, 5.5, 10.0, 5.5, 6.0))
+LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * MM for size in (15.0, 21.5, 6.0, 10.0, 5.5, 6.0))
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
 
 
@@ -110,7 +110,7 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     side = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shape)
     left = LABELS + 0.5 * (width - LABELS - BAR - columns * side - (columns - 1) * GAP)
     separator = ", " if side > 65.0 * MM and not any("body" in panel.words for panel in panels) else "\n"
-    step = side * shape + TITLE * (1.7 if separator == "\n" and any(panel.words for panel in panels) else 1)
+    step = side * shape + TITLE * (1.6 if separator == "\n" and any(panel.words for panel in panels) else 1)
     handles = border_handles(frame, arrows=quantity is TRACTION)
     foot = AXIS + legend_height(handles, width)
     figure = Figure(figsize=(width, foot + rows * step + HEADLINE))
