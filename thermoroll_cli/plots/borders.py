@@ -23,7 +23,7 @@ STICK_SMOOTHING = 0.7
 RIM = 4
 """Elements added around the grid, for contacts that reach its rim."""
 REACH = 15.0
-"""Largest distance from the border of stick that counts, in elements: borders along x advance by one element across in so many."""
+"""Largest distance from the border of stick in elements: borders nearly along x advance by one row in so many elements."""
 SMALLEST, SHORTEST = 6.0, 4.0
 """Areas within closed stick borders in elements, and lengths of open ones: smaller ones are too small to be placed."""
 

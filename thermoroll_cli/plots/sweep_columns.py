@@ -119,7 +119,7 @@ def theory_forces(table: Table, theory: str) -> dict[str, Column]:
 def cell_text(value: Any) -> str:
     """A swept value in few digits."""
     try:
-        return readable(f"{float(value):.4g}")
+        return readable(f"{float(value):.{6 if abs(float(value)) >= 1.0 else 4}g}")
     except (TypeError, ValueError):
         return str(value)
 
