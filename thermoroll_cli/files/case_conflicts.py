@@ -2,24 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import KeyPath
-from thermoroll_cli.files.case_model import (
-    BODIES,
-    THERMAL_CONSTANTS,
-    CoatingTable,
-    FrictionTable,
-    MaterialTable,
-    ProfileTable,
-    RecirculationTable,
-    TwoMaterials,
-)
+from thermoroll_cli.files.case_model import BODIES, THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.profile_file import point_fault
 
 Sections = Mapping[str, Any]
@@ -41,11 +33,15 @@ class Conflict:
 
 
 def conflicts(sections: Sections) -> Iterator[Conflict]:
-    """Every conflict between keys whose tables are valid."""
-    checks = (_convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _layers, _layers_elsewhere,
-              _bulk_temperatures, _recirculation, _subsurface, _wear)
+    """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
+    where one of them is missing or invalid."""
+    checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
+        _convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _layers, _layers_elsewhere,
+        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear)  # fmt: skip
     for check in checks:
-        yield from check(sections)
+        tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
+        if None not in tables:
+            yield from check(*tables)
 
 
 def heat_is_on(sections: Sections) -> bool:
@@ -56,9 +52,8 @@ def heat_is_on(sections: Sections) -> bool:
     return any(getattr(material, key) is not None for _, material in _materials(sections) for key in THERMAL_CONSTANTS)
 
 
-def _convexity(sections: Sections) -> Iterator[Conflict]:
-    geometry = sections.get("geometry")
-    for axis in "xy" if geometry is not None else "":
+def _convexity(geometry: model.GeometryTable) -> Iterator[Conflict]:
+    for axis in "xy":
         lower_key, upper_key = (f"{body}_radius_{axis}_mm" for body in BODIES)
         lower, upper = getattr(geometry, lower_key), getattr(geometry, upper_key)
         if lower is None or upper is None or (curvature := 1.0 / lower + 1.0 / upper) > 0.0:
@@ -73,20 +68,18 @@ def _convexity(sections: Sections) -> Iterator[Conflict]:
                        f"1/{lower_key} + 1/{upper_key} > 0", hint)
 
 
-def _profiles(sections: Sections) -> Iterator[Conflict]:
-    geometry, rolling = sections.get("geometry"), sections.get("rolling")
-    given = {f"{body}_profile": getattr(geometry, f"{body}_profile", None) for body in BODIES}
+def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Conflict]:
+    given = {"lower_profile": geometry.lower_profile, "upper_profile": geometry.upper_profile}
     profiles = {name: profile for name, profile in given.items() if profile is not None}
     faults = [fault for name, profile in profiles.items() for fault in _profile(("geometry", name), profile)]
     yield from faults
     if faults or not profiles:
         return
-    ends = {name: _ends(profile) for name, profile in profiles.items()}
+    rolling, ends = sections.get("rolling"), {name: _ends(profile) for name, profile in profiles.items()}
     for name, (low, high) in ends.items():
         if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
-            message = ("has no material at y = 0, from where differential slip is measured: it reaches from "
-                       f"{low:g} to {high:g} mm")
-            yield Conflict(("geometry", name), message, "a profile around y = 0, or differential_slip = false in [rolling]",
+            yield Conflict(("geometry", name), "has no material at y = 0, from where differential slip is measured: it reaches "
+                           f"from {low:g} to {high:g} mm", "a profile around y = 0, or differential_slip = false in [rolling]",
                            at_key=True)
     low, high = max(end[0] for end in ends.values()), min(end[1] for end in ends.values())
     if not low < high:
@@ -122,58 +115,49 @@ def _ends(profile: ProfileTable) -> tuple[float, float]:
     return low + profile.offset_mm, high + profile.offset_mm
 
 
-def _friction_law(sections: Sections) -> Iterator[Conflict]:
-    friction, load = sections.get("friction"), sections.get("load")
-    if friction is None or load is None:
+def _friction_law(sections: Sections, friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
+    law, at_rest = friction.law, load.friction_coefficient
+    needed = ("table",) if law == "table" else ("limit_coefficient", "half_slip_m_s") if law else ()
+    for key in ("limit_coefficient", "half_slip_m_s", "table"):
+        given = getattr(friction, key) is not None
+        if key in needed and not given:
+            yield Conflict(("friction", "law"), f"{law} friction needs {key}", f"friction.{key}")
+        elif given and law is None:
+            yield Conflict(("friction", key), "belongs to a law of friction, and law is missing", "friction.law beside it")
+        elif given and key not in needed:
+            yield Conflict(("friction", key), f'does not belong to law = "{law}"', "the keys of one law")
+    if law is None:
         return
-    of_a_formula = ("limit_coefficient", "half_slip_m_s")
-    if friction.law is None:
-        for key in (*of_a_formula, "table"):
-            if getattr(friction, key) is not None:
-                yield Conflict(("friction", key), "belongs to a law of friction, and law is missing", "friction.law beside it")
-        return
-    if friction.law == "table":
-        yield from _friction_points(friction, load.friction_coefficient)
-    for key in of_a_formula if friction.law != "table" else ("table",):
-        if getattr(friction, key) is None:
-            yield Conflict(("friction", "law"), f"{friction.law} friction needs {key}", f"friction.{key}")
-    for key in of_a_formula if friction.law == "table" else ("table",):
-        if getattr(friction, key) is not None:
-            yield Conflict(("friction", key), f'does not belong to law = "{friction.law}"', "the keys of one law")
-    if friction.limit_coefficient is not None and friction.limit_coefficient > load.friction_coefficient:
-        yield Conflict(("friction", "limit_coefficient"),
-                       f"is above the coefficient without slip, {load.friction_coefficient:g}",
+    if law == "table":
+        yield from _friction_points(friction.table or [], at_rest)
+    if friction.limit_coefficient is not None and friction.limit_coefficient > at_rest:
+        yield Conflict(("friction", "limit_coefficient"), f"is above the coefficient without slip, {at_rest:g}",
                        "at most load.friction_coefficient", other=("load", "friction_coefficient"))
     if sections.get("layer") is not None and friction.memory_um == 0.0:
         yield Conflict(("layer", "compliance_um_GPa"), "with friction that falls with slip the problem has no continuous "
                        "solution unless friction has memory", "friction.memory_um > 0", other=("friction", "law"))
 
 
-def _friction_points(friction: FrictionTable, at_rest: float) -> Iterator[Conflict]:
-    points = friction.table or []
+def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conflict]:
     path, allowed = ("friction", "table"), "pairs [slip speed, coefficient], slip speeds increasing from 0"
-    if not points:
-        return
-    if points[0][0] != 0.0:
+    if points and points[0][0] != 0.0:
         yield Conflict(path, f"begins at a slip speed of {points[0][0]:g} m/s", allowed)
-    elif not math.isclose(points[0][1], at_rest):
+    elif points and not math.isclose(points[0][1], at_rest):
         yield Conflict(path, f"has {points[0][1]:g} without slip, but load.friction_coefficient is {at_rest:g}",
                        "the same coefficient without slip", other=("load", "friction_coefficient"))
-    for number, (before, point) in enumerate(pairwise(points), 2):
-        if not point[0] > before[0]:
-            yield Conflict(path, f"point {number}: slip speed {point[0]:g} m/s does not lie above {before[0]:g} m/s", allowed)
-            return
+    speed_before = -math.inf
     for number, (speed, coefficient) in enumerate(points, 1):
+        if not speed > speed_before:
+            yield Conflict(path, f"point {number}: slip speed {speed:g} m/s does not lie above {speed_before:g} m/s", allowed)
+            return
         if not (math.isfinite(speed) and 0.0 <= coefficient <= at_rest * (1.0 + 1e-9)):
             yield Conflict(path, f"point {number}: coefficient {coefficient:g}",
                            f"from 0 to load.friction_coefficient = {at_rest:g}")
             return
+        speed_before = speed
 
 
-def _friction_limit(sections: Sections) -> Iterator[Conflict]:
-    force, load = sections.get("force"), sections.get("load")
-    if force is None or load is None:
-        return
+def _friction_limit(force: model.ForceTable, load: model.LoadTable) -> Iterator[Conflict]:
     prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
     limit = load.friction_coefficient * load.normal_N
     if prescribed and prescribed >= limit:
@@ -184,13 +168,13 @@ def _friction_limit(sections: Sections) -> Iterator[Conflict]:
 
 
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
-    if "material" not in sections or "thermal" not in sections or not heat_is_on(sections):
+    if "thermal" not in sections or not heat_is_on(sections):
         return
-    asked = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
-    for path, material in _materials(sections):
-        missing = [key for key in THERMAL_CONSTANTS if getattr(material, key) is None]
+    reason = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
+    for path, constants in _materials(sections):
+        missing = [key for key in THERMAL_CONSTANTS if getattr(constants, key) is None]
         if missing:
-            yield Conflict(path, f"{asked}, but missing: {', '.join(missing)}",
+            yield Conflict(path, f"{reason}, but missing: {', '.join(missing)}",
                            f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them and no heat",
                            "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
 
@@ -201,12 +185,12 @@ STIFF_ON_SOFT, SOFT_ON_STIFF = 300.0, 1e5
 
 def _layers(sections: Sections) -> Iterator[Conflict]:
     geometry = sections.get("geometry")
-    for path, material in _materials(sections) if "material" in sections else ():
-        below: MaterialTable | CoatingTable = material
+    for path, body_material in _materials(sections):
+        below: MaterialTable | model.CoatingTable = body_material
         bodies = BODIES if path == ("material",) else path[-1:]
         radii = [abs(radius) for body in bodies for axis in "xy" if geometry is not None
                  and (radius := getattr(geometry, f"{body}_radius_{axis}_mm")) is not None]
-        for number, layer in reversed(list(enumerate(material.layers or ()))):
+        for number, layer in reversed(list(enumerate(body_material.layers or ()))):
             place = (*path, "layers", number)
             if radii and layer.thickness_um >= 1e3 * min(radii):
                 yield Conflict((*place, "thickness_um"), "the layer is as thick as the smallest radius of its body",
@@ -226,8 +210,8 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
 
 
 def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
-    """What is not computed for bodies with layers."""
-    coated = [(*path, "layers") for path, material in _materials(sections) if material.layers]
+    """Stages that do not know layers."""
+    coated = [(*path, "layers") for path, body_material in _materials(sections) if body_material.layers]
     if not coated:
         return
     if "thermal" in sections and heat_is_on(sections):
@@ -244,45 +228,38 @@ def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
                        "passage, or no layers", other=coated[0])
 
 
-def _bulk_temperatures(sections: Sections) -> Iterator[Conflict]:
-    thermal = sections.get("thermal")
-    if thermal is None or thermal.partition == "matched":
-        return
+def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
     lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
-    if lower != upper:
-        yield Conflict(
-            ("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
-            f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which takes a matched partition",
-            'equal bulk temperatures, or partition = "matched" in [thermal]', other=("thermal", "partition"))
+    if lower != upper and thermal.partition != "matched":
+        yield Conflict(("thermal", "bulk_temperature_upper_K" if upper else "bulk_temperature_lower_K"),
+                       f"bulk temperatures of {lower:g} K and {upper:g} K drive heat through the contact, which needs a "
+                       "matched partition", 'equal bulk temperatures, or partition = "matched" in [thermal]',
+                       other=("thermal", "partition"))
 
 
-def _recirculation(sections: Sections) -> Iterator[Conflict]:
-    thermal = sections.get("thermal")
+def _recirculation(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
     for body in BODIES:
-        table, path = getattr(thermal, body, None), ("thermal", body)
-        if table is not None and not table.recirculate:
-            yield from _without_effect(path, table)
-        elif table is not None and thermal is not None:
-            if table.convection_W_m2K is None and table.thermal_resistance_K_W is None:
-                yield Conflict((*path, "recirculate"), "a body that turns must be cooled, or it gets hotter without end",
-                               "one of convection_W_m2K and thermal_resistance_K_W beside it")
-            if thermal.peclet != "rolling":
-                message = f"a body that turns carries its heat along: not as {thermal.peclet} sources"
-                yield Conflict(("thermal", "peclet"), message, '"rolling", or recirculate = false',
-                               other=(*path, "recirculate"))
-            if sections.get("geometry") is not None:
-                yield from _track(sections, body, table)
+        table, path = getattr(thermal, body), ("thermal", body)
+        if table is None:
+            continue
+        if not table.recirculate:
+            # Keys of a body that does not recirculate are forgotten, unless it is switched off in so many words.
+            for key in sorted(table.model_fields_set) if "recirculate" not in table.model_fields_set else ():
+                yield Conflict((*path, key), "has no effect on a body that brings no heat back",
+                               "recirculate = true beside it, or recirculate = false to keep it switched off",
+                               "without recirculate every pass meets a cold body")
+            continue
+        if table.convection_W_m2K is None and table.thermal_resistance_K_W is None:
+            yield Conflict((*path, "recirculate"), "a body that turns must be cooled, or it gets hotter without end",
+                           "one of convection_W_m2K and thermal_resistance_K_W beside it")
+        if thermal.peclet != "rolling":
+            yield Conflict(("thermal", "peclet"), f"a body that turns carries its heat along: not as {thermal.peclet} sources",
+                           '"rolling", or recirculate = false', other=(*path, "recirculate"))
+        if sections.get("geometry") is not None:
+            yield from _track(sections, body, table)
 
 
-def _without_effect(path: KeyPath, table: RecirculationTable) -> Iterator[Conflict]:
-    """Keys of a body that turns and cools, which does neither: forgotten, unless it is switched off in so many words."""
-    for key in sorted(table.model_fields_set) if "recirculate" not in table.model_fields_set else ():
-        yield Conflict((*path, key), "has no effect on a body that brings no heat back",
-                       "recirculate = true beside it, or recirculate = false to keep it switched off",
-                       "without recirculate every pass meets a cold body")
-
-
-def _track(sections: Sections, body: str, table: RecirculationTable) -> Iterator[Conflict]:
+def _track(sections: Sections, body: str, table: model.RecirculationTable) -> Iterator[Conflict]:
     """The body must turn, the contact must fit on it, and its cooled surface must be known."""
     path, key = ("thermal", body), f"{body}_radius_x_mm"
     radius = getattr(sections["geometry"], key)
@@ -291,8 +268,8 @@ def _track(sections: Sections, body: str, table: RecirculationTable) -> Iterator
                        f"false, or a finite geometry.{key}", other=("geometry", key))
         return
     if radius < 0.0 and table.convection_W_m2K is not None:
-        message = "a concave body is a ring, of which only the bore is known: not where it is cooled"
-        yield Conflict((*path, "convection_W_m2K"), message, "thermal_resistance_K_W instead", other=("geometry", key))
+        yield Conflict((*path, "convection_W_m2K"), "a concave body is a ring, of which only the bore is known: not where it "
+                       "is cooled", "thermal_resistance_K_W instead", other=("geometry", key))
         return
     creepage = sections.get("creepage")
     slip = 0.0 if creepage is None or creepage.longitudinal is None else creepage.longitudinal
@@ -308,7 +285,7 @@ def _track(sections: Sections, body: str, table: RecirculationTable) -> Iterator
 
 def _contact_width(sections: Sections) -> float | None:
     """Width 2b of Hertz's contact in mm; None with a profile, or where the keys that it needs are not valid."""
-    if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections)):
+    if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections["geometry"])):
         return None
     g = sections["geometry"]
     if g.lower_radius_y_mm is None or g.upper_radius_y_mm is None:
@@ -319,10 +296,8 @@ def _contact_width(sections: Sections) -> float | None:
     return 2.0 * hertz_contact(*curvature, 1.0 / compliance, sections["load"].normal_N).semi_axis_y
 
 
-def _wear(sections: Sections) -> Iterator[Conflict]:
-    wear, geometry = sections.get("wear"), sections.get("geometry")
-    if wear is None:
-        return
+def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
+    geometry = sections.get("geometry")
     bodies = [body for body in BODIES if getattr(wear, body) is not None]
     if not bodies:
         yield Conflict(("wear",), "no body wears", "[wear.lower] or [wear.upper] with specific_wear_rate_mm3_Nm", at_key=True)
@@ -332,15 +307,15 @@ def _wear(sections: Sections) -> Iterator[Conflict]:
                            at_key=True)
 
 
-def _subsurface(sections: Sections) -> Iterator[Conflict]:
-    subsurface, strength = sections.get("subsurface"), sections.get("strength")
-    asked = subsurface.bodies if subsurface is not None else ()
-    for body in BODIES if strength is not None and "subsurface" in sections else ():
-        if getattr(strength, body) is not None and body not in asked:
+def _strength(sections: Sections, strength: model.StrengthTable) -> Iterator[Conflict]:
+    subsurface = sections.get("subsurface")
+    for body in BODIES if "subsurface" in sections else ():
+        if getattr(strength, body) is not None and (subsurface is None or body not in subsurface.bodies):
             yield Conflict(("strength", body), f"the stresses inside the {body} body are not computed",
                            f'[subsurface] with "{body}" among its bodies', at_key=True)
-    if subsurface is None:
-        return
+
+
+def _subsurface(sections: Sections, subsurface: model.SubsurfaceTable) -> Iterator[Conflict]:
     if len(set(subsurface.bodies)) < len(subsurface.bodies):
         yield Conflict(("subsurface", "bodies"), "names a body twice", '["lower"], ["upper"] or ["lower", "upper"]')
     if not subsurface.thermal or "thermal" not in sections or "material" not in sections:
