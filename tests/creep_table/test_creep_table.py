@@ -360,7 +360,7 @@ def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
 def test_bad_files(tiny: Path, tmp_path: Path) -> None:
     whole = tiny.read_bytes()
     path = tmp_path / "t.h5"
-    for content, message in ((whole[:-1000], "not a whole table"), (b"text", "not a whole table")):
+    for content, message in ((whole[:-1000], "truncated"), (b"text", "not an HDF5 file")):
         path.write_bytes(content)
         with pytest.raises(ResultFileError, match=message):
             read_table(path)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import csv
-import datetime
 import math
 import os
-import pathlib
 from typing import Any
 
 import h5py
 import numpy as np
 
-from thermoroll_cli import __version__
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, slopes, spin_angle
 from thermoroll_cli.creep_table.values import Axes, Quality, TableValues
 from thermoroll_cli.files.atomic import replacing
-from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, label
+from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, label, opened, stamp
 
 FORMAT_VERSION = 1
 KIND = "creep_force_table"
@@ -37,9 +34,7 @@ def write_table(path: str | os.PathLike[str], table: TableValues, *, command_lin
     """Write `table` to `path`, complete or not at all. Raises WriteError."""
 
     with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
-        file.attrs["format_version"] = FORMAT_VERSION
-        label(file, program=PROGRAM, program_version=__version__, kind=KIND, scaling=LAW, command_line=command_line,
-              created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"))
+        stamp(file, FORMAT_VERSION, kind=KIND, scaling=LAW, command_line=command_line)
         file.attrs["poisson_ratio"] = table.poisson_ratio
         file.attrs["accuracy"] = table.accuracy
         file.attrs["holes"] = table.holes
@@ -48,20 +43,13 @@ def write_table(path: str | os.PathLike[str], table: TableValues, *, command_lin
         axes = table.axes
         nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
         long_names = ("a/b, a along rolling", "u of the magnitude m", "v of the angle alpha", "w of the spin angle beta")
-        scales = []
-        for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True):
-            scale = file.create_dataset(name, data=values, track_times=False)
-            scale.make_scale(name)
-            label(scale, units="1", long_name=long_name)
-            scales.append(scale)
+        scales = [dimension_scale(file, name, values, units="1", long_name=long_name)
+                  for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True)]
         columns = dict(zip(QUANTITIES, np.moveaxis(table.values, 1, 0), strict=True)) | {"solver_error": table.errors}
         for name, values in columns.items():
             # Zeros behind the digits that matter: half the size when compressed. Towards zero, so that forces keep the bound.
             stored = (np.trunc(values / RESOLUTION) * RESOLUTION).astype(np.float32)
-            item = file.create_dataset(name, data=stored, chunks=(1, *values.shape[1:]), fletcher32=True,
-                                       compression="gzip", shuffle=True, track_times=False)
-            for dimension, scale in zip(item.dims, scales, strict=True):
-                dimension.attach_scale(scale)
+            item = create(file, name, stored, scales, chunks=(1, *values.shape[1:]), compression="gzip", shuffle=True)
             label(item, units="1", long_name=LONG_NAMES[name])
 
 
@@ -69,25 +57,14 @@ def read_table(path: str | os.PathLike[str]) -> TableValues:
     """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
     do not increase."""
 
-    path = pathlib.Path(path)
-    if not path.exists():
-        raise ResultFileError(f"{path}: no such file")
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            return _read(path, file)
-    except ResultFileError:
-        raise
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as cause:
-        raise ResultFileError(f"{path}: not a whole table ({' '.join(str(cause).split())})") from cause
+    with opened(path, KIND, FORMAT_VERSION) as file:
+        return _read(path, file)
 
 
-def _read(path: pathlib.Path, file: h5py.File) -> TableValues:
-    if file.attrs.get("program", b"").decode() != PROGRAM or file.attrs.get("kind", b"").decode() != KIND:
-        raise ResultFileError(f"{path}: an HDF5 file, but no {PROGRAM} table of creep forces")
-    version = int(file.attrs["format_version"])
-    if version != FORMAT_VERSION or file.attrs["scaling"].decode() != LAW:
-        raise ResultFileError(f"{path}: table format {version}, scaling {file.attrs['scaling'].decode()}; this version reads "
-                              f"{FORMAT_VERSION}, {LAW}: build it again with thermoroll table")
+def _read(path: str | os.PathLike[str], file: h5py.File) -> TableValues:
+    if (scaling := file.attrs["scaling"].decode()) != LAW:
+        raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with thermoroll "
+                              "table")
     ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
     axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
     for name, found, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):

@@ -42,14 +42,13 @@ def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> No
 
     Raises WriteError.
     """
-    target = pathlib.Path(os.path.realpath(path))
-    if not os.path.exists(target) or os.path.isfile(target) or os.path.isdir(target):
+    if not os.path.exists(path) or os.path.isfile(path) or os.path.isdir(path):
         with replacing(path) as temporary:
             # Not tempfile: its files are private (0600), results should follow the user's umask.
-            _write_all(os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), content)
+            temporary.write_bytes(content)
         return
     try:
-        _write_all(os.open(target, os.O_WRONLY), content)
+        pathlib.Path(path).write_bytes(content)
     except OSError as cause:
         raise WriteError(pathlib.Path(path), cause) from cause
 
@@ -79,28 +78,13 @@ def remove_leftovers(folder: pathlib.Path) -> None:
     """Remove the temporary files of processes that were killed while they wrote into `folder`; those of other machines stay,
     since it is unknown which processes still run there."""
     for leftover in folder.glob(f".thermoroll-{_node()}-*.part"):
-        pid = leftover.name.split("-")[2]
-        if pid.isdigit() and not _alive(int(pid)):
+        try:
+            os.kill(int(leftover.name.split("-")[2]), 0)
+        except ProcessLookupError:
             leftover.unlink(missing_ok=True)
+        except (OSError, ValueError):  # another user's process; not one of our names
+            pass
 
 
 def _node() -> str:
     return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
-
-
-def _alive(pid: int) -> bool:
-    try:
-        os.kill(pid, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
-    return True
-
-
-def _write_all(descriptor: int, content: bytes | memoryview) -> None:
-    with open(descriptor, "wb", buffering=0) as stream:
-        rest = memoryview(content)
-        while rest:
-            # One call may write less than asked for: at most 2 GiB on Linux, or what still fitted on the disk.
-            rest = rest[stream.write(rest) :]

@@ -24,24 +24,27 @@ Layout (format version 1)::
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import datetime
 import json
 import math
 import os
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+import platform
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import h5py
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
 from pydantic import TypeAdapter
 
 from thermoroll_cli import __version__
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.files.atomic import write_bytes
-from thermoroll_cli.files.provenance import provenance
+from thermoroll_cli.numerics.convolution import fftw
 from thermoroll_cli.problem.names import (
     FIELDS,
     HERTZ_SCALARS,
@@ -107,15 +110,12 @@ def file_image(
 ) -> bytes:
     """The content of the file that `write_result` writes."""
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
-        file.attrs["format_version"] = FORMAT_VERSION
+        stamp(file, FORMAT_VERSION, command_line=command_line, title=result.problem.title)
         file.attrs["converged"] = bool(result.converged)
-        created = datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds")
-        label(file, program=PROGRAM, program_version=__version__, created=created, command_line=command_line,
-              title=result.problem.title, **provenance())
         problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
         # Datasets, because an attribute is held in memory whole and case files may be of any size.
         for name, text in (("case_text", case_text), ("case_json", case_json), ("problem_json", json.dumps(problem))):
-            _create(file, f"input/{name}", fixed_text(text))
+            create(file, f"input/{name}", fixed_text(text))
         _write_state(file.create_group("fields"), result.coupled)
         _write_mesh(file.create_group("mesh"), result.coupled)
         if result.isothermal is result.coupled:
@@ -131,12 +131,24 @@ def file_image(
         for name, values in result.history.items():
             residuals = np.asarray(values, dtype=np.float64).ravel()
             # Each history has a length of its own, so each has a dimension of its own.
-            iterations = _scale(histories, name + ITERATION, np.arange(residuals.size), "1", "iteration")
-            _create(histories, name, residuals, [iterations])
+            iterations = dimension_scale(histories, name + ITERATION, np.arange(residuals.size), units="1",
+                                         long_name="iteration")
+            create(histories, name, residuals, [iterations])
         more(file)
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
+
+
+def stamp(file: h5py.File, version: int, **texts: str) -> None:
+    """Root attributes of every HDF5 file of this program: who wrote it, when, with which libraries on which platform."""
+    pyfftw = fftw()
+    file.attrs["format_version"] = version
+    label(file, program=PROGRAM, program_version=__version__,
+          created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), **texts,
+          python_version=platform.python_version(), numpy_version=np.__version__, scipy_version=scipy.__version__,
+          fftw_version=pyfftw.fftw_version, pyfftw_version=pyfftw.__version__, h5py_version=h5py.__version__,
+          hdf5_version=h5py.version.hdf5_version, platform=f"{platform.system()} {platform.release()} {platform.machine()}")
 
 
 def _write_state(group: h5py.Group, state: State) -> None:
@@ -145,16 +157,16 @@ def _write_state(group: h5py.Group, state: State) -> None:
         field = FIELDS.get(name) or Field(name, "", name)
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
         stored = np.asarray(values, dtype=np.int8 if name == "state" else np.float64)
-        label(_create(group, name, stored, scales), units=field.unit, long_name=field.meaning)
+        label(create(group, name, stored, scales), units=field.unit, long_name=field.meaning)
 
 
 def _write_mesh(group: h5py.Group, state: State) -> None:
     """Coordinates of every point, (nx, ny, 3). XDMF's rectilinear meshes want x as the fastest index and these
     fields have it slowest, so ParaView needs the points spelt out; compressed they take a few kilobytes."""
     points = _points(state.x, state.y, np.zeros(1))[:, :, 0]
-    scales = [_scale(group, name, np.arange(length), "1", f"index along {name}")
+    scales = [dimension_scale(group, name, np.arange(length), units="1", long_name=f"index along {name}")
               for name, length in zip("ijc", points.shape, strict=True)]
-    mesh = _create(group, "points", points, scales, chunks=True, compression="gzip", compression_opts=1)
+    mesh = create(group, "points", points, scales, chunks=True, compression="gzip", compression_opts=1)
     label(mesh, units="m", long_name="x, y, z of the element centres")
 
 
@@ -166,24 +178,24 @@ def _points(*axes: AnyArray) -> AnyArray:
 def _write_body(file: h5py.File, body: str, stresses: BodyStresses, state: State) -> None:
     group = file.create_group(f"subsurface/{body}")
     scales = dict(zip("xy", _plane_scales(group, state), strict=True))
-    scales["z"] = _scale(group, "z", np.asarray(stresses.depths, dtype=np.float64), "m", "depth, into the body")
+    depths = np.asarray(stresses.depths, dtype=np.float64)
+    scales["z"] = dimension_scale(group, "z", depths, units="m", long_name="depth, into the body")
     for prefix, (part, axes, where) in BODY_PARTS.items():
         for name, values in getattr(stresses, part).items():
             field = SUBSURFACE_FIELDS[name]
             layered = (1, *values.shape[1:]) if values.ndim > 1 else values.shape
-            dataset = _create(group, prefix + name, values, [scales[axis] for axis in axes], chunks=layered)
+            dataset = create(group, prefix + name, values, [scales[axis] for axis in axes], chunks=layered)
             label(dataset, units=field.unit, long_name=field.meaning + where)
     for name, values in stresses.strength.items():
-        dataset = _create(group, name, values, [scales[axis] for axis in "zy"[: values.ndim]])
+        dataset = create(group, name, values, [scales[axis] for axis in "zy"[: values.ndim]])
         label(dataset, units=STRENGTH_FIELDS[name].unit, long_name=STRENGTH_FIELDS[name].meaning)
-    places: dict[str, float] = {"plane_y": stresses.plane_y}
-    places |= {f"stressed_{name}": getattr(stresses.most_stressed, name) for name in ("x", "y", "z", "value")}
+    group.attrs["plane_y"] = stresses.plane_y
+    group.attrs.update({f"stressed_{name}": value for name, value in vars(stresses.most_stressed).items()})
     if stresses.hottest is not None:
-        places |= {f"hottest_{name}": getattr(stresses.hottest, name) for name in ("x", "y", "value")}
-    group.attrs.update(places)
+        group.attrs.update({f"hottest_{name}": value for name, value in vars(stresses.hottest).items() if name != "z"})
     if stresses.fields:
         points = np.moveaxis(_points(state.x, state.y, SIDES[body] * stresses.depths), 2, 0)
-        mesh = _create(file, f"mesh/subsurface_{body}", points, chunks=(1, *points.shape[1:]), compression="gzip",
+        mesh = create(file, f"mesh/subsurface_{body}", points, chunks=(1, *points.shape[1:]), compression="gzip",
                        compression_opts=1)  # fmt: skip
         label(mesh, units="m", long_name="x, y, z of the element centres on every layer")
 
@@ -201,17 +213,19 @@ def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
 
 
 def _plane_scales(group: h5py.Group, state: State) -> list[h5py.Dataset]:
-    return [_scale(group, "x", state.x, "m", "along rolling, trailing edge at +x"), _scale(group, "y", state.y, "m", "lateral")]
+    return [dimension_scale(group, "x", state.x, units="m", long_name="along rolling, trailing edge at +x"),
+            dimension_scale(group, "y", state.y, units="m", long_name="lateral")]
 
 
-def _scale(group: h5py.Group, name: str, values: ArrayLike, units: str, long_name: str) -> h5py.Dataset:
-    scale = _create(group, name, np.asarray(values))
+def dimension_scale(group: h5py.Group, name: str, values: ArrayLike, **texts: str) -> h5py.Dataset:
+    """A dimension scale, with attributes such as its units."""
+    scale = create(group, name, np.asarray(values))
     scale.make_scale(name)
-    label(scale, units=units, long_name=long_name)
+    label(scale, **texts)
     return scale
 
 
-def _create(
+def create(
     group: h5py.Group, name: str, content: AnyArray, scales: Sequence[h5py.Dataset] = (), **options: Any
 ) -> h5py.Dataset:
     """A dataset over `scales` that does not depend on the time of writing and whose damage is noticed on reading."""
@@ -255,61 +269,54 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
     Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
     """
+    with opened(path, "result", FORMAT_VERSION) as file:
+        return _read(file, with_fields)
+
+
+@contextlib.contextmanager
+def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5py.File]:
+    """The HDF5 file of this `kind` at `path`, to be read inside. Raises ResultFileError for another file, and for whatever
+    goes wrong inside: what damage raises depends on which byte is wrong."""
     path = pathlib.Path(path)
-    _check_plain_file(path)
+    if fault := _fault(path):
+        raise ResultFileError(f"{path}: {fault}")
     try:
         # No lock: files are replaced whole, never edited, and some network file systems cannot lock.
-        file = h5py.File(path, "r", locking=False)
-    except OSError as cause:
-        raise ResultFileError(f"{path}: {_open_failure(path, cause)}") from cause
-    # Past this point the file is HDF5. What damage inside it raises depends on which byte is wrong.
-    try:
-        with file:
-            _check_origin(path, file)
-            return _read(file, with_fields)
+        with h5py.File(path, "r", locking=False) as file:
+            if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
+                raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} {kind}")
+            found = _python(file.attrs.get("kind", "result"))
+            if found != kind:
+                raise ResultFileError(f"{path}: a {PROGRAM} {found}, not a {kind}")
+            if (written := int(file.attrs["format_version"])) != version:
+                by = _python(file.attrs.get("program_version", "unknown"))
+                raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads format "
+                                      f"{version} only")
+            yield file
     except ResultFileError:
         raise
     except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError, OverflowError, MemoryError) as cause:
         detail = cause.args[0] if cause.args else type(cause).__name__
-        raise ResultFileError(f"{path}: damaged result file ({detail})") from cause
+        damage = "truncated HDF5 file, its end is missing" if "truncated" in str(cause) else f"damaged {kind} file ({detail})"
+        raise ResultFileError(f"{path}: {damage}") from cause
 
 
-def _check_plain_file(path: pathlib.Path) -> None:
-    if not path.exists():
-        raise ResultFileError(f"{path}: no such file")
+def _fault(path: pathlib.Path) -> str:
+    """Why the file at `path` cannot be HDF5; empty if it may be."""
     if path.is_dir():
-        raise ResultFileError(f"{path}: this is a folder, not a result file")
-    if not path.is_file():
-        raise ResultFileError(f"{path}: not a regular file")
+        return "this is a folder, not a result file"
+    if path.exists() and not path.is_file():
+        return "not a regular file"
     try:
-        with open(path, "rb"):
-            pass
+        with open(path, "rb") as stream:
+            start = stream.read(8)
+    except FileNotFoundError:
+        return "no such file"
     except OSError as cause:
-        raise ResultFileError(f"{path}: cannot be read ({cause.strerror or cause})") from cause
-
-
-def _open_failure(path: pathlib.Path, cause: OSError) -> str:
-    if path.stat().st_size == 0:
+        return f"cannot be read ({cause.strerror or cause})"
+    if not start:
         return "the file is empty"
-    if "truncated" in str(cause):
-        return "truncated HDF5 file, its end is missing"
-    with open(path, "rb") as stream:
-        signature = stream.read(8)
-    if signature != b"\x89HDF\r\n\x1a\n":
-        return "not an HDF5 file"
-    return f"damaged HDF5 file ({cause})"
-
-
-def _check_origin(path: pathlib.Path, file: h5py.File) -> None:
-    if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
-        raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} result")
-    if "kind" in file.attrs:
-        raise ResultFileError(f"{path}: a {PROGRAM} {_python(file.attrs['kind'])} of many points, not the result of one")
-    version = int(file.attrs["format_version"])
-    if version != FORMAT_VERSION:
-        written_by = _python(file.attrs.get("program_version", "unknown"))
-        raise ResultFileError(f"{path}: result format {version}, written by {PROGRAM} {written_by}; this version reads format "
-                              f"{FORMAT_VERSION} only")
+    return "" if start == b"\x89HDF\r\n\x1a\n" else "not an HDF5 file"
 
 
 def _read(file: h5py.File, with_fields: bool) -> Result:

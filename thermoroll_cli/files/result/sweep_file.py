@@ -4,7 +4,6 @@ and read back from it, or from the CSV table of a sweep."""
 from __future__ import annotations
 
 import csv
-import datetime
 import json
 import math
 import pathlib
@@ -16,10 +15,8 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli import __version__
 from thermoroll_cli.files.atomic import replacing
-from thermoroll_cli.files.provenance import provenance
-from thermoroll_cli.files.result.hdf5 import LAYOUT, PROGRAM, ResultFileError, fixed_text, label
+from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, fixed_text, label, opened, stamp
 from thermoroll_cli.problem.names import ALL_SCALARS
 
 FORMAT_VERSION = 2
@@ -75,7 +72,7 @@ def _cell(text: str) -> float | str:
 
 
 def _read_hdf5(path: pathlib.Path) -> SweepColumns:
-    with h5py.File(path, "r", locking=False) as file:
+    with opened(path, KIND, FORMAT_VERSION) as file:
         keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
         columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
         listed = "point" in file
@@ -96,9 +93,7 @@ def write_sweep_file(
     """Write `columns`, flat arrays with a value per point of `coordinates`, the last of which varies fastest. The coordinates
     of `listed` points are columns, too, over one dimension `point`. Complete or not at all; raises WriteError."""
     with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
-        file.attrs["format_version"] = FORMAT_VERSION
-        label(file, program=PROGRAM, program_version=__version__, kind=KIND, title=title, command_line=command_line,
-              created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"), **provenance())
+        stamp(file, FORMAT_VERSION, kind=KIND, title=title, command_line=command_line)
         inputs = file.create_group("input")
         for name, text in {"case_text": case_text, "settings": json.dumps(list(settings)),
                            "keys": json.dumps(list(coordinates))}.items():  # fmt: skip
@@ -107,19 +102,14 @@ def write_sweep_file(
             count = len(next(iter(coordinates.values())))
             columns = {**{key: _array(values) for key, values in coordinates.items()}, **columns}
             coordinates = {"point": range(1, count + 1)}
-        scales = []
-        for key, values in coordinates.items():
-            scale = file.create_dataset(key, data=_array(values), track_times=False)
-            scale.make_scale(key)
-            label(scale, long_name="number of the point" if listed else f"swept key {key}")
-            scales.append(scale)
+        meaning = "number of the point" if listed else "swept key {}"
+        scales = [dimension_scale(file, key, _array(values), long_name=meaning.format(key))
+                  for key, values in coordinates.items()]
         shape = tuple(len(values) for values in coordinates.values())
         for name, flat in columns.items():
-            item = file.create_dataset(name, data=flat.reshape(shape), track_times=False)
-            for dimension, scale in zip(item.dims, scales, strict=True):
-                dimension.attach_scale(scale)
             state, _, own = name.rpartition(".")
-            label(item, long_name=PREFIXES.get(state, "") + (ALL_SCALARS[own].meaning if own in ALL_SCALARS else name))
+            meaning = PREFIXES.get(state, "") + (ALL_SCALARS[own].meaning if own in ALL_SCALARS else name)
+            label(create(file, name, flat.reshape(shape), scales), long_name=meaning)
 
 
 def _array(values: Sequence[Any]) -> NDArray[Any]:
