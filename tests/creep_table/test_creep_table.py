@@ -40,6 +40,10 @@ from thermoroll_cli.creep_table.scaling import (
 from thermoroll_cli.creep_table.table_file import RESOLUTION, read_table, write_table
 from thermoroll_cli.creep_table.values import Axes
 from thermoroll_cli.files.result.hdf5 import ResultFileError
+from thermoroll_cli.problem.friction_law import FrictionLaw
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.python_api import solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.sweeps.runner import Workers
 
 ROOT = Path(__file__).parents[2]
@@ -136,6 +140,22 @@ def test_reversal_mirror_and_units(circle: CreepForceTable) -> None:
     np.testing.assert_allclose(double.force_y, found.force_y)
     assert found.force_x.shape == (50,)
     assert circle.forces(1e-3, 0.0, 0.0, **contact).force_x.shape == ()
+
+
+def test_falling_friction_through_an_equivalent_coefficient() -> None:
+    """Within the stated errors of what the solver finds: a wheel on a rail, with and without spin."""
+    steel, law = Material(210e9, 0.28), FrictionLaw("exponential", 0.14 / 0.33, 1.25)
+    table, nothing = CreepForceTable.default(), Heating(heat=False)
+    for creepage, spin in ((0.002, 0.0), (0.01, 0.0), (0.003, 0.3), (0.05, 0.0)):
+        motion = Motion(20.0, creepage, 0.0, spin, differential_slip=False)
+        geometry = Geometry(0.46, math.inf, math.inf, 0.3)
+        problem = Problem(steel, steel, geometry, 1e5, 0.33, motion, nothing, Numerics(grid=(32, 32)), friction_law=law)
+        hertz, exact = DerivedQuantities(problem).hertz, solve(problem).coupled.scalars
+        found = table.forces(creepage, 0.0, spin, semi_axes=(hertz.semi_axis_x, hertz.semi_axis_y), load=1e5, friction=0.33,
+                             shear_modulus=steel.shear_modulus, law=law, speed=20.0)
+        assert found.error < 0.15 * problem.traction_limit
+        assert float(found.force_x) == pytest.approx(exact["force_x_N"], abs=float(found.error))
+        assert float(found.force_y) == pytest.approx(exact["force_y_N"], abs=float(found.error))
 
 
 def test_a_million_look_ups_take_seconds(circle: CreepForceTable) -> None:
@@ -353,6 +373,16 @@ def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
         circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.1), **STEEL)
     with pytest.raises(ValueError, match="friction must be positive"):
         circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **{**STEEL, "friction": 0.0})
+    law = FrictionLaw("linear", 0.5, 1.0)
+    with pytest.raises(ValueError, match="friction with memory, nor a layer"):
+        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, law=replace(law, memory=1e-6), speed=1.0)
+    with pytest.raises(ValueError, match="speed must be positive"):
+        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, law=law)
+    falling = ("--semi-axes-mm", "1,1", "--law", "linear", "--half-slip-m-s", "1", "--speed-m-s", "10", "--limit-coefficient")
+    assert call("table", "query", tiny, *contact, *falling, "0.5").returncode == 2
+    found, plain = (json.loads(call("table", "query", tiny, *contact, *words, "--json").stdout)
+                    for words in ((*falling, "0.1"), falling[:2]))
+    assert found["force_x_N"] < plain["force_x_N"] and found["force_error_N"] > plain["force_error_N"]
     with pytest.raises(ValueError, match="creepages must be finite"):
         circle.forces(math.nan, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
 
