@@ -121,7 +121,7 @@ def test_shapes_and_bad_arguments():
     assert kernel.weights(np.zeros(0)).shape == (kernel.terms, 0)
     assert kernel.offset(np.zeros((6, 5))).shape == (6, 5)
     with pytest.raises(dataclasses.FrozenInstanceError):
-        kernel.error = 0.0
+        kernel.truncation = 0.0
     for outside in (-1e-3, 1.001, math.nan):
         with pytest.raises(ValueError, match="between 0 and 1"):
             kernel.weights([0.5, outside])

@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -221,21 +222,35 @@ class VariablePecletKernel:
     units of the table expanded (q dx/k, or (1+ν) α q dx²/k). For a source on which the material moves to −x, mirror
     the tables in X.
 
-    ``error`` is the larger of two, measured at all samples and at some Péclet numbers between: the error of any
-    coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients relative
-    to the sum of their magnitudes, which bounds the error of a response. ``samples`` is the number of Péclet
-    numbers sampled, ``skeleton`` the number of full tables computed.
+    ``error`` is the larger of two, measured at all samples (``truncation``) and at some Péclet numbers between: the
+    error of any coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients
+    relative to the sum of their magnitudes, which bounds the error of a response. It is computed on first access, from
+    the tables' entries at the ``offsets``, because it costs more than the tables. ``samples`` is the number of Péclet numbers
+    sampled, ``skeleton`` the number of full tables computed.
     """
 
     kind: ThermalKind
     aspect: float
     peclet_max: float
     tables: Array
-    error: float
+    truncation: float
+    offsets: OffsetSamples
+    entries: Array
     samples: int
     skeleton: int
     weight_series: Array
     offset_series: Array
+
+    @cached_property
+    def error(self) -> float:
+        """Largest error, with Péclet numbers between the samples against the kernel computed directly."""
+        offsets = self.offsets
+        peclets = self.peclet_max * ((np.arange(CHECKS) + 0.37) / CHECKS) ** 4
+        computed = temperature_at if self.kind == "temperature" else displacement_at
+        exact = np.stack([computed(offsets.x, offsets.y, self.aspect, float(p)).ravel() for p in peclets], axis=1)
+        offset = self.offset(peclets)
+        between = offsets.relative_error(self.entries.T @ self.weights(peclets) + offset - exact, exact - offset)
+        return max(self.truncation, between)
 
     @property
     def terms(self) -> int:
@@ -303,18 +318,20 @@ def variable_peclet_kernel(
     tables[:, :, : ny - 1] = half[:, :, :0:-1]
 
     to_series = _to_series(degree)
-    expansion = VariablePecletKernel(
+    rows, places = (np.rint(offsets.x).astype(int) + nx - 1, np.rint(offsets.y / aspect).astype(int) + ny - 1)
+    return VariablePecletKernel(
         kind=kind,
         aspect=aspect,
         peclet_max=peclet_max,
         tables=tables,
-        error=math.inf,
+        truncation=truncation,
+        offsets=offsets,
+        entries=tables[:, rows[:, None], places].reshape(len(tables), -1),
         samples=degree + 1,
         skeleton=len(skeleton),
         weight_series=to_series @ weights,
         offset_series=(to_series @ offset)[:, None],
     )
-    return replace(expansion, error=max(truncation, _measured_error(expansion, offsets)))
 
 
 def _nodes(degree: int) -> Array:
@@ -391,19 +408,6 @@ def _combine(
         table = _bounded(kind, x, y, aspect, float(peclet)) - mean
         for term, coefficient in zip(half, row, strict=True):
             term += coefficient * table
-
-
-def _measured_error(expansion: VariablePecletKernel, offsets: OffsetSamples) -> float:
-    """Error at Péclet numbers between the samples, against the kernel computed directly."""
-    nx, ny = (expansion.tables.shape[1] + 1) // 2, (expansion.tables.shape[2] + 1) // 2
-    rows = np.rint(offsets.x).astype(int) + nx - 1
-    columns = np.rint(offsets.y / expansion.aspect).astype(int) + ny - 1
-    tables = expansion.tables[:, rows[:, None], columns].reshape(expansion.terms, -1)
-    peclets = expansion.peclet_max * ((np.arange(CHECKS) + 0.37) / CHECKS) ** 4
-    computed = temperature_at if expansion.kind == "temperature" else displacement_at
-    exact = np.stack([computed(offsets.x, offsets.y, expansion.aspect, float(p)).ravel() for p in peclets], axis=1)
-    offset = expansion.offset(peclets)
-    return offsets.relative_error(tables.T @ expansion.weights(peclets) + offset - exact, exact - offset)
 
 
 def _angle_average(degree: int) -> Array:

@@ -40,6 +40,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 from scipy.special import erfc, i0e, i1e, k0e, k1e, zeta
 
@@ -58,26 +59,29 @@ PASSES = 40
 
 def pass_sum(epsilon: ArrayLike) -> Array:
     """D(ε) for ε ≥ 0: surface temperature by earlier passes, less its mean in time; shape of ε."""
-    eps = np.asarray(epsilon, dtype=float)
-    k = np.arange(TERMS)
+    k, n = np.arange(TERMS), np.arange(1, PASSES + 1)
     coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(TERMS)
-    small = np.polynomial.polynomial.polyval(np.minimum(eps, SERIES_UP_TO), coefficients)
-    n = np.arange(1, PASSES + 1)
-    large = np.maximum(eps, SERIES_UP_TO)
-    summed = np.exp(-large[..., None] * n) @ (1.0 / np.sqrt(n)) - np.sqrt(math.pi / large)
-    return np.asarray(np.where(eps <= SERIES_UP_TO, small, summed))
+    return _either(
+        epsilon, lambda few: polyval(few, coefficients),
+        lambda many: np.exp(-many[:, None] * n) @ (1.0 / np.sqrt(n)) - np.sqrt(math.pi / many))
 
 
 def bulge_sum(epsilon: ArrayLike) -> Array:
     """S(ε) for ε ≥ 0: thermal expansion by earlier passes, less its mean in time; shape of ε."""
-    eps = np.asarray(epsilon, dtype=float)
-    k = np.arange(TERMS)
+    k, n = np.arange(TERMS), np.arange(1, PASSES + 1)
     coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(TERMS) * math.sqrt(math.pi) * (k + 0.5))
-    few = np.minimum(eps, SERIES_UP_TO)
-    small = -0.5 - np.sqrt(few) * np.polynomial.polynomial.polyval(few, coefficients)
-    large = np.maximum(eps, SERIES_UP_TO)
-    summed = erfc(np.sqrt(large[..., None] * np.arange(1, PASSES + 1))).sum(axis=-1) - 0.5 / large
-    return np.asarray(np.where(eps <= SERIES_UP_TO, small, summed))
+    return _either(
+        epsilon, lambda few: -0.5 - np.sqrt(few) * polyval(few, coefficients),
+        lambda many: erfc(np.sqrt(many[:, None] * n)).sum(axis=1) - 0.5 / many)
+
+
+def _either(epsilon: ArrayLike, series: Callable[[Array], Array], passes: Callable[[Array], Array]) -> Array:
+    """The `series` in ε up to `SERIES_UP_TO`, the sum over `passes` beyond; shape of ε."""
+    eps = np.asarray(epsilon, dtype=float)
+    small = eps <= SERIES_UP_TO
+    out = np.empty(eps.shape)
+    out[small], out[~small] = series(eps[small]), passes(eps[~small])
+    return out
 
 
 def surface_slope(argument: ArrayLike, *, bore: bool = False) -> Array:
@@ -196,7 +200,8 @@ class Track:
                       THICK * (roller.convection or 0.0) / roller.conductivity)
         wave, norm = roller.modes(min(highest, FINEST / grid.dy))
         phase = np.outer(grid.y, wave)
-        shape = np.where(np.arange(len(wave)) % 2 == 0, np.cos(phase), np.sin(phase))
+        shape = np.empty_like(phase)
+        shape[:, ::2], shape[:, 1::2] = np.cos(phase[:, ::2]), np.sin(phase[:, 1::2])
         # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
         element = shape * (grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi))) / norm
         element *= grid.dx * roller.passes / (2.0 * math.pi * roller.radius)
