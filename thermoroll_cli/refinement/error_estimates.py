@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -28,8 +29,9 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 Levels = Sequence[Mapping[str, float]]
 
-SAFETY, SAFETY_TWO_GRIDS = 1.25, 3.0
-"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order."""
+SAFETY, SAFETY_EXTRAPOLATED, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
+"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order. Extrapolated scalars
+need none: their estimate is the correction that was applied."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
 √s ln s, and exchanged heat is singular at the border of its area: first order. Stresses rise like √s from the border."""
@@ -78,7 +80,8 @@ UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm
 
 
 def estimate(
-    values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR
+    values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR,
+    safety: float = SAFETY,
 ) -> float:
     """E of the module's docstring over `scale`, from `values` on up to three grids (coarse to fine, the last is reported).
 
@@ -94,7 +97,7 @@ def estimate(
     before = (values[-2] - values[-3]) / scale
     if not converges_one_way(before, last):
         divisor = min(divisor, 1.0)
-    return SAFETY * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
+    return safety * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
 
 
 def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
@@ -152,9 +155,14 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
         elif name in exact:
             errors[name] = 0.0
         else:
-            unresolved = carried * _unresolved(name, resolution, summary, derived, plan)
+            unresolved = carried * _unresolved(name, resolution, levels, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
-            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
+            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
+                                    safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
+    if not math.isnan(mean := summary["friction_mean"]):
+        # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
+        mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
+        errors["friction_mean"] += mistaken * abs(derived.problem.friction - mean) / error_scale("friction_mean", summary)
     if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
         for name in {*CREEPAGES, *RELATIVE}.difference(given):
@@ -168,12 +176,12 @@ def _order(name: str, derived: DerivedQuantities) -> float:
 
 
 def _unresolved(
-    name: str, resolution: Resolution, summary: Mapping[str, float], derived: DerivedQuantities, plan: Plan
+    name: str, resolution: Resolution, levels: Levels, derived: DerivedQuantities, plan: Plan
 ) -> float:
     """R of one scalar."""
     if name in STICK:
         if resolution.sticking == 0.0:
-            return unseen_stick(resolution, summary, derived)
+            return unseen_stick(resolution, levels, derived)
         return resolution.border
     if name in AREAS:
         hertzian = "normal (isothermal)" in plan.skipped and not plan.runs("deformation")
@@ -183,9 +191,9 @@ def _unresolved(
         return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
     if name in MAXIMA:
         return resolution.narrow
-    if name in TEMPERATURES:
+    if name in TEMPERATURES or name.startswith("wear_depth"):
         return SPREAD * resolution.narrow
-    if name in INTEGRALS or name in CREEPAGES:
+    if name in INTEGRALS or name in CREEPAGES or name.startswith("wear_"):
         return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
     if name in EXPANSIONS:
         # Measured from the border of the contact, which is known to an element.
@@ -202,12 +210,12 @@ def _whole_elements(resolution: Resolution, derived: DerivedQuantities) -> float
     return (1.0 - derived.coatings.near_border(*sizes).trust) * WHOLE_ELEMENTS / resolution.elements
 
 
-def unseen_stick(resolution: Resolution, summary: Mapping[str, float], derived: DerivedQuantities) -> float:
+def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantities) -> float:
     """Share of the contact that may stick though no element of the grid does.
 
     A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes, about
     the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip, that is
-    a patch around the place without rigid slip."""
+    a patch around the place without rigid slip. A creepage that is found is known up to its last change."""
     if not derived.kinematics.has_traction:
         return 0.0
     problem, scales = derived.problem, derived.scales
@@ -218,13 +226,15 @@ def unseen_stick(resolution: Resolution, summary: Mapping[str, float], derived: 
         constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
         limits = np.array(full_slip_creepages(derived.hertz, problem.friction, *constants))
     limits = SLIDES * limits + abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
-    # Places in the contact, evenly over the area of its ellipse.
+    spin, last = problem.motion.spin, levels[-1]
+    limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
+    # Places in the contact, evenly over the area of its ellipse: each stands for those up to a twentieth of an axis away.
     radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
     x = scales.semi_axis_x * radius * np.cos(angle)
     y = scales.centre + scales.semi_axis_y * radius * np.sin(angle)
-    spin = problem.motion.spin
-    slip_x = summary["creepage_longitudinal"] + derived.kinematics.differential_slip(y) - spin * y
-    slip_y = summary["creepage_lateral"] + spin * x
+    limits += 0.05 * abs(spin) * np.array([scales.semi_axis_y, scales.semi_axis_x])
+    slip_x = last["creepage_longitudinal"] + derived.kinematics.differential_slip(y) - spin * y
+    slip_y = last["creepage_lateral"] + spin * x
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     return min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
 
@@ -327,26 +337,25 @@ def _value_of(place: str) -> str:
 
 
 def errors_with_rivals(
-    name: str, error: Mapping[str, float], strongest: Peak, rivals: Sequence[tuple[Peak, Peak]],
-    reference: Mapping[str, float], elements: float, derived: DerivedQuantities,
+    value: str, places: Mapping[str, str], error: Mapping[str, float], rivals: Sequence[tuple[Peak, Peak]],
+    reference: Mapping[str, Any], elements: float, derived: DerivedQuantities,
 ) -> dict[str, float]:
-    """Errors of the largest von Mises stress and of its place, where it may lie elsewhere on a finer grid.
+    """Errors of the largest stress named `value` and of its `places` (names of scalars by axis), where it may lie elsewhere on
+    a finer grid.
 
     `rivals` are the largest stresses of the surface and of what lies below it, grid by grid; the surface's may still grow like
-    a square root. `name` makes the scalars' names from a quantity and a unit."""
-    top = name.format("max", "MPa")
-    if len(rivals) < 2 or math.isnan(error[top]):
-        return {}
-    scale = error_scale(top, reference) * 1e6
+    a square root. One that is nan is no rival."""
     surface, below = rivals[-1]
+    if len(rivals) < 2 or math.isnan(error[value]):
+        return {}
+    scale = error_scale(value, reference) * 1e6
+    strongest, rival = (surface, below) if not below.value >= surface.value else (below, surface)
     border = derived.problem.friction / elements if derived.kinematics.has_traction else 0.0
     at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
-    own = max(error[top] * scale, surface.value + at_surface - strongest.value if strongest.z > 0.0 else at_surface)
-    found = {top: own / scale}
-    rival = below if strongest.z == 0.0 else surface
-    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[top] * scale:
-        for quantity, axis in (("depth", "z"), ("x", "x"), ("y", "y")):
-            place = name.format(quantity, "mm")
+    own = at_surface if strongest is surface else max(error[value] * scale, surface.value + at_surface - strongest.value)
+    found = {value: own / scale}
+    if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[value] * scale:
+        for axis, place in places.items():
             distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
             found[place] = error[place] + distance / error_scale(place, reference)
     return found

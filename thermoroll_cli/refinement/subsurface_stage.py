@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.contact import Contact
-from thermoroll_cli.problem.problem import BODIES, KeptFields, SubsurfaceRequest
+from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
+from thermoroll_cli.problem.problem import SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.plan import Plan
@@ -20,9 +21,12 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
-from thermoroll_cli.stress.body_strength import StrengthCollector, strength_scalars
+from thermoroll_cli.stress.body_strength import StrengthCollector, depth_name, strength_scalars
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
+
+Collectors = dict[str, Collector]
+"""By body."""
 
 TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
 """τ points along the slip of the lower body: it brakes the lower body and drives the upper one."""
@@ -63,36 +67,38 @@ def surface_loads(
     return loads
 
 
-@dataclass(frozen=True)
-class SolvedGrid:
-    """A steady state on one grid."""
-
-    discretisation: Discretisation
-    contact: Contact
+GRIDS = 3
+"""Number of the finest grids from which errors are estimated."""
 
 
-def below_the_surface(
-    request: SubsurfaceRequest, grids: Sequence[SolvedGrid], reference: Mapping[str, float], *, heated: bool,
-    elements: float, left_out: float = 0.0,
+def with_subsurface(result: Result, plan: Plan, levels: Sequence[RefinementLevel]) -> Result:
+    """`result` with the stresses inside the bodies, where its problem asks for them and its state is one."""
+    request = result.problem.subsurface
+    if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
+        return result
+    start = time.perf_counter()
+    below = _below_the_surface(request, result.summary(), plan, levels[-GRIDS:])
+    seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
+    return replace(result, subsurface=below, work={**result.work, "seconds": seconds},
+                   warnings=(*result.warnings, *below.warnings))
+
+
+def _below_the_surface(
+    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: Sequence[RefinementLevel]
 ) -> Subsurface:
     """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
 
-    `grids` are up to three states of the same problem, coarse to fine, each side doubled: the last one is reported, the
-    others are for its error estimates. `reference` are its scalars and those of the inputs, which errors are related to;
-    `heated` is whether there is any heat. The finest grid has `elements` over 1.1 diameters of the contact; `left_out` bounds
-    the effect of stages that were left out."""
-    derived = grids[-1].discretisation.derived
-    hot = hot_bodies(request, derived, heated=heated)
+    The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
+    derived, elements = levels[-1].discretisation.derived, levels[-1].elements_across
+    hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths = depths_of(request, derived, heated=bool(hot))
-    collected = [
-        _collect(grid, request, depths, thermal=bool(hot), keep=request.fields if grid is grids[-1] else None)
-        for grid in grids
-    ]
-    found = [_peaks(collectors) for collectors in collected]
-    by_grid = [_scalars(peaks, collectors) for peaks, collectors in zip(found, collected, strict=True)]
+    collected = [_collect(level.home, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
+                 for level in levels]
     finest = collected[-1]
-    by_layers = _scalars(_peaks(finest, every=2), finest, every=2)
-    results = {body: collector.result(collector.peaks(collector.total)[0]) for body, collector in finest.items()}
+    peaks = [_peaks(collectors) for collectors in collected]
+    by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
+    scalars, by_layers = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
+    results = {body: collector.result(peaks[-1][body, ""][0]) for body, collector in finest.items()}
     warnings = [
         f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
         for body, result in results.items() if result.most_stressed.z >= depths[-1]
@@ -103,35 +109,33 @@ def below_the_surface(
         for body in recirculating(derived) if body in hot
     ]
     near = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    error = stress_estimates(by_grid, by_layers, reference, _at_surface(found[-1], near, finest), elements, derived, left_out)
-    for (body, prefix), (strongest, *_) in found[-1].items():
-        rivals = [_rivals(collectors[body], prefix) for collectors in collected]
-        name = f"{prefix}von_mises_{{}}_{body}_{{}}"
-        error |= errors_with_rivals(name, error, strongest, rivals, reference, elements, derived)
-    scalars = dict(by_grid[-1])
-    utilised = math.hypot(reference["force_x_N"], reference["force_y_N"]) / derived.problem.normal_force
+    error = stress_estimates(by_grid, by_layers, summary, _at_surface(peaks[-1], finest, near), elements, derived,
+                             sum(plan.left_out.values()))
+    for value, places, rivals in _rivals(collected):
+        error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
     for body in finest:
-        strength, pressure = getattr(request, f"{body}_strength"), reference["pressure_max_MPa"]
+        strength = getattr(request, f"{body}_strength")
         if strength is not None and strength.shear_yield is not None:
-            needed = scalars[f"shakedown_k_{body}_MPa"]
-            scalars |= strength_scalars(body, strength.shear_yield, needed, pressure, utilised)
-            error[f"shakedown_factor_{body}"] = error[f"shakedown_k_{body}_MPa"] * pressure / needed
+            name = f"shakedown_k_{body}_MPa"
+            found, uncertain = strength_scalars(body, strength.shear_yield * 1e-6, derived.problem.normal_force, scalars[name],
+                                                error[name], summary)
+            scalars, error = scalars | found, error | uncertain
     return Subsurface(results, scalars, error, tuple(warnings))
 
 
 def _collect(
-    grid: SolvedGrid, request: SubsurfaceRequest, depths: Array, *, thermal: bool, keep: KeptFields | None
-) -> dict[str, Collector]:
-    """All layers of the `bodies` on one grid."""
-    discretisation = grid.discretisation
+    discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: Array, *, thermal: bool, last: bool
+) -> Collectors:
+    """All layers of the bodies asked for on one grid; fields are kept of the `last` one."""
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
     transforms = LayerTransforms(discretisation.grid, mirrored)
-    loads = surface_loads(discretisation, grid.contact, request.bodies, thermal)
+    loads = surface_loads(discretisation, contact, request.bodies, thermal)
     y = discretisation.grid.y[-transforms.columns :]
-    pressure = grid.contact.normal.pressure[:, -transforms.columns :]
+    pressure = contact.normal.pressure[:, -transforms.columns :]
     plane = int(np.argmax(pressure.max(axis=0)))
     collectors = {
-        body: Collector(depths, discretisation.grid.x, y, mirrored, load.heat is not None, keep, plane)
+        body: Collector(depths, discretisation.grid.x, y, mirrored, load.heat is not None, request.fields if last else None,
+                        plane)
         for body, load in loads.items()
     }
     for body, collector in collectors.items():
@@ -163,17 +167,16 @@ Peaks = dict[tuple[str, str], tuple[Peak, Peak, Peak]]
 """Largest von Mises stress, range of σ_xz and principal stress, by body and prefix ("": total, "elastic_")."""
 
 
-def _peaks(collectors: dict[str, Collector], every: int = 1) -> Peaks:
+def _peaks(collectors: Collectors, every: int = 1) -> Peaks:
     peaks: Peaks = {}
-    for body in BODIES:
-        if body in collectors:
-            collector = collectors[body]
-            peaks[body, ""] = collector.peaks(collector.total, every)
-            peaks[body, "elastic_"] = collector.peaks(collector.elastic, every) if collector.thermal else peaks[body, ""]
+    for body, collector in collectors.items():
+        peaks[body, ""] = peaks[body, "elastic_"] = collector.peaks(collector.total, every)
+        if collector.thermal:
+            peaks[body, "elastic_"] = collector.peaks(collector.elastic, every)
     return peaks
 
 
-def _scalars(peaks: Peaks, collectors: dict[str, Collector], every: int = 1) -> dict[str, float]:
+def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, float]:
     scalars: dict[str, float] = {}
     for body, collector in collectors.items():
         if collector.strength is not None:
@@ -183,37 +186,29 @@ def _scalars(peaks: Peaks, collectors: dict[str, Collector], every: int = 1) -> 
     return scalars
 
 
-def _rivals(collector: Collector, prefix: str) -> tuple[Peak, Peak]:
-    return collector.rivals(collector.elastic if prefix else collector.total)
-
-
-def _at_surface(peaks: Peaks, near: float, collectors: dict[str, Collector]) -> set[str]:
+def _at_surface(peaks: Peaks, collectors: Collectors, near: float) -> set[str]:
     """Names of the scalars whose maximum lies at the surface, no deeper than `near` in m."""
     names: set[str] = set()
     for body, collector in collectors.items():
         if collector.strength is not None:
             names |= collector.strength.at_surface(body)
     for (body, prefix), found in peaks.items():
-        marked = tuple(Peak(1.0, 1.0, 1.0, 1.0) if peak.z <= near else Peak(0.0, 0.0, 0.0, 0.0) for peak in found)
-        names |= {name for name, value in scalars_of(body, (marked[0], marked[1], marked[2]), prefix).items() if value}
+        von_mises, shear, principal = (Peak(*4 * (float(peak.z <= near),)) for peak in found)
+        names |= {name for name, value in scalars_of(body, (von_mises, shear, principal), prefix).items() if value}
     return names
 
 
-GRIDS = 3
-"""Number of the finest grids from which errors are estimated."""
-
-
-def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
-    """`result` with the stresses inside the bodies, where its problem asks for them and its state is one."""
-    request = result.problem.subsurface
-    if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
-        return result
-
-    start = time.perf_counter()
-    grids = [SolvedGrid(level.home, level.contact) for level in levels[-GRIDS:]]
-    reference = {**result.coupled.scalars, **result.hertz}
-    subsurface = below_the_surface(request, grids, reference, heated=plan.runs("heat"),
-                                   elements=levels[-1].elements_across, left_out=sum(plan.left_out.values()))
-    seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
-    return replace(result, subsurface=subsurface, work={**result.work, "seconds": seconds},
-                   warnings=(*result.warnings, *subsurface.warnings))
+def _rivals(collected: Sequence[Collectors]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
+    """Names of a largest stress and, by axis, of its places, with the largest of the surface and below it, grid by grid."""
+    for body, prefix in ((body, prefix) for body in collected[-1] for prefix in ("", "elastic_")):
+        name = f"{prefix}von_mises_{{}}_{body}_{{}}"
+        places = {"z": name.format("depth", "mm"), "x": name.format("x", "mm"), "y": name.format("y", "mm")}
+        yield name.format("max", "MPa"), places, [
+            each[body].rivals(each[body].elastic if prefix else each[body].total) for each in collected]
+    for body, collector in collected[-1].items():
+        if collector.strength is not None:
+            by_grid = [each[body].strength.peaks() for each in collected]  # type: ignore[union-attr]
+            for quantity in by_grid[-1]:
+                depth = depth_name(quantity, body)
+                yield (f"{quantity}_{body}_MPa", {"z": depth} if depth in SUBSURFACE_SCALARS else {},
+                       [peaks[quantity] for peaks in by_grid])

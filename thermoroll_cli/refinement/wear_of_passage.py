@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 NAMES = ("wear_area_{}_um2", "wear_depth_max_{}_nm", "wear_rate_{}_mm3_m")
@@ -35,6 +36,6 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
     for body in BODIES:
         depth = getattr(problem.wear, body).rate * work
         area = float(depth.sum()) * dy
-        found |= dict(zip((name.format(body) for name in NAMES), (area * 1e12, float(depth.max()) * 1e9, area * 1e9),
+        found |= dict(zip((name.format(body) for name in NAMES), (area * 1e12, peak_value(depth[None]) * 1e9, area * 1e9),
                           strict=True))
     return found

@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.numerics.mirror import unfolded
+from thermoroll_cli.problem.error_scale import FORCES, absolute_error
+from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Strength
+from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.stress.invariants import von_mises
 from thermoroll_cli.stress.shakedown import LineFatigue, largest_over_depth, layer_shakedown, line_fatigue
 
@@ -47,31 +52,36 @@ class StrengthCollector:
         self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
         self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
 
-    def scalars(self, body: str, every: int = 1) -> dict[str, float]:
-        """Scalars in the units of their names (`SUBSURFACE_SCALARS`), from every layer or only every `every`-th one."""
-        found: dict[str, float] = {}
-        depths = self.depths[::every]
-        for name, values in (("shakedown_k", self.shakedown_k), ("alternating_k", self.alternating_k.max(axis=1)),
-                             ("dang_van_max", self.dang_van.max(axis=1))):
-            layers = values[::every]
-            below, depth = largest_over_depth(depths, layers)
-            found[f"{name}_{body}_MPa"] = float(np.fmax(below, layers[0])) * 1e-6
-            found[f"{name}_below_{body}_MPa"] = below * 1e-6
-            found[f"{name}_surface_{body}_MPa"] = float(layers[0]) * 1e-6
-            if name != "alternating_k":
-                found[f"{name.rsplit('_', 1)[0]}_depth_{body}_mm"] = depth * 1e3 if below >= layers[0] else 0.0
-        elastic = self.elastic_k[::every]
-        found[f"elastic_shakedown_k_{body}_MPa"] = float(np.fmax(largest_over_depth(depths, elastic)[0], elastic[0])) * 1e-6
+    def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
+        """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one. Those below are nan
+        where values only fall from the surface."""
+        found = {}
+        for name, values in (("shakedown_k", self.shakedown_k), ("elastic_shakedown_k", self.elastic_k),
+                             ("alternating_k", self.alternating_k.max(axis=1)), ("dang_van_max", self.dang_van.max(axis=1))):
+            below, depth = largest_over_depth(self.depths[::every], values[::every])
+            found[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
         return found
+
+    def scalars(self, body: str, every: int = 1) -> dict[str, float]:
+        """Scalars in the units of their names (`SUBSURFACE_SCALARS`)."""
+        scalars: dict[str, float] = {}
+        for name, (surface, below) in self.peaks(every).items():
+            strongest = stronger(surface, below)
+            scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6
+            if not name.startswith("elastic"):
+                scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6
+                scalars[f"{name}_surface_{body}_MPa"] = surface.value * 1e-6
+            if (depth := depth_name(name, body)) in SUBSURFACE_SCALARS:
+                scalars[depth] = strongest.z * 1e3
+        return scalars
 
     def at_surface(self, body: str) -> set[str]:
         """Names of the scalars whose largest value lies at the surface."""
-        names = {f"{name}_surface_{body}_MPa" for name in ("shakedown_k", "alternating_k", "dang_van_max")}
-        for name in ("shakedown_k", "alternating_k", "dang_van_max", "elastic_shakedown_k"):
-            values = {"shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k,
-                      "alternating_k": self.alternating_k.max(axis=1), "dang_van_max": self.dang_van.max(axis=1)}[name]
-            if values[0] >= values[1:].max():
-                names |= {f"{name}_{body}_MPa", f"{name.rsplit('_', 1)[0]}_depth_{body}_mm"}
+        names = set()
+        for name, (surface, below) in self.peaks().items():
+            names |= {f"{name}_surface_{body}_MPa"}
+            if stronger(surface, below) is surface:
+                names |= {f"{name}_{body}_MPa", depth_name(name, body)}
         return names
 
     def fields(self) -> dict[str, AnyArray]:
@@ -84,11 +94,28 @@ class StrengthCollector:
         }
 
 
-def strength_scalars(body: str, shear_yield: float, needed: float, pressure: float, utilised: float) -> dict[str, float]:
-    """Shakedown factor and surface fatigue index of a body with a `shear_yield` stress k (Pa).
+def stronger(surface: Peak, below: Peak) -> Peak:
+    """The larger of two peaks; the one below the surface if both are equal."""
+    return below if below.value >= surface.value else surface
 
-    `needed` is the shear yield stress needed for shakedown (MPa), `pressure` the largest pressure (MPa), `utilised` |F|/W. The
-    index is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util − 2πabk/(3W) for a Hertz contact): surface fatigue is
-    predicted above zero."""
-    return {f"shakedown_factor_{body}": shear_yield * 1e-6 / needed,
-            f"fatigue_index_surface_{body}": utilised - shear_yield * 1e-6 / pressure}
+
+def depth_name(quantity: str, body: str) -> str:
+    """Name of the scalar that is the depth of a quantity."""
+    return f"{quantity.rsplit('_', 1)[0]}_depth_{body}_mm"
+
+
+def strength_scalars(
+    body: str, shear_yield: float, load: float, needed: float, error: float, summary: Mapping[str, Any]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Shakedown factor and surface fatigue index of a body with a `shear_yield` stress k under a `load` W, and their errors.
+
+    `needed` is the shear yield stress needed for shakedown; both in MPa, W in N, the `error` of `needed` over the largest
+    pressure. `summary` has the scalars of the surface. The index is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util −
+    2πabk/(3W) for a Hertz contact): surface fatigue is predicted above zero."""
+    pressure = summary["pressure_max_MPa"]
+    # A force that is prescribed has no error.
+    uncertain = math.hypot(*(np.nan_to_num(absolute_error(force, summary)) for force in FORCES))
+    names = f"shakedown_factor_{body}", f"fatigue_index_surface_{body}"
+    values = shear_yield / needed, math.hypot(*(summary[force] for force in FORCES)) / load - shear_yield / pressure
+    errors = error * pressure / needed, uncertain / load + shear_yield / pressure * summary["error"]["pressure_max_MPa"]
+    return dict(zip(names, values, strict=True)), dict(zip(names, errors, strict=True))
