@@ -29,7 +29,7 @@ from scripts.figures import (
     figures_verification,
 )
 from scripts.figures.figures_drawing import ROOT
-from thermoroll_cli.plots.style import style
+from thermoroll_cli.plots.style import applied
 
 MODULES = (
     figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
@@ -48,7 +48,7 @@ def main() -> None:
     options.output.mkdir(parents=True, exist_ok=True)
     record = options.output / "numbers.json"
     numbers = json.loads(record.read_text()) if record.exists() else {}
-    with style():
+    with applied():
         for name in options.only or FIGURES:
             start = time.perf_counter()
             numbers[name] = FIGURES[name](options.output, options.grid)

@@ -155,7 +155,7 @@ def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options
 def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
     result = synthetic.result(**{"shape": (16, 16), **options})
     for kind in ALL:
-        with plot_style.style(), warnings.catch_warnings():
+        with plot_style.applied(), warnings.catch_warnings():
             warnings.filterwarnings("ignore", message="Glyph", category=UserWarning)
             picture = figure(result, kind, normalised=normalised)
             if picture is None:

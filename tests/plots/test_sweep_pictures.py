@@ -48,7 +48,7 @@ def table(**columns: Any) -> dict[str, list[Any]]:
 
 
 def drawn(columns: dict[str, list[Any]], over: list[str], **options: Any) -> Figure:
-    with plot_style.style():
+    with plot_style.applied():
         return sweep_figure(columns, over, **options)
 
 

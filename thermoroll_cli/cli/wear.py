@@ -113,7 +113,7 @@ def _write(
                  more=lambda file: write_group(file, case.problem, records))
     files += write_profiles(folder, case.name, case.problem, records[-1])
     if formats and case.plots:
-        from thermoroll_cli.plots.wear_figure import draw_wear
+        from thermoroll_cli.plots.profile_figures import draw_wear
 
         kept = Snapshots.of(case.problem, records)
         files += [draw_wear(stem.with_suffix(f".{ending}"), case.settings.title, kept.y, kept.profiles, kept.loads,

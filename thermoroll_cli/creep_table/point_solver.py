@@ -77,10 +77,6 @@ class EllipseSolver:
         """The creepage with ξ' = 1 and the spin with φ' = 1 (rad/m) of `problem`."""
         return self._grids[-1].units
 
-    @property
-    def finest_grid(self) -> Grid:
-        return self._grids[-1].grid
-
     def finest(self, creepages: Array) -> Array:
         """`QUANTITIES` (4, n) of the finer grid alone."""
         return self._grids[-1].solve(creepages)[0]

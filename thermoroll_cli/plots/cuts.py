@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import (
     ALIKE,
@@ -25,31 +26,16 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.plots.style import (
-    AFTER,
-    BEFORE,
-    DASHED,
-    DOTTED,
-    DOUBLE,
-    MM,
-    SINGLE,
-    add_axes,
-    add_headline,
-    add_legend,
-    few_ticks,
-    legend_height,
-    new_figure,
-)
 from thermoroll_cli.problem.names import Quantity
 from thermoroll_cli.problem.problem import BODIES
 
-LOOKS: tuple[tuple[str, Any], ...] = ((BEFORE, "solid"), (AFTER, DASHED))
+LOOKS: tuple[tuple[str, Any], ...] = ((style.BEFORE, "solid"), (style.AFTER, style.DASHED))
 """Colour and dashes of the states without and with thermal deformation."""
-OF_UPPER_BODY = {BEFORE: "#56b4e9", AFTER: "#e69f00"}
+OF_UPPER_BODY = {style.BEFORE: "#56b4e9", style.AFTER: "#e69f00"}
 LIMIT = "friction limit μp"
 ROOM = 1.06
 """Height of a diagram over the largest value."""
-DIAGRAM, GAP, AXIS, HEADLINE, LABELS, RIGHT = (size * MM for size in (45.0, 4.0, 10.0, 6.5, 16.0, 4.0))
+DIAGRAM, GAP, AXIS, HEADLINE, LABELS, RIGHT = (size * style.MM for size in (45.0, 4.0, 10.0, 6.5, 16.0, 4.0))
 """Height of a diagram, room between diagrams, for an axis, the title, labels at the left, at the right end."""
 
 
@@ -73,23 +59,23 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
         return None
     columns = min(2, len(diagrams))
     rows = -(-len(diagrams) // columns)
-    side = (DOUBLE - RIGHT) / 2 - LABELS
-    width = DOUBLE if columns == 2 else SINGLE
+    side = (style.DOUBLE - RIGHT) / 2 - LABELS
+    width = style.DOUBLE if columns == 2 else style.SINGLE
     handles = line_handles(curve for _, curves in diagrams for curve in curves)
-    foot = AXIS + legend_height(handles, width)
+    foot = AXIS + style.legend_height(handles, width)
     figure = Figure(figsize=(width, rows * DIAGRAM + (rows - 1) * GAP + foot + HEADLINE))
     for place, (quantity, curves) in enumerate(diagrams):
         row, column = divmod(place, columns)
         bottom = foot + (rows - 1 - row) * (DIAGRAM + GAP)
-        axes = add_axes(figure, LABELS + column * (side + LABELS), bottom, side, DIAGRAM)
+        axes = style.add_axes(figure, LABELS + column * (side + LABELS), bottom, side, DIAGRAM)
         draw_diagram(axes, frame, quantity, curves)
         if place + columns < len(diagrams):
             axes.tick_params(labelbottom=False)
         else:
             axes.set_xlabel(flow_label(frame))
     title = frame.result.problem.title
-    add_headline(figure, f"{title}, {frame.cut_words}" if title else frame.cut_words, frame.result.converged)
-    add_legend(figure, handles)
+    style.add_headline(figure, f"{title}, {frame.cut_words}" if title else frame.cut_words, frame.result.converged)
+    style.add_legend(figure, handles)
     return figure
 
 
@@ -98,7 +84,7 @@ def line_handles(curves: Iterable[Curve]) -> list[Artist]:
     named = {curve.label: curve for curve in curves if curve.label}
     limit = named.pop(LIMIT, None)
     looks = [(c.label, c.colour, c.dashes, c.width) for c in named.values()]
-    looks += [(LIMIT, "0.2", DOTTED, limit.width)] if limit else []
+    looks += [(LIMIT, "0.2", style.DOTTED, limit.width)] if limit else []
     return [Line2D([], [], label=label, color=colour, linestyle=dashes, linewidth=width)
             for label, colour, dashes, width in looks]
 
@@ -114,7 +100,7 @@ def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[C
     axes.set_ylim(ROOM * low * scale.factor, ROOM * high * scale.factor)
     axes.set_ylabel(scale.label)
     axes.grid(visible=True)
-    few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5)
 
 
 def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
@@ -141,13 +127,13 @@ def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
         pressure = drawn.values(PRESSURE)
         if pressure is not None and frame.result.problem.friction > 0.0:
             friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction)
-            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), colour, DOTTED, LIMIT, 0.9)
+            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), colour, style.DOTTED, LIMIT, 0.9)
 
 
 TRACK_LOOKS: dict[str, tuple[Any, float]] = {
     "hottest along rolling": ("solid", 1.4),
-    "as it enters": (DASHED, 1.4),
-    "mean of the surface": (DOTTED, 1.0),
+    "as it enters": (style.DASHED, 1.4),
+    "mean of the surface": (style.DOTTED, 1.0),
 }
 """Dashes and width of each kind of temperature."""
 
@@ -164,10 +150,10 @@ def track_figure(frame: RunFrame) -> Figure | None:
     names: dict[str, str] = {body: body for body in curves}
     if len(curves) == 2 and _alike(curves["lower"], curves["upper"], largest):
         names = {"lower": "both bodies"}
-    figure = new_figure(SINGLE, 70.0 * MM)
+    figure = style.new_figure(style.SINGLE, 70.0 * style.MM)
     axes = figure.subplots()
     factor, unit = unit_for("K", largest)
-    for body, colour in zip(BODIES, (BEFORE, AFTER), strict=True):
+    for body, colour in zip(BODIES, (style.BEFORE, style.AFTER), strict=True):
         for kind, values in curves.get(body, {}).items() if body in names else ():
             dashes, width = TRACK_LOOKS[kind]
             axes.plot(drawn.state.y * y.factor, values * factor, color=colour, linestyle=dashes, linewidth=width,
@@ -180,10 +166,10 @@ def track_figure(frame: RunFrame) -> Figure | None:
     axes.set_xlabel(y.label)
     axes.set_ylabel(f"surface temperature ({unit})")
     axes.grid(visible=True)
-    few_ticks(axes, 5, 5)
-    add_headline(figure, frame.result.problem.title, frame.result.converged)
+    style.few_ticks(axes, 5, 5)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged)
     handles: list[Artist] = axes.get_legend_handles_labels()[0]
-    add_legend(figure, handles)
+    style.add_legend(figure, handles)
     return figure
 
 

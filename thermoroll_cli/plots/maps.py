@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt, find_objects, label
 
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import (
     LONGEST_ASPECT,
     TEMPERATURE,
@@ -30,18 +31,6 @@ from thermoroll_cli.plots.run_frame import (
     DrawnState,
     RunFrame,
     limits_of,
-)
-from thermoroll_cli.plots.style import (
-    DASHED,
-    DOUBLE,
-    MM,
-    SINGLE,
-    add_axes,
-    add_headline,
-    add_legend,
-    few_ticks,
-    legend_height,
-    readable,
 )
 from thermoroll_cli.problem.names import Quantity
 
@@ -65,9 +54,9 @@ FAINT = 0.04
 """Share of the largest traction of a patch below which there is no arrow."""
 FLAT = 0.45
 """Maps of less height over width stand below each other."""
-TALLEST, SHORT_BAR = 120.0 * MM, 40.0 * MM
+TALLEST, SHORT_BAR = 120.0 * style.MM, 40.0 * style.MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
-LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * MM for size in (15.0, 21.5, 6.0, 10.0, 5.5, 6.0))
+LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (15.0, 21.5, 6.0, 10.0, 5.5, 6.0))
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
 
 
@@ -106,17 +95,17 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     shape = shape_of(frame, whole)
     columns = 1 if shape < FLAT else min(len(panels), 2)
     rows = -(-len(panels) // columns)
-    width = SINGLE if columns == 1 and shape >= FLAT else DOUBLE
+    width = style.SINGLE if columns == 1 and shape >= FLAT else style.DOUBLE
     side = min((width - LABELS - BAR - (columns - 1) * GAP) / columns, TALLEST / shape)
     left = LABELS + 0.5 * (width - LABELS - BAR - columns * side - (columns - 1) * GAP)
-    separator = ", " if side > 65.0 * MM and not any("body" in panel.words for panel in panels) else "\n"
+    separator = ", " if side > 65.0 * style.MM and not any("body" in panel.words for panel in panels) else "\n"
     step = side * shape + TITLE * (1.6 if separator == "\n" and any(panel.words for panel in panels) else 1)
     handles = border_handles(frame, arrows=quantity is TRACTION)
-    foot = AXIS + legend_height(handles, width)
+    foot = AXIS + style.legend_height(handles, width)
     figure = Figure(figsize=(width, foot + rows * step + HEADLINE))
     for place, panel in enumerate(panels):
         row, column = divmod(place, columns)
-        axes = add_axes(figure, left + column * (side + GAP), foot + (rows - 1 - row) * step, side, side * shape)
+        axes = style.add_axes(figure, left + column * (side + GAP), foot + (rows - 1 - row) * step, side, side * shape)
         image = draw_map(axes, frame, panel.drawn, panel.values * scale.factor, colours, whole=whole)
         if quantity is TRACTION:
             draw_arrows(axes, frame, panel.drawn, (side, side * shape))
@@ -128,11 +117,11 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
             axes.set_xlabel("")
             axes.tick_params(labelbottom=False)
     length = (rows - 1) * step + side * shape
-    bar = add_axes(figure, left + columns * (side + GAP) - GAP + 3.0 * MM, foot, 3.5 * MM, length)
+    bar = style.add_axes(figure, left + columns * (side + GAP) - GAP + 3.0 * style.MM, foot, 3.5 * style.MM, length)
     figure.colorbar(image, cax=bar, label=scale.label if length > SHORT_BAR else scale.brief)
-    few_ticks(bar, y=6)
-    add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole))
-    add_legend(figure, handles)
+    style.few_ticks(bar, y=6)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole))
+    style.add_legend(figure, handles)
     return figure
 
 
@@ -200,13 +189,13 @@ def draw_map(
     if outline is not None and not (whole or open_ended):
         image.set_clip_path(outline, transform=axes.transData)
     for state in frame.states[:1] if drawn is frame.states[0] else (frame.states[0], drawn):
-        _draw_borders(axes, frame, state, "solid" if state is drawn else DASHED)
+        _draw_borders(axes, frame, state, "solid" if state is drawn else style.DASHED)
     left, right, bottom, top = _placed(frame, frame.domain if whole else frame.window)
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     shape = shape_of(frame, whole)
     axes.set_box_aspect(shape)
-    few_ticks(axes, 5, 5 if shape > 0.3 else 3)
+    style.few_ticks(axes, 5, 5 if shape > 0.3 else 3)
     x, y = frame.lengths
     axes.set_xlabel(f"{y.label}, material flow ↑" if frame.turned else flow_label(frame))
     axes.set_ylabel(x.label if frame.turned else y.label)
@@ -293,7 +282,8 @@ def extremes(panel: Panel, scale: AxisScale) -> str:
     low = float(panel.values.min())
     parts = [("max", panel.maximum)] if panel.maximum > 0.0 else []
     parts += [("min", low)] if low < -ONE_SIDED * float(np.abs(panel.values).max()) else []
-    text = readable(", ".join(f"{words} {value * scale.factor:.4g} {scale.unit}".rstrip() for words, value in reversed(parts)))
+    shown = [f"{words} {value * scale.factor:.4g} {scale.unit}".rstrip() for words, value in reversed(parts)]
+    text = style.readable(", ".join(shown))
     return f"{text} (free end: no limit)" if panel.unbounded else text
 
 
@@ -303,7 +293,7 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     kinds += [("stick border", STICK)] if any(state.borders.stick for state in frame.states) else []
     handles: list[Artist] = [_handle(words, *colours, "solid") for words, colours in kinds]
     if len(frame.states) > 1:
-        handles.append(_handle(WITHOUT, *CONTACT, DASHED))
+        handles.append(_handle(WITHOUT, *CONTACT, style.DASHED))
     if arrows:
         several = max(len(list(_patches(state))) for state in frame.states) > 1
         words = "traction on the upper body" + (", scaled in each patch" if several else "")

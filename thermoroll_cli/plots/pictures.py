@@ -12,11 +12,10 @@ from matplotlib.figure import Figure
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
-from thermoroll_cli.plots.profile_figure import profile_figure
+from thermoroll_cli.plots.profile_figures import profile_figure
 from thermoroll_cli.plots.run_frame import RunFrame, frame_of
-from thermoroll_cli.plots.strength_figure import shakedown_map_figure, strength_figure
-from thermoroll_cli.plots.style import FORMATS, save, style
-from thermoroll_cli.plots.subsurface_figure import subsurface_figure
+from thermoroll_cli.plots.style import FORMATS, applied, save
+from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
@@ -48,7 +47,7 @@ def figure(
     line of the picture "centreline". Raises ValueError for an unknown kind or a cut outside the domain.
     """
     draw = _kind(kind)
-    with style():
+    with applied():
         return draw(frame_of(result, normalised, cut_y))
 
 
@@ -65,7 +64,7 @@ def draw(
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {', '.join(sorted(unknown))!r}")
     drawing = {kind: _kind(kind) for kind in kinds}
     written = []
-    with style():
+    with applied():
         frame = frame_of(result, normalised, cut_y)
         for kind, draw_kind in drawing.items():
             safe_point()

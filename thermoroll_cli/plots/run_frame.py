@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.borders import Borders, borders_of
-from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.names import MULTIPLES, QUANTITIES, Quantity
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
@@ -139,7 +139,7 @@ class RunFrame:
     def cut_words(self) -> str:
         """Where the cut is."""
         scale = length_scale(abs(self.cut_y), "y")
-        return readable(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
+        return style.readable(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
 
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""

@@ -53,7 +53,7 @@ LEGEND_ROW = 4.0 * MM
 
 
 @contextlib.contextmanager
-def style() -> Iterator[None]:
+def applied() -> Iterator[None]:
     """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
     with matplotlib.style.context(["default", STYLE], after_reset=True):
         yield

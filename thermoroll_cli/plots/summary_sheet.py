@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.cuts import curves_of, draw_diagram, line_handles
 from thermoroll_cli.plots.maps import (
     border_handles,
@@ -31,30 +32,20 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
     unit_for,
 )
-from thermoroll_cli.plots.style import (
-    MM,
-    add_axes,
-    add_headline,
-    add_legend,
-    few_ticks,
-    legend_height,
-    one_line,
-    readable,
-)
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
 from thermoroll_cli.problem.number_text import computed, isothermal_text, number, scalar_text
 
-COLUMN, TABLE, WIDTH = 76.0 * MM, 156.0 * MM, 270.0 * MM
+COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
-LABELS, AXIS, TITLE, HEADLINE, BAR = (size * MM for size in (15.0, 11.0, 5.0, 6.0, 2.5))
+LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (15.0, 11.0, 5.0, 6.0, 2.5))
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
-LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * MM, 60.0 * MM, (60.0 * MM, 38.0 * MM)
+LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * style.MM, 60.0 * style.MM, (60.0 * style.MM, 38.0 * style.MM)
 """Largest width and height of a map, and size of the diagrams of the cut."""
 FLAT = 0.4
 """Maps of less height over width take both columns."""
-LETTERS, ROW, FOOT = 7.0, 3.65 * MM, 3.4 * MM
+LETTERS, ROW, FOOT = 7.0, 3.65 * style.MM, 3.4 * style.MM
 """Size of the letters of the table in points, distances of its rows and of the lines of remarks."""
-PLACES = tuple((TABLE + place * MM, side) for place, side in ((0, "left"), (70, "right"), (90, "right"), (91, "left")))
+PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"), (70, "right"), (90, "right"), (91, "left")))
 """Places of the words, of the values without deformation, the values and the errors."""
 LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
 """Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
@@ -73,8 +64,8 @@ def summary_figure(frame: RunFrame) -> Figure:
     borders = border_handles(frame, arrows=any(quantity is TRACTION for quantity, _, _ in maps))
     cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
     lines = line_handles(curve for _, curves in cuts for curve in curves)
-    below_maps = HEADLINE + -(-len(maps) // columns) * step + legend_height(borders, TABLE)
-    below_cuts = below_maps + TITLE + CUT[1] + AXIS + legend_height(lines, TABLE)
+    below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders, TABLE)
+    below_cuts = below_maps + TITLE + CUT[1] + AXIS + style.legend_height(lines, TABLE)
     height = max(below_cuts, HEADLINE + (len(rows) + 2) * ROW + len(remarks) * FOOT)
     figure = Figure(figsize=(WIDTH, height))
     for place, (quantity, values, body) in enumerate(maps):
@@ -85,23 +76,23 @@ def summary_figure(frame: RunFrame) -> Figure:
         colours = colours_of(quantity, limits[0] * scale.factor, limits[1] * scale.factor)
         row, column = divmod(place, columns)
         left, bottom = LABELS + column * COLUMN, height - HEADLINE - (row + 1) * step + AXIS
-        axes = add_axes(figure, left, bottom, side, side * shape)
+        axes = style.add_axes(figure, left, bottom, side, side * shape)
         image = draw_map(axes, frame, frame.last, values * scale.factor, colours, open_ended=lives_everywhere(quantity))
         if quantity is TRACTION:
             draw_arrows(axes, frame, frame.last, (side, side * shape))
-        few_ticks(axes, 4, 4 if shape > FLAT else 2)
-        bar = figure.colorbar(image, cax=add_axes(figure, left + side + 1.5 * MM, bottom, BAR, side * shape))
-        few_ticks(bar.ax, y=5)
+        style.few_ticks(axes, 4, 4 if shape > FLAT else 2)
+        bar = figure.colorbar(image, cax=style.add_axes(figure, left + side + 1.5 * style.MM, bottom, BAR, side * shape))
+        style.few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
     for column, (quantity, curves) in enumerate(cuts):
-        axes = add_axes(figure, LABELS + column * COLUMN, height - below_maps - TITLE - CUT[1], *CUT)
+        axes = style.add_axes(figure, LABELS + column * COLUMN, height - below_maps - TITLE - CUT[1], *CUT)
         draw_diagram(axes, frame, quantity, curves)
         axes.set_title(frame.cut_words)
         axes.set_xlabel(flow_label(frame))
-    add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
-    add_legend(figure, lines, at=(0.5 * TABLE, height - below_cuts), width=TABLE)
+    style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
+    style.add_legend(figure, lines, at=(0.5 * TABLE, height - below_cuts), width=TABLE)
     _write_table(figure, rows, remarks, height)
-    add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole=False))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole=False))
     return figure
 
 
@@ -124,8 +115,8 @@ def _rows(frame: RunFrame) -> Iterator[Row]:
     for name, scalar in SCALARS.items():
         if not any(computed(state.state.scalars.get(name)) for state in frame.states):
             continue
-        shown, _, error = readable(scalar_text(name, summary)).partition(" ±")
-        first = readable(isothermal_text(name, summary)) if two else ""
+        shown, _, error = style.readable(scalar_text(name, summary)).partition(" ±")
+        first = style.readable(isothermal_text(name, summary)) if two else ""
         if {first, shown} - {"", "0", "–"}:
             yield _words(scalar, hertz), first, shown, f"±{error}" if error else ""
     yield ("", "", "", "")
@@ -134,7 +125,7 @@ def _rows(frame: RunFrame) -> Iterator[Row]:
         # The speed stands below the table; here only where a lower one had to be solved.
         asked = name == "speed_solved_m_s" and value == result.problem.motion.speed
         if math.isfinite(value) and value != 0.0 and not asked:
-            yield _words(scalar, hertz), "", readable(number(value)), ""
+            yield _words(scalar, hertz), "", style.readable(number(value)), ""
 
 
 def _words(scalar: Scalar, hertz: bool) -> str:
@@ -169,5 +160,5 @@ def _remarks(frame: RunFrame) -> list[str]:
 
 def _wrapped(text: str) -> list[str]:
     """A remark on a few lines as wide as the table."""
-    lines = textwrap.wrap(one_line(text, 2000), REMARK_LENGTH, subsequent_indent="   ")
+    lines = textwrap.wrap(style.one_line(text, 2000), REMARK_LENGTH, subsequent_indent="   ")
     return lines if len(lines) <= REMARK_LINES else [*lines[: REMARK_LINES - 1], lines[REMARK_LINES - 1] + " …"]

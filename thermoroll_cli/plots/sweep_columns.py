@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.exact.kalker import CreepageCoefficients, linear_creep_forces
 from thermoroll_cli.exact.simplified_theories import fastsim, polach
-from thermoroll_cli.plots.style import readable
+from thermoroll_cli.plots import style
 from thermoroll_cli.problem.error_scale import absolute_error
 from thermoroll_cli.problem.names import UNITS
 
@@ -119,7 +119,7 @@ def theory_forces(table: Table, theory: str) -> dict[str, Column]:
 def cell_text(value: Any) -> str:
     """A swept value in few digits."""
     try:
-        return readable(f"{float(value):.{6 if abs(float(value)) >= 1.0 else 4}g}")
+        return style.readable(f"{float(value):.{6 if abs(float(value)) >= 1.0 else 4}g}")
     except (TypeError, ValueError):
         return str(value)
 

@@ -19,22 +19,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 from numpy.typing import NDArray
 
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.plots.style import (
-    ALERT,
-    DASHED,
-    DOTTED,
-    DOUBLE,
-    MM,
-    NOT_CONVERGED,
-    SINGLE,
-    add_headline,
-    add_legend,
-    few_ticks,
-    new_figure,
-    save,
-    style,
-)
 from thermoroll_cli.plots.sweep_columns import (
     THEORIES,
     Column,
@@ -80,7 +66,7 @@ DIAGRAMS = (
 )
 """Diagrams of a sweep; one more scalar is one more line."""
 
-HEIGHT, COLUMNS = 44.0 * MM, 3
+HEIGHT, COLUMNS = 44.0 * style.MM, 3
 """Height of a diagram, and how many stand side by side at most."""
 MANY = 8
 """More lines than the colours of the style take theirs in order from a colour map."""
@@ -100,7 +86,7 @@ ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": 
 """Look of a peak that has no limit."""
 MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
 """Look of the maximum of a creep curve."""
-THEORY_LOOKS = {"linear": DOTTED, "fastsim": DASHED, "polach": (0, (5.0, 1.4, 1.0, 1.4))}
+THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": style.DASHED, "polach": (0, (5.0, 1.4, 1.0, 1.4))}
 
 
 @dataclass(frozen=True)
@@ -119,8 +105,8 @@ def write_sweep_figure(
     dpi: float | None = None,
 ) -> pathlib.Path:
     """Draw the figure of a sweep (`sweep_figure`) into `path`; its ending is the format. Raises ValueError, OSError."""
-    with style():
-        return save(sweep_figure(table, over, title=title, compare=compare), path, dpi)
+    with style.applied():
+        return style.save(sweep_figure(table, over, title=title, compare=compare), path, dpi)
 
 
 def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = ()) -> Figure:
@@ -145,7 +131,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     diagrams = [diagram for diagram in DIAGRAMS if _worth_drawing(good, diagram.names, over)]
     columns = min(COLUMNS, max(1, len(diagrams)))
     rows = max(1, -(-len(diagrams) // columns))
-    figure = new_figure((SINGLE, SINGLE * 1.5, DOUBLE)[columns - 1], rows * HEIGHT + 20.0 * MM)
+    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[columns - 1], rows * HEIGHT + 20.0 * style.MM)
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
@@ -161,8 +147,8 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
             if words:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
-        add_legend(figure, handles)
-    add_headline(figure, title)
+        style.add_legend(figure, handles)
+    style.add_headline(figure, title)
     return figure
 
 
@@ -239,8 +225,8 @@ def _line_handles(lines: list[Line]) -> list[Artist]:
     if len(lines) > 1:
         handles += [Line2D([], [], color=line.colour, label=line.label) for line in lines[:: -(-len(lines) // LISTED)]]
     if any(line.missed.size for line in lines):
-        handles.append(Line2D([], [], color="0.2" if len(lines) > 1 else ALERT, linestyle="none", marker="x", markersize=4.0,
-                              label=NOT_CONVERGED))
+        colour = "0.2" if len(lines) > 1 else style.ALERT
+        handles.append(Line2D([], [], color=colour, linestyle="none", marker="x", markersize=4.0, label=style.NOT_CONVERGED))
     return handles
 
 
@@ -263,8 +249,8 @@ def _draw_diagram(
             axes.fill_between(x[rows], values[rows] - error[rows], values[rows] + error[rows], color=line.colour, alpha=0.25,
                               linewidth=0.0)
         if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > VISIBLE * largest:
-            axes.plot(x[rows], cold[rows], color=line.colour, linestyle=DASHED, linewidth=0.9)
-            handles += [Line2D([], [], color="0.2", linestyle=DASHED, linewidth=0.9, label=WITHOUT)]
+            axes.plot(x[rows], cold[rows], color=line.colour, linestyle=style.DASHED, linewidth=0.9)
+            handles += [Line2D([], [], color="0.2", linestyle=style.DASHED, linewidth=0.9, label=WITHOUT)]
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit: a free end")]
@@ -308,10 +294,10 @@ def _draw_map(axes: Axes, table: Table, diagram: Diagram, over: Sequence[str], f
         if is_logarithmic(found):
             set_scale("log")
             _few_decades(axis, found)
-    axes.plot(x[failed], y[failed], "x", color=ALERT, markersize=4.0)
+    axes.plot(x[failed], y[failed], "x", color=style.ALERT, markersize=4.0)
     axes.set(xlabel=words_of(over[0]), ylabel=words_of(over[1]))
     bar = axes.figure.colorbar(image, ax=axes, pad=0.02)
-    few_ticks(bar.ax, y=5)
+    style.few_ticks(bar.ax, y=5)
     axes.set_title(diagram.label)
 
 
@@ -319,13 +305,13 @@ def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
     """Ticks and label of the swept axis, which diagrams above each other share."""
     if words:
         axes.set_xticks(range(len(words)), words, parse_math=False)
-        few_ticks(axes, y=5)
+        style.few_ticks(axes, y=5)
     elif is_logarithmic(x):
         axes.set_xscale("log")
         _few_decades(axes.xaxis, x)
-        few_ticks(axes, y=5)
+        style.few_ticks(axes, y=5)
     else:
-        few_ticks(axes, 4, 5)
+        style.few_ticks(axes, 4, 5)
     axes.grid(visible=True)
     axes.tick_params(labelbottom=bool(label))
     axes.set_xlabel(label, parse_math=False)
@@ -366,4 +352,4 @@ def _mark_failed(axes: Axes, lines: list[Line]) -> None:
     for place, line in enumerate(failed):
         height = 0.04 + 0.3 * place / max(len(failed), 6)
         axes.plot(line.missed, np.full(line.missed.size, height), "x", markersize=4.0,
-                  color=line.colour if len(lines) > 1 else ALERT, transform=axes.get_xaxis_transform())
+                  color=line.colour if len(lines) > 1 else style.ALERT, transform=axes.get_xaxis_transform())

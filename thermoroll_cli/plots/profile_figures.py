@@ -1,19 +1,30 @@
-"""The surfaces across the rolling direction above the pressure between them: where a profile touches, and how hard."""
+"""Profiles across rolling: where they touch and how hard, and how they wear over the distance rolled."""
 
 from __future__ import annotations
 
+import pathlib
+from collections.abc import Mapping
+
+import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, scale_note
 from thermoroll_cli.plots.run_frame import PRESSURE, RunFrame, length_scale
-from thermoroll_cli.plots.style import AFTER, BEFORE, DOTTED, DOUBLE, MM, add_headline, add_legend, few_ticks, new_figure
 from thermoroll_cli.problem.surface import closest_place, surfaces
 
 SAMPLES = 1001
-SURFACES, TALLEST, ROOM = 40.0 * MM, 60.0 * MM, 45.0 * MM
+SURFACES, TALLEST, ROOM = 40.0 * style.MM, 60.0 * style.MM, 45.0 * style.MM
 """Heights of the diagram and at most of the map; width that labels and colour bar take."""
+WEAR_HEIGHT = 0.42
+"""Height of a row of the picture of wear over its width."""
+TOUCHED = 1e-3
+"""Over the largest line load: what lies outside places with more was never in contact."""
 
 
 def profile_figure(frame: RunFrame) -> Figure | None:
@@ -24,20 +35,20 @@ def profile_figure(frame: RunFrame) -> Figure | None:
         return None
     turned = RunFrame(**{**vars(frame), "turned": True, "window": frame.domain})
     left, right, low, high = frame.domain
-    map_height = min(TALLEST, max((DOUBLE - ROOM) * (right - left) / (high - low), 15.0 * MM))
-    figure = new_figure(DOUBLE, SURFACES + map_height + 30.0 * MM)
+    map_height = min(TALLEST, max((style.DOUBLE - ROOM) * (right - left) / (high - low), 15.0 * style.MM))
+    figure = style.new_figure(style.DOUBLE, SURFACES + map_height + 30.0 * style.MM)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(SURFACES, map_height))
     _draw_surfaces(top, frame)
     scale = frame.scale(PRESSURE, float(pressure.max()))
     largest = drawn.maximum(PRESSURE) if PRESSURE.maximum not in frame.result.unbounded else float(pressure.max())
     image = draw_map(bottom, turned, drawn, pressure * scale.factor, colours_of(PRESSURE, 0.0, largest * scale.factor))
     bottom.set_box_aspect(None)
-    few_ticks(bottom, 8, 4)
+    style.few_ticks(bottom, 8, 4)
     figure.colorbar(image, ax=bottom, label=scale.label if map_height > SHORT_BAR else scale.brief, pad=0.02)
     notes = [scale_note(frame, whole=True), "pressure has no limit at the end of a profile" if frame.result.unbounded else ""]
-    add_headline(figure, frame.result.problem.title, frame.result.converged, ", ".join(filter(None, notes)))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, ", ".join(filter(None, notes)))
     handles, _ = top.get_legend_handles_labels()
-    add_legend(figure, handles)
+    style.add_legend(figure, handles)
     return figure
 
 
@@ -54,13 +65,40 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
     low = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
     depth = length_scale(max(high, -low), "height")
-    for height, words, colour in ((upper, "upper body", AFTER), (lower, "lower body", BEFORE)):
+    for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
         axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
     for number, patch in enumerate(result.patches):
-        axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=DOTTED,
+        axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
                      label="_" if number else "centre of pressure of a patch")
     margin = 0.08 * (high - low or 1.0)
     axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)
     axes.set_ylabel(depth.label)
     axes.grid(visible=True)
-    few_ticks(axes, 8, 4)
+    style.few_ticks(axes, 8, 4)
+
+
+def draw_wear(
+    path: pathlib.Path, title: str, y: Array, profiles: Mapping[str, Array], loads: Array, distances: Array, *,
+    converged: bool = True,
+) -> pathlib.Path:
+    """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m) and the
+    `distances` (m) of the snapshots. Raises OSError."""
+    worn = {body: heights for body, heights in profiles.items() if np.ptp(heights, axis=0).any()}
+    touched = np.flatnonzero((loads > TOUCHED * loads.max()).any(axis=0))
+    margin = max(1, len(touched) // 10)
+    shown = slice(max(touched[0] - margin, 0), touched[-1] + margin + 1)
+    kilometres = 1e-3 * distances
+    colours = ScalarMappable(Normalize(kilometres[0], kilometres[-1]), matplotlib.colormaps["viridis"])
+    with style.applied():
+        figure = style.new_figure(style.DOUBLE, WEAR_HEIGHT * style.DOUBLE * (len(worn) + 1) / 2)
+        axes = figure.subplots(len(worn) + 1, 1, sharex=True, squeeze=False)[:, 0]
+        for axis, (body, heights) in zip(axes, worn.items(), strict=False):
+            for distance, line in zip(kilometres, heights, strict=True):
+                axis.plot(1e3 * y[shown], 1e6 * line[shown], color=colours.to_rgba(distance))
+            axis.set_ylabel(f"height (µm),\n{body} body")
+        for distance, line in zip(kilometres, loads, strict=True):
+            axes[-1].plot(1e3 * y[shown], 1e-3 * line[shown], color=colours.to_rgba(distance))
+        axes[-1].set(xlabel="y (mm)", ylabel="line load (N/mm)", ylim=(0.0, None))
+        figure.colorbar(colours, ax=list(axes), label="distance rolled (km)")
+        style.add_headline(figure, title, converged)
+        return style.save(figure, path, None)

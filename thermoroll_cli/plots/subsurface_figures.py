@@ -1,4 +1,5 @@
-"""Stresses and temperatures below the surface: the plane through the largest stress, and lines into the depth."""
+"""Below the surface: the plane through the largest stress, lines into the depth, the yield stress that a body needs, Dang Van's
+stress, and the shakedown map."""
 
 from __future__ import annotations
 
@@ -11,21 +12,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
+from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame, length_scale
-from thermoroll_cli.plots.style import (
-    AFTER,
-    BEFORE,
-    DASHED,
-    DOUBLE,
-    MM,
-    add_headline,
-    add_legend,
-    few_ticks,
-    new_figure,
-    readable,
-)
-from thermoroll_cli.problem.result import BodyStresses
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.result import BodyStresses, Result
 
 LEVELS = 24
 LINES = 12
@@ -33,9 +25,9 @@ COOL = 0.01
 """Share of the largest temperature rise: layers that are cooler all over are not shown."""
 ROOM = 1.25
 """Depth of the diagrams of temperatures over that of the heated layer."""
-STRESSED, HEATED = AFTER, BEFORE
+STRESSED, HEATED = style.AFTER, style.BEFORE
 """Colours of the lines below both points."""
-ROW = 58.0 * MM
+ROW = 58.0 * style.MM
 
 
 def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
@@ -49,7 +41,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     stress = _stress_scale(frame)
     hot = stresses.hottest is not None
     y, plane = _plane(frame, stresses)
-    figure = new_figure(DOUBLE, (2 if hot else 1) * ROW + 15.0 * MM)
+    figure = style.new_figure(style.DOUBLE, (2 if hot else 1) * ROW + 15.0 * style.MM)
     grid = figure.subplots(2 if hot else 1, 2, squeeze=False, width_ratios=(1.15, 1.0))
     _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
@@ -64,15 +56,15 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         for axes in grid[1]:
             axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
     place = length_scale(abs(y), "y")
-    at = readable(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
+    at = style.readable(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
     title = frame.result.problem.title
-    add_headline(figure, ", ".join(filter(None, (title, f"{body} body", at))), frame.result.converged)
+    style.add_headline(figure, ", ".join(filter(None, (title, f"{body} body", at))), frame.result.converged)
     handles = [Line2D([], [], color=STRESSED, label="below the largest stress")]
     handles += [Line2D([], [], color=HEATED, label="below the hottest point")] if stresses.below_heated else []
-    handles += [Line2D([], [], color="0.3", linestyle=DASHED, label="without thermal stresses")] if elastic else []
+    handles += [Line2D([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")] if elastic else []
     handles += [Line2D([], [], color="white", marker="x", linestyle="none", markersize=5.0, label="largest stress",
                        path_effects=[withStroke(linewidth=2.6, foreground="black")])]
-    add_legend(figure, handles)
+    style.add_legend(figure, handles)
     return figure
 
 
@@ -107,9 +99,9 @@ def _draw_plane(
     axes.contour(x, z, shown, levels=levels[:: LEVELS // LINES][1:-1], colors="white", linewidths=0.35, alpha=0.7)
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=flow_label(frame), ylabel=lengths.label.replace("x", "z"))
-    few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5)
     bar = axes.figure.colorbar(image, ax=axes, label=scale.label, pad=0.02)
-    few_ticks(bar.ax, y=6)
+    style.few_ticks(bar.ax, y=6)
 
 
 def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, scale: AxisScale) -> bool:
@@ -117,14 +109,14 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
     lengths = frame.lengths[0]
     z, elastic = stresses.depths * lengths.factor, False
     for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED)):
-        for part, dashes in ((name, "solid"), (f"{name}_elastic", DASHED)):
+        for part, dashes in ((name, "solid"), (f"{name}_elastic", style.DASHED)):
             if part in fields:
                 axes.plot(fields[part] * scale.factor, z, color=colour, linestyle=dashes)
                 elastic |= part != name
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))
     axes.grid(visible=True)
-    few_ticks(axes, 5, 5)
+    style.few_ticks(axes, 5, 5)
     return elastic
 
 
@@ -134,3 +126,70 @@ def _heated_depth(stresses: BodyStresses) -> float:
     warm = int(np.flatnonzero(rise > COOL * rise.max()).max(initial=1))
     deepest = float(stresses.depths[-1])
     return min(deepest, ROOM * float(stresses.depths[min(warm + 1, stresses.depths.size - 1)]))
+
+
+def strength_figure(frame: RunFrame, body: str) -> Figure | None:
+    """The shear yield stress needed to stay elastic and to shake down over depth, beside that of the body where it is known,
+    and Dang Van's stress over y and depth; None where the strength of this body is not asked for."""
+    stresses = frame.result.bodies.get(body)
+    if stresses is None or not stresses.strength:
+        return None
+    kept, (_, across) = stresses.strength, frame.lengths
+    z = stresses.depths * across.factor
+    figure = style.new_figure(style.DOUBLE, 72.0 * style.MM)
+    needed, fatigue = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
+    lines = [("elastic_limit_k", "elastic (von Mises)", style.BEFORE, style.DASHED),
+             ("shakedown_k", "shakedown", style.AFTER, "solid")]
+    if np.abs(kept["elastic_shakedown_k"] - kept["shakedown_k"]).max() > 1e-3 * kept["shakedown_k"].max():
+        lines.append(("elastic_shakedown_k", "shakedown without thermal stresses", style.AFTER, style.DOTTED))
+    for name, label, colour, dashes in lines:
+        needed.plot(kept[name] * 1e-6, z, color=colour, linestyle=dashes, label=label)
+    strength = getattr(frame.result.problem.subsurface, f"{body}_strength")
+    if strength is not None and strength.shear_yield is not None:
+        needed.axvline(strength.shear_yield * 1e-6, color=style.ALERT, linewidth=0.9, label="shear yield stress k of the body")
+    needed.set(xlabel="shear yield stress needed (MPa)", ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
+    needed.set_xlim(left=0.0)
+    needed.grid(visible=True)
+    style.few_ticks(needed, 5, 5)
+    stress = kept["dang_van"] * 1e-6
+    image = fatigue.contourf(frame.last.state.y * across.factor, z, stress, levels=LEVELS, cmap="viridis")
+    fatigue.set(xlabel=across.label, ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
+    style.few_ticks(fatigue, 5, 5)
+    bar = figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02)
+    style.few_ticks(bar.ax, y=6)
+    style.add_headline(figure, ", ".join(filter(None, (frame.result.problem.title, f"{body} body"))), frame.result.converged)
+    style.add_legend(figure, needed.get_legend_handles_labels()[0])
+    return figure
+
+
+def shakedown_map_figure(frame: RunFrame) -> Figure | None:
+    """p₀/k against the utilised friction |F|/W, with elastic and shakedown limits of ideal contacts; None where no body's
+    shear yield stress is known."""
+    points = {body: load for body in BODIES if (load := _pressure_over_yield(frame.result, body)) is not None}
+    if not points:
+        return None
+    scalars = frame.result.coupled.scalars
+    utilised = math.hypot(scalars["force_x_N"], scalars["force_y_N"]) / frame.result.problem.normal_force
+    figure = style.new_figure(1.3 * style.SINGLE, 85.0 * style.MM)
+    axes = figure.subplots()
+    axes.plot(FRICTION, CIRCLE_ELASTIC, color="0.4", linestyle=style.DASHED, label="circle: elastic, von Mises")
+    axes.plot(FRICTION, CIRCLE_SHAKEDOWN, color=style.AFTER, label="circle: shakedown, von Mises")
+    shares = np.linspace(FRICTION[0], FRICTION[-1], 61)
+    axes.plot(shares, [line_shakedown(share) for share in shares], color=style.BEFORE, linestyle=style.DOTTED,
+              label="line: shakedown, Tresca (Johnson)")
+    for (body, load), marker in zip(points.items(), "os", strict=False):
+        axes.plot([utilised], [load], marker, color=style.ALERT, markeredgecolor="black", label=f"{body} body")
+    axes.set(xlabel="utilised friction |F|/W", ylabel=r"largest pressure $p_0/k$", xlim=(0.0, FRICTION[-1]))
+    axes.set_ylim(0.0, max(5.0, 1.1 * max(points.values())))
+    axes.grid(visible=True)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged)
+    style.add_legend(figure, axes.get_legend_handles_labels()[0])
+    return figure
+
+
+def _pressure_over_yield(result: Result, body: str) -> float | None:
+    """p₀/k of a body whose shear yield stress is given."""
+    strength = getattr(result.problem.subsurface, f"{body}_strength", None)
+    if strength is None or strength.shear_yield is None:
+        return None
+    return float(result.coupled.scalars["pressure_max_MPa"] * 1e6 / strength.shear_yield)
