@@ -11,7 +11,7 @@ from scipy.special import elliprd
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import scales, slopes
-from thermoroll_cli.numerics.grid import Grid, interpolation_matrix
+from thermoroll_cli.numerics.grid import interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.batch_solver import BatchSolver
 from thermoroll_cli.rolling.element_borders import stick_share

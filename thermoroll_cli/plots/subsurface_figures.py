@@ -1,4 +1,4 @@
-"""Below the surface: the plane through the largest stress, lines into the depth, the yield stress that a body needs, Dang Van's
+"""Below the surface: the plane through the largest stress, lines into the depth, the yield stress a body needs, Dang Van's
 stress, and the shakedown map."""
 
 from __future__ import annotations
