@@ -22,7 +22,7 @@ from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import highest
+from thermoroll_cli.numerics.stencils import framed, highest
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
@@ -382,8 +382,8 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     products = (basis[:, :, None] * basis[:, None, :]).reshape(-1, 36)
     width = square.shape[1] + 2 * REACH
     places = ((i + REACH) * width + j + REACH)[:, None] + (u * width + v)
-    w = np.pad(weight, REACH).ravel()[places] * np.exp(-0.5 * (u * u + v * v) / NEAR**2)
-    values = np.pad(square, REACH).ravel()[places]
+    w = framed(weight, REACH).ravel()[places] * np.exp(-0.5 * (u * u + v * v) / NEAR**2)
+    values = framed(square, REACH).ravel()[places]
     normal = (w @ products).reshape(-1, 6, 6)
     weighted = w * values
     right = weighted @ basis

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
@@ -131,6 +131,15 @@ class KeptTables:
         return None
 
 
+@dataclass(frozen=True)
+class InfluenceTables:
+    """Tables of thermal expansion, of temperature, and of temperature by heat that changes along x within its element."""
+
+    expansion: KeptTables = field(default_factory=lambda: KeptTables(displacement_table))
+    temperature: KeptTables = field(default_factory=lambda: KeptTables(temperature_table))
+    slope: KeptTables = field(default_factory=lambda: KeptTables(temperature_slope_table))
+
+
 def _weights_at_zero(places: Array) -> Array:
     """Lagrange's weights at 0 of values at different `places`."""
     return np.array([np.prod([other / (other - place) for other in places if other != place]) for place in places])
@@ -144,9 +153,9 @@ class HeatResponse:
     share theirs.
     """
 
-    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, expansions: KeptTables | None = None) -> None:
+    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, kept: InfluenceTables | None = None) -> None:
         self.grid = grid
-        self._expansions = expansions or KeptTables(displacement_table)
+        self._kept = kept or InfluenceTables()
         self.bodies = (lower, upper)
         self.tables = 0
         self._convolution: Convolution | None = None
@@ -237,14 +246,13 @@ class HeatResponse:
         grid, key = self.grid, _peclets(self.grid, body)
         if key not in self._temperature:
             self.tables += 1
-            table = temperature_table(grid.nx, grid.ny, grid.dy / grid.dx, *key)
-            self._temperature[key] = self.convolution.spectrum(table)
+            self._temperature[key] = self.convolution.spectrum(self._kept.temperature(grid, key))
         return self._temperature[key]
 
     def _slope_spectrum(self, body: HeatedBody) -> Spectrum:
         grid, key = self.grid, _peclets(self.grid, body)
         if key not in self._slope:
-            self._slope[key] = self.convolution.spectrum(temperature_slope_table(grid.nx, grid.ny, grid.dy / grid.dx, *key))
+            self._slope[key] = self.convolution.spectrum(self._kept.slope(grid, key))
         return self._slope[key]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
@@ -261,7 +269,7 @@ class HeatResponse:
             for key, factor in weights.items():
                 if factor:
                     self.tables += 1
-                    total += factor * self._expansions(grid, key)
+                    total += factor * self._kept.expansion(grid, key)
             self._expansion[shares] = self.convolution.spectrum(total)
         return self._expansion[shares]
 

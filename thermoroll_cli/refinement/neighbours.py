@@ -163,10 +163,12 @@ def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Mask
     """A first guess on `here`; there is pressure on the last contact alone."""
     derived = here.derived
     unknowns = {name: field * UNKNOWNS[name](derived) for name, field in found.items() if name in UNKNOWNS}
+    peak = derived.scales.peak_pressure
+    pressure, start = (np.where(inside, np.maximum(found[name] * peak, 0.0), 0.0) for name in ("pressure", "start"))
+    if not coupled:
+        here.pressure.guess = start
     normal = here.isothermal_pressure
     if coupled or "shear_displacement" in unknowns:
-        peak = derived.scales.peak_pressure
-        pressure, start = (np.where(inside, np.maximum(found[name] * peak, 0.0), 0.0) for name in ("pressure", "start"))
         normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float), whole_elements=start)
     bound = unknowns.get("friction", derived.problem.friction) * normal.pressure
     creepages = creepage * derived.saturation_creepage

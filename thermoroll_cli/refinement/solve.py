@@ -146,7 +146,7 @@ class Solver:
                               if shared is None or not shared.has_kernels_of(derived, shape, plan.extent)
                               else shared.for_problem(derived))
             if shared is not None:
-                discretisation.responses.expansions = shared.responses.expansions
+                discretisation.responses.tables = shared.responses.tables
             starts = Starts(discretisation, coarser, neighbours)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with stopwatch("isothermal"):

@@ -47,7 +47,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.stencils import highest, sobel
+from thermoroll_cli.numerics.stencils import framed, highest, sobel
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7
@@ -58,7 +58,7 @@ CROSSWISE = 1e-6
 
 def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
     """Elements (n, m) up to `width` from the border where the pressure rises along the rolling direction."""
-    near = np.pad(covered < 1.0, 1, constant_values=True)
+    near = ~framed(covered >= 1.0)
     for _ in range(width):
         near = highest(near)
     near = near[1:-1, 1:-1]
@@ -98,7 +98,7 @@ def continued_gradient(
 
 def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
     """Sobel differences of p², which is smooth across the border, along x and y."""
-    return sobel(np.pad(pressure**2, 1), dx, dy)
+    return sobel(framed(pressure**2), dx, dy)
 
 
 
@@ -131,7 +131,7 @@ class EdgeCompliance:
         share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
         self.partial: Mask = share < 1.0
         i, j = np.nonzero(self.partial)
-        around = np.pad(np.where(contact, covered, 0.0), 1)
+        around = framed(np.where(contact, covered, 0.0))
         if mirrored:
             around[:, 0] = around[:, 1]
         nx, ny = _border_normal(around, i, j, dx, dy)

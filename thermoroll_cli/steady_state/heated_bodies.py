@@ -11,8 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace.thermal import displacement_table
-from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTables, ThermalResponse
+from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, InfluenceTables, ThermalResponse
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
@@ -106,7 +105,7 @@ class HeatResponses:
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
-        self.expansions = KeptTables(displacement_table)
+        self.tables = InfluenceTables()
         self._last: HeatResponse | None = None
         self._transforms_before = 0
         self._tracks: dict[Roller, Track] = {}
@@ -125,7 +124,7 @@ class HeatResponses:
             return SlidingHeatResponse(self.sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._last is None or self._last.bodies != (lower, upper):
             self._transforms_before += 0 if self._last is None else self._last.transforms
-            self._last = HeatResponse(self.grid, lower, upper, self.expansions)
+            self._last = HeatResponse(self.grid, lower, upper, self.tables)
         if problem.heating.recirculates:
             return self._with_tracks(self._last, derived, creepage[0])
         return self._last

@@ -33,7 +33,9 @@ class PressureSolver:
     ) -> None:
         self.grid = grid
         self._derived, self._extent, self._options = derived, extent, options
-        self._start = coarser
+        self._coarser = coarser
+        self.guess: Array | None = None
+        """Pressure (Pa, (nx, ny)) from which the isothermal pressure starts, if it is predicted."""
 
     @cached_property
     def undeformed_gap(self) -> Array:
@@ -49,10 +51,12 @@ class PressureSolver:
         """Pressure on bodies that only their load deforms; for homogeneous bodies with radii Hertz's closed form."""
         if self._derived.problem.has_hertz_solution:
             return self._hertz()
-        if self._start is None:
+        if self.guess is not None:
+            start = self.guess
+        elif self._coarser is None:
             start = np.zeros(self.grid.shape)
         else:
-            finer, coarse = Prolongation(self._start.grid, self.grid), self._start.isothermal
+            finer, coarse = Prolongation(self._coarser.grid, self.grid), self._coarser.isothermal
             start = np.asarray(finer(coarse.start))
             if self._derived.coatings is not None:
                 # Below stiff layers a contact that is too wide shrinks by a ring of elements per active set.
