@@ -13,7 +13,7 @@ from scripts.references.estimate_cases import SCALARS, has_error, problem_of, sc
 from tests.support.scenes import REFERENCE
 from thermoroll_cli.refinement.solve import solve
 
-GRIDS = (32, 64)
+GRIDS = (24, 48)
 
 
 @dataclass(frozen=True)

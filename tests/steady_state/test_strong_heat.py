@@ -165,13 +165,21 @@ def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
         assert abs(value / other - 1.0) < found.error[name] + finer.error[name]
 
 
-def test_the_search_for_the_largest_speed_is_bounded_and_told(monkeypatch):
+@pytest.fixture(scope="module")
+def searched():
+    """The article's case at 4000 m/s on 24 × 24 elements, with a search on 16 × 16: the result, and the grids of all solutions."""
+    grids: list[tuple[int, int]] = []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(limit, "SEARCH_GRID", (16, 16))
+        result = solve(article_4_1(24, 4000.0),
+                       report=lambda stage, info: grids.append(tuple(info["grid"])) if stage == "coupling" else None)
+    return result, grids
+
+
+def test_the_search_for_the_largest_speed_is_bounded_and_told(searched):
     """At most a dozen solutions on one coarse grid, and a few on the wanted one: counted by the domains that they end on. Not
     converged, with a reason that says what was found, what failed, and what to do; and finite fields."""
-    grids: list[tuple[int, int]] = []
-    monkeypatch.setattr(limit, "SEARCH_GRID", (16, 16))
-    result = solve(article_4_1(24, 4000.0),
-                   report=lambda stage, info: grids.append(tuple(info["grid"])) if stage == "coupling" else None)
+    result, grids = searched
     assert not result.converged and result.status == "not_converged"
     assert "no steady state found beyond V" in result.reason
     told = ("does not show that there is none", "of its own heat", "narrower than an element")
@@ -204,11 +212,10 @@ def test_the_search_takes_a_bounded_work_and_finds_one_limit_whatever_is_asked_f
     assert len(limits) == 1
 
 
-def test_a_failure_is_told_once_and_its_numbers_agree():
+def test_a_failure_is_told_once_and_its_numbers_agree(searched):
     """The reason names one cause; the hottest point of the warning is that of the table."""
-    failed = Solver().solve(article_4_1(24, 4000.0), search=False)
+    failed, (found, _) = Solver().solve(article_4_1(24, 4000.0), search=False), searched
     assert not failed.converged and "Coulomb" not in failed.reason and failed.reason.count(";") <= 2
-    found = solve(article_4_1(24, 4000.0))
     hottest = max(found.coupled.scalars[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper"))
     assert any(f"temperature rises by up to {hottest:.4g} K" in warning for warning in found.warnings)
     assert found.hertz["peclet_lower"] == pytest.approx(

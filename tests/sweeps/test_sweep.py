@@ -28,9 +28,9 @@ HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npecl
 """The article's hot spheres: everything is coupled."""
 
 KEY = "creepage.longitudinal"
-POINTS = 42
+POINTS = 24
 SWEEP = ("--over", f"{KEY}=0.0005:0.006:{POINTS}", "--set", "numerics.grid=16")
-"""Three stretches."""
+"""Two stretches."""
 
 
 @dataclass(frozen=True)
