@@ -145,39 +145,3 @@ def test_a_case_in_place_of_its_result_is_sent_to_run(results: Path, command: st
     done = call(*command.split(), cwd=results)
     assert (done.returncode, done.stdout) == (2, "")
     assert "a.toml is a case, not a result: solve it with `thermoroll run a.toml`" in " ".join(done.stderr.split())
-
-
-def test_plot_draws_what_is_asked_for(results: Path, tmp_path: Path) -> None:
-    wanted = ("--fields", "gap,shear", "--format", "png", "--format", "svg", "--dpi", "50")
-    done = call("plot", results / "a.h5", *wanted, "-o", tmp_path)
-    assert (done.returncode, done.stderr) == (0, "")
-    assert {path.name for path in tmp_path.iterdir()} == {"a_gap.png", "a_gap.svg", "a_shear.png", "a_shear.svg"}
-    for option, wrong, words in (("--fields", "gape", "there is no picture 'gape'; there are pressure,"), ("--dpi", "1", "10"),
-                                 ("--cut-y", "99", "the cut y = 99 mm is outside the domain")):  # fmt: skip
-        done = call("plot", results / "a.h5", option, wrong, "-o", tmp_path / "none")
-        assert (done.returncode, done.stdout) == (2, "") and words in " ".join(done.stderr.split())
-
-
-@pytest.mark.parametrize("file", ["sweep.csv", "sweep.h5"])
-def test_plot_draws_sweeps(sweep: Path, tmp_path: Path, file: str) -> None:
-    done = call("plot", sweep / file, "-o", tmp_path)
-    assert (done.returncode, done.stdout, done.stderr) == (0, f"{tmp_path / 'sweep.png'}\n", "")
-    if file == "sweep.h5":  # which has the title of the case
-        assert (tmp_path / "sweep.png").read_bytes() == (sweep / "sweep.png").read_bytes()
-    done = call("plot", sweep / file, "-o", tmp_path / "beside", "--compare", "linear,polach")
-    assert done.returncode == 0
-    assert (tmp_path / "beside" / "sweep.png").read_bytes() != (tmp_path / "sweep.png").read_bytes()
-    assert call("plot", sweep / file, "-o", tmp_path, "--compare", "nobody").returncode == 2
-
-
-@pytest.fixture(scope="module")
-def sweep(results: Path) -> Path:
-    over = "--over", "load.friction_coefficient=0.2,0.3", "--over", "creepage.longitudinal=0.001:0.003:3"
-    assert call("sweep", "a.toml", *over, "--scalars-only", "-o", "swept", "-q", cwd=results).returncode == 0
-    return results / "swept"
-
-
-def test_a_table_that_is_none_of_a_sweep_is_an_input_error(results: Path, tmp_path: Path) -> None:
-    (tmp_path / "x.csv").write_text("a,b\n1,2\n")
-    done = call("plot", tmp_path / "x.csv")
-    assert done.returncode == 5 and "x.csv: not the table of a sweep" in done.stderr

@@ -10,7 +10,6 @@ import random
 import shutil
 import subprocess
 import sys
-import zlib
 
 import h5py
 import numpy as np
@@ -19,7 +18,6 @@ import xarray
 
 from tests.support import synthetic
 from tests.support.command_line import PATIENCE
-from tests.support.cost import cost_ratio
 from thermoroll_cli import __version__
 from thermoroll_cli.files import atomic
 from thermoroll_cli.files.atomic import WriteError, write_bytes
@@ -121,14 +119,6 @@ def test_datasets_are_bit_identical_for_equal_results(tmp_path: pathlib.Path) ->
 
     one, two = (write(tmp_path / name, synthetic.result((16, 12))) for name in ("a.h5", "b.h5"))
     assert datasets(one) == datasets(two) and len(datasets(one)) > 24
-
-
-def test_writing_a_large_result_is_quick(tmp_path: pathlib.Path) -> None:
-    """Less than compressing its fields once, as fast as that can be done, would take (measured: 0.4 of it)."""
-    result = synthetic.result((256, 256))
-    fields = [values for state in (result.coupled, result.isothermal) for values in state.fields.values()]
-    compressing = lambda: [zlib.compress(values.tobytes(), 1) for values in fields]  # noqa: E731
-    assert cost_ratio(lambda: write(tmp_path / "large.h5", result), compressing) < 1.0
 
 
 # Faults while writing

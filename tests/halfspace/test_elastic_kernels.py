@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import dblquad, quad
+from scipy.integrate import quad
 
 from tests.support.scenes import order
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
@@ -73,22 +73,6 @@ def test_own_coefficients_match_quadrature(dx, dy):
     assert i_xx == pytest.approx(over_own_rectangle(lambda t: math.cos(t) ** 2, dx, dy), rel=1e-11)
     assert i_yy == pytest.approx(over_own_rectangle(lambda t: math.sin(t) ** 2, dx, dy), rel=1e-11)
     assert i_xy == 0.0
-
-
-def test_quadrature_by_scipy_agrees_too():
-    """One offset by an adaptive rule that shares nothing with the other one."""
-    dx, dy, i, j = 1.0, 0.6, 1, 2
-    for name, table in zip(("xx", "yy", "xy"), rectangle_integrals(3, 3, dx, dy), strict=True):
-        expected, _ = dblquad(
-            lambda y, x, f=INTEGRANDS[name]: f(x, y),
-            (i - 0.5) * dx,
-            (i + 0.5) * dx,
-            (j - 0.5) * dy,
-            (j + 0.5) * dy,
-            epsabs=1e-12,
-            epsrel=1e-12,
-        )
-        assert table[i, j] == pytest.approx(expected, rel=1e-10)
 
 
 def test_own_coefficient_of_a_square_is_the_known_number():

@@ -89,41 +89,6 @@ def test_opposite_ends_do_not_feel_wrapped_images():
     np.testing.assert_allclose(found, expected, atol=1e-13)
 
 
-def test_repeated_transforms_are_equal_bit_by_bit():
-    """Also from another plan of the same size, and after other fields went through the same buffers."""
-    field, quadrant = RANDOM.normal(size=(33, 27)), RANDOM.normal(size=(35, 27))
-    plans = [Convolution(33, 27, 2, 2) for _ in range(2)]
-    first = convolve(plans[0], field, plans[0].quadrant_spectrum(quadrant))
-    convolve(plans[0], RANDOM.normal(size=(33, 27)), plans[0].quadrant_spectrum(quadrant))
-    for plan in plans:
-        np.testing.assert_array_equal(convolve(plan, field, plan.quadrant_spectrum(quadrant)), first)
-
-
-def test_results_do_not_change_when_the_buffers_are_used_again():
-    convolution = Convolution(8, 8)
-    spectrum = convolution.quadrant_spectrum(RANDOM.normal(size=(8, 8)))
-    first = convolve(convolution, RANDOM.normal(size=(8, 8)), spectrum)
-    kept = first.copy()
-    convolve(convolution, RANDOM.normal(size=(8, 8)), spectrum)
-    np.testing.assert_array_equal(first, kept)
-
-
-def test_forward_can_write_into_a_given_array():
-    convolution = Convolution(9, 7)
-    field = RANDOM.normal(size=(9, 7))
-    out = np.full((convolution.half, convolution.px), np.nan, dtype=complex)
-    assert convolution.forward(field, out=out) is out
-    np.testing.assert_array_equal(out, convolution.forward(field))
-
-
-def test_transforms_are_counted():
-    convolution = Convolution(8, 8)
-    spectrum = convolution.quadrant_spectrum(np.ones((8, 8)))
-    assert convolution.transforms == 0
-    convolve(convolution, np.ones((8, 8)), spectrum)
-    assert convolution.transforms == 2
-
-
 @pytest.mark.parametrize("parity", [1, -1])
 @pytest.mark.parametrize("padded", [(8, 10), (10, 6), (12, 4), (2, 8)])
 def test_periodic_symbol_is_the_transform_of_the_wrapped_kernel(padded, parity):

@@ -15,7 +15,6 @@ from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
-from thermoroll_cli.rolling.window import window_around
 from thermoroll_cli.steady_state.derived import DerivedQuantities, Kinematics
 
 PARITIES = [(1, -1), (-1, 1)]
@@ -116,19 +115,3 @@ def test_sideways_motion_is_felt_by_the_heat():
     assert DerivedQuantities(problem).kinematics.mirror is not None and not DerivedQuantities(problem).kinematics.heat_mirrors
     temperature = solve(problem).coupled.fields["temperature_rise_lower"]
     assert np.abs(temperature - temperature[:, ::-1]).max() > 1e-3 * temperature.max()
-
-
-@pytest.mark.parametrize("mirror", [None, (1, -1)])
-def test_window_cuts_and_pastes(mirror):
-    contact = np.zeros((6, 8), dtype=bool)
-    contact[2:5, 2:7] = True
-    window = window_around(contact, mirror)
-    assert window.shape == ((3, 5) if mirror is None else (3, 3))
-    field = np.random.default_rng(1).normal(size=(2, 6, 8)) * contact
-    if mirror is not None:
-        field = both_sides(field[:, :, 4:], mirror)
-    np.testing.assert_array_equal(window.vector(window.cut(field)), field)
-    np.testing.assert_array_equal(window.scalar(window.cut(np.abs(field[1]))), np.abs(field[1]))
-    assert window.weight == (1 if mirror is None else 2)
-    larger = window.grown(window_around(np.ones((6, 8), dtype=bool), mirror))
-    assert larger.holds(window) and not window.holds(larger)

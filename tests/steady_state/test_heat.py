@@ -190,16 +190,6 @@ def test_all_heat_into_one_body_leaves_the_other_cold():
         assert rises[1 - cold].max() > 0.0
 
 
-def test_equal_bodies_at_equal_speed_share_their_tables():
-    grid, flux, _ = square_source(16, 8)
-    equal, unequal = Pair(grid, body(1.0), body(1.0)), Pair(grid, body(1.001), body(0.999))
-    for pair, tables in ((equal, 2), (unequal, 4)):
-        for _ in range(3):  # built once, kept
-            pair.temperatures(flux)
-            pair.displacement(flux)
-        assert pair.response.tables == tables
-
-
 # --- in the pipeline ----------------------------------------------------------------------------------------------
 
 

@@ -157,20 +157,6 @@ def test_neither_heat_nor_contact_is_no_problem():
     assert not match(response, disc.none, disc.contact & False, 10.0).heat.lower.any()
 
 
-def test_what_matched_temperatures_cost():
-    """Transforms: friction, its slopes and what is exchanged once each, and one per body; two per application and in its
-    preconditioner."""
-    disc = Disc(32)
-    response = HeatResponse(disc.grid, body(0.0), body(300.0, 2.0))
-    partition = match(response, disc.flux, disc.contact)
-    before = response.transforms
-    assert before <= 4 + 2 * (2 * partition.applications + 2)
-    response.temperatures(partition.heat)
-    assert response.transforms - before == 5
-    response.temperatures(DividedHeat(disc.flux, 0.5))
-    assert response.transforms - before == 9
-
-
 # --- limits -------------------------------------------------------------------------------------------------------
 
 

@@ -1,13 +1,10 @@
-"""What a derived does not need is skipped: the answer stays the same, and each test records what was saved.
-
-The savings (transforms, applications, tables, bytes) go to the test report with `record_property`."""
+"""Stages that a problem does not need are skipped: the answer stays the same."""
 
 from __future__ import annotations
 
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,8 +27,6 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import fixed_point
 from thermoroll_cli.steady_state.solver_options import Tolerances
 
-Record = Callable[[str, object], None]
-
 CREEPAGE = (0.0016, 0.0004)
 
 
@@ -46,7 +41,7 @@ def applications(result: Result) -> int:
 # --- nothing rubs ----------------------------------------------------------------------------------------------------
 
 
-def test_no_creepage(record_property: Record) -> None:
+def test_no_creepage() -> None:
     still, creeping = (solve(rolling(creepage=(c, 0.0))) for c in (0.0, 1e-9))
     assert "tangential" in still.work["skipped"] and "tangential" not in creeping.work["skipped"]
     assert applications(still) == 0
@@ -55,10 +50,9 @@ def test_no_creepage(record_property: Record) -> None:
     assert still.coupled.scalars["force_x_N"] == 0.0
     assert abs(creeping.coupled.scalars["force_x_N"]) < 1e-5 * creeping.problem.traction_limit
     assert still.coupled.scalars["gamma_st"] == 1.0 == pytest.approx(creeping.coupled.scalars["gamma_st"], abs=0.02)
-    record_property("applications_saved", applications(creeping))
 
 
-def test_no_friction(record_property: Record) -> None:
+def test_no_friction() -> None:
     smooth, rough = (solve(rolling(creepage=CREEPAGE, friction=mu)) for mu in (0.0, 1e-6))
     assert "tangential" in smooth.work["skipped"]
     assert applications(smooth) == 0
@@ -70,45 +64,40 @@ def test_no_friction(record_property: Record) -> None:
     scale = np.abs(smooth.coupled.fields["slip_x"]).max()
     for name in ("slip_x", "slip_y"):
         np.testing.assert_allclose(smooth.coupled.fields[name][inside], rough.coupled.fields[name][inside], atol=1e-2 * scale)
-    record_property("applications_saved", applications(rough))
 
 
 # --- heat ------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["force_x_N", "force_y_N", "Q_F_W", "gamma_st", "gamma_p", "gamma_c"])
-def test_heat_switched_off(name: str, record_property: Record) -> None:
+def test_heat_switched_off(name: str) -> None:
     cold, warm = (solve(rolling(creepage=CREEPAGE, heating=h)) for h in (MECHANICAL, Heating(deformation=False)))
     assert "heat" in cold.work["skipped"] and "heat" not in warm.work["skipped"]
     assert cold.coupled.scalars[name] == warm.coupled.scalars[name]
     assert np.isnan(cold.coupled.scalars["temperature_rise_max_lower_K"])
     assert "temperature_rise_lower" not in cold.coupled.fields
-    record_property("transforms_saved", transforms(warm) - transforms(cold))
     assert transforms(warm) > transforms(cold)
 
 
-def test_deformation_switched_off(record_property: Record) -> None:
+def test_deformation_switched_off() -> None:
     problem = article_4_1(32)
     coupled = solve(problem)
     stiff = solve(replace(problem, heating=replace(problem.heating, deformation=False)))
     assert "deformation" in stiff.work["skipped"]
     for name in ("Q_F_W", "force_x_N", "gamma_p", "temperature_rise_max_lower_K"):
         assert stiff.coupled.scalars[name] == coupled.isothermal.scalars[name]
-    record_property("transforms_saved", transforms(coupled) - transforms(stiff))
     assert transforms(coupled) > 2 * transforms(stiff)
 
 
-def test_bulge_below_tolerance(record_property: Record) -> None:
+def test_bulge_below_tolerance() -> None:
     problem = rolling(grid=32, creepage=CREEPAGE, heating=Heating())
     skipped = solve(problem)
     assert "deformation" in skipped.work["skipped"]
     # The same fixed point iterated for nothing.
     discretisation = Discretisation(DerivedQuantities(problem), (32, 32), problem.numerics.extent)
     start = fixed_point(discretisation, Starts(discretisation).isothermal(), Tolerances()).contact
-    before = discretisation.transforms
     state = fixed_point(discretisation, Starts(discretisation).coupled(start, discretisation), Tolerances())
     assert state.converged and state.acts_back
-    record_property("transforms_saved", discretisation.transforms - before)
     # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.
     cold = discretisation.press(np.zeros(discretisation.grid.shape), start.normal, 1e-7)
     assert state.contact.normal.peak == pytest.approx(cold.peak, rel=STANDARD_ACCURACY)
@@ -125,7 +114,7 @@ def test_bulge_above_tolerance_is_not_skipped() -> None:
 # --- equal bodies ----------------------------------------------------------------------------------------------------
 
 
-def test_equal_bodies_share_thermal_kernels(record_property: Record) -> None:
+def test_equal_bodies_share_thermal_kernels() -> None:
     grid = Grid.over((24, 24), 1e-3, 1e-3)
     body = HeatedBody(50.0, 1.3 * 11.7e-6, 1e-5, 1.0)
     other = replace(body, diffusivity=body.diffusivity * (1.0 + 1e-12))
@@ -136,10 +125,9 @@ def test_equal_bodies_share_thermal_kernels(record_property: Record) -> None:
     for a, b in zip(shared.temperatures(heat), apart.temperatures(heat), strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-9)
     assert (shared.tables, apart.tables) == (2, 4)
-    record_property("tables_saved", apart.tables - shared.tables)
 
 
-def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear(record_property: Record) -> None:
+def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear() -> None:
     upper = replace(STEEL, youngs_modulus=STEEL.youngs_modulus * (1.0 + 1e-4))
     equal = rolling(grid=32, creepage=CREEPAGE)
     nearly = replace(equal, upper=upper)
@@ -148,32 +136,28 @@ def test_equal_elastic_constants_need_no_iteration_of_pressure_and_shear(record_
     assert "normal (isothermal)" in one.work["skipped"]
     for name in ("force_x_N", "force_y_N"):
         assert one.coupled.scalars[name] == pytest.approx(other.coupled.scalars[name], abs=1e-3 * equal.traction_limit)
-    record_property("transforms_saved", transforms(other) - transforms(one))
     assert transforms(other) > transforms(one)
 
 
-def test_hertz_pressure_is_not_solved_for(record_property: Record) -> None:
+def test_hertz_pressure_is_not_solved_for() -> None:
     discretisation = Discretisation(DerivedQuantities(rolling(grid=64)), (64, 64), 2.2)
     exact = discretisation.isothermal_pressure
-    before = discretisation.pressure.solver.applications
     solved = discretisation.press(np.zeros(discretisation.grid.shape), exact, 1e-7)
     assert np.abs(solved.pressure - exact.pressure).max() < 5e-3 * exact.pressure.max()
     assert solved.approach == pytest.approx(exact.approach, rel=1e-3)
-    record_property("applications_saved", discretisation.pressure.solver.applications - before)
     assert solved.iterations > 0
 
 
 # --- operator --------------------------------------------------------------------------------------------------------
 
 
-def test_no_cross_terms_without_lateral_contraction(record_property: Record) -> None:
+def test_no_cross_terms_without_lateral_contraction() -> None:
     traction = np.random.default_rng(2).standard_normal((2, 20, 14))
     plain, tiny = (RollingGradient((20, 14), 1e-5, 1e-5, ShearCompliance(1e-12, d)) for d in (0.0, 1e-30))
     np.testing.assert_allclose(plain(traction), tiny(traction), rtol=0.0, atol=1e-13 * np.abs(plain(traction)).max())
     # Only one component is loaded: the other one stays exactly zero.
     traction[1] = 0.0
     assert not plain(traction)[1].any()
-    record_property("products_saved_per_application", 2)
 
 
 def test_lateral_contraction_of_zero_changes_nothing_else() -> None:
@@ -182,7 +166,7 @@ def test_lateral_contraction_of_zero_changes_nothing_else() -> None:
         assert zero.coupled.scalars[name] == pytest.approx(tiny.coupled.scalars[name], rel=1e-5)
 
 
-def test_bounding_box_of_the_contact(record_property: Record) -> None:
+def test_bounding_box_of_the_contact() -> None:
     # The same elements in a domain of twice the size.
     small, large = (solve(rolling(grid=n, extent=e, creepage=CREEPAGE)) for n, e in ((32, 2.2), (64, 4.4)))
     inner = slice(16, 48)
@@ -195,7 +179,6 @@ def test_bounding_box_of_the_contact(record_property: Record) -> None:
         contact = discretisation.isothermal_pressure.contact
         sizes.append(discretisation.traction.window_around(contact, None, discretisation.derived).shape)
     assert sizes[0] == sizes[1]
-    record_property("elements_of_box_and_domain", (sizes[1], (64, 64)))
 
 
 def test_contact_s_box_serves_smaller_contacts() -> None:
@@ -230,12 +213,11 @@ def loaded(*arguments: str) -> list[str]:
 CASE = Path(thermoroll_cli.__file__).parent.parent / "cases" / "article_3_1_case_1.toml"
 
 
-def test_nothing_plotted_needs_no_matplotlib(tmp_path: Path, record_property: Record) -> None:
+def test_nothing_plotted_needs_no_matplotlib(tmp_path: Path) -> None:
     modules = loaded("run", str(CASE), "-o", str(tmp_path), "--no-plots", "--set", "numerics.grid=16")
     assert "pyfftw" in modules
     assert "matplotlib" not in modules
     assert not list(tmp_path.glob("*.png")) and list(tmp_path.glob("*.h5"))
-    record_property("modules_not_imported", "matplotlib")
 
 
 def test_validating_needs_no_solver() -> None:

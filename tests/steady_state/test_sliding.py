@@ -12,7 +12,6 @@ from thermoroll_cli.halfspace.thermal import displacement_table, temperature_tab
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Heating, Motion
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -153,19 +152,6 @@ def test_article_4_1_with_sliding_peclet_numbers():
     assert sliding.work["sliding"]["terms_displacement"] <= 20
     assert sliding.work["iterations"]["coupling_iterations"] <= 10
     assert not any("sideways" in w for w in sliding.warnings)
-
-
-def test_kernels_are_kept_through_the_outer_iterations():
-    problem = article_4_1(24, heating=SLIDING)
-    discretisation = Discretisation(DerivedQuantities(problem), (24, 24), 2.6)
-    pressure = discretisation.isothermal_pressure
-    state = Contact(pressure, discretisation.roll(pressure, Traction.unknown((24, 24)), 1e-4))
-    for pressure in (1.0, 1.03, 0.98):
-        slip = pressure * state.tangential.slip
-        contact = replace(state, tangential=replace(state.tangential, slip=slip))
-        discretisation.heat(contact).expansion()
-        discretisation.heat(contact).temperatures()
-    assert discretisation.responses.sliding.built <= 3
 
 
 def test_mirrored_and_reversed_creepage_and_exchanged_bodies():

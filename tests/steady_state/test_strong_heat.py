@@ -167,7 +167,7 @@ def test_a_contact_that_partly_sticks_at_six_times_the_heat_of_the_article():
 
 @pytest.fixture(scope="module")
 def searched():
-    """The article's case at 4000 m/s on 24 × 24 elements, with a search on 16 × 16: the result, and the grids of all solutions."""
+    """The article's case at 4000 m/s on 24 × 24 elements, searched on 16 × 16: the result, and the grids of all solutions."""
     grids: list[tuple[int, int]] = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(limit, "SEARCH_GRID", (16, 16))
