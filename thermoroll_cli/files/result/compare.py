@@ -78,30 +78,23 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
     if both:
         rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, arm)
-    notes = list(_on_one_side(rows))
-    for prefix, here, there in (("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)):
-        if prefix and not both:
-            continue
+    notes = []
+    for missing in (_missing(True), _missing(False)):
+        names = [row.name for row in rows if row.note == missing]
+        notes += [f"not compared, {missing}: {', '.join(names)}"] if names else []
+    states = [("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)]
+    for prefix, here, there in states if both else states[:1]:
         if _same_grid(here, there):
             rows += _field_rows(prefix, here, there.fields)
             continue
         note = f"fields not compared: different grids ({_grid_words(here)} and {_grid_words(there)})"
-        if note not in notes:
-            notes.append(note)
+        notes += [note] if note not in notes else []
         rows += [
             Pair(prefix + name, "field", _magnitude(here.fields.get(name)), _magnitude(there.fields.get(name)), math.nan, note)
             for name in _union(here.fields, there.fields, FIELDS)
         ]
     rows += _rows_below(a, b)
     return Comparison(tuple(rows), rtol, tuple(notes))
-
-
-def _on_one_side(rows: list[Pair]) -> Iterator[str]:
-    """The scalars that only one file has, in words."""
-    for missing in (_missing(True), _missing(False)):
-        names = [row.name for row in rows if row.note == missing]
-        if names:
-            yield f"not compared, {missing}: {', '.join(names)}"
 
 
 def _numbers(result: Result) -> dict[str, float]:
@@ -136,9 +129,7 @@ def _grid_words(state: State) -> str:
 def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterator[Pair]:
     a = on.fields
     for name in _union(a, b, FIELDS):
-        if name not in a or name not in b:
-            yield Pair(prefix + name, "field", _magnitude(a.get(name)), _magnitude(b.get(name)), math.inf, _missing(name in a))
-        elif name == "state":
+        if name == "state" and name in a and name in b:
             left, right = (int(np.count_nonzero(fields[name])) for fields in (a, b))
             contact = int(np.count_nonzero((a[name] != 0) | (b[name] != 0)))
             share = int(np.count_nonzero(a[name] != b[name])) / max(1, contact)
@@ -146,8 +137,8 @@ def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterat
         else:
             family = FIELDS[name].family if name in FIELDS else ""
             members = [other for other in a if other == name or (family and other in FIELDS and FIELDS[other].family == family)]
-            scale = max(_magnitude(a[member]) or 0.0 for member in members)
-            yield _field_row(prefix + name, on, a[name], b[name], scale)
+            scale = max((_magnitude(a[member]) or 0.0 for member in members), default=0.0)
+            yield _field_row(prefix + name, {"x": on.x, "y": on.y}, a.get(name), b.get(name), scale)
 
 
 def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
@@ -157,31 +148,30 @@ def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
             yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.bodies))
             continue
         left, right = a.bodies[body], b.bodies[body]
-        for part, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
+        axes = {"z": left.depths, "x": a.x, "y": a.y}
+        for prefix, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
             for name in _union(fields, others, SUBSURFACE_FIELDS):
-                full_name, here, there = f"subsurface.{body}.{part}{name}", fields.get(name), others.get(name)
-                if here is None or there is None or here.shape != there.shape:
-                    note = _missing(name in fields) if (here is None) != (there is None) else "of another shape"
-                    yield Pair(full_name, "field", _magnitude(here), _magnitude(there), math.inf, note)
-                    continue
-                difference = float(np.abs(here - there, dtype=np.float64).max())
-                scale = (_magnitude(here) or 0.0) if name == "temperature_rise" else left.most_stressed.value
-                relative = difference / scale if scale > 0.0 else math.inf if difference else 0.0
-                yield Pair(full_name, "field", _magnitude(here), _magnitude(there), relative, "largest magnitudes")
+                scale = _magnitude(fields.get(name)) if name == "temperature_rise" else left.most_stressed.value
+                yield _field_row(f"subsurface.{body}.{prefix}{name}", axes, fields.get(name), others.get(name), scale or 0.0)
 
 
-def _field_row(name: str, on: State, a: NDArray[Any], b: NDArray[Any], scale: float) -> Pair:
-    """The difference of a field, and both values where it is largest."""
+def _field_row(
+    name: str, axes: Mapping[str, NDArray[Any]], a: NDArray[Any] | None, b: NDArray[Any] | None, scale: float
+) -> Pair:
+    """The difference of a field, and both values where it is largest; `axes` are those of the array."""
+    if a is None or b is None or a.shape != b.shape:
+        note = _missing(a is not None) if (a is None) != (b is None) else "of another shape"
+        return Pair(name, "field", _magnitude(a), _magnitude(b), math.inf, note)
     distance = np.abs(np.asarray(a, dtype=np.float64) - b)
     distance[np.isnan(a) & np.isnan(b)] = 0.0
     distance[np.isnan(a) != np.isnan(b)] = math.inf
-    i, j = np.unravel_index(np.argmax(distance), distance.shape)
-    difference = float(distance[i, j])
+    index = np.unravel_index(np.argmax(distance), distance.shape)
+    difference = float(distance[index])
     if difference == 0.0:
         return Pair(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
     relative = difference / scale if scale > 0.0 else math.inf
-    place = f"at x = {1e3 * on.x[i]:.3g}, y = {1e3 * on.y[j]:.3g} mm"
-    return Pair(name, "field", float(a[i, j]), float(b[i, j]), relative, place)
+    place = ", ".join(f"{axis} = {1e3 * values[i]:.3g}" for (axis, values), i in zip(axes.items(), index, strict=False))
+    return Pair(name, "field", float(a[index]), float(b[index]), relative, f"at {place} mm")
 
 
 def _scale(name: str, scalars: Mapping[str, float], arm: float) -> float:
