@@ -13,8 +13,8 @@ from tests.support.cases import findings
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.case_errors import Finding, Span
-from thermoroll_cli.files.case_keys import known_keys
 from thermoroll_cli.files.case_model import Settings
+from thermoroll_cli.files.case_schema import known_keys
 from thermoroll_cli.files.case_source import SIZE_LIMIT
 
 

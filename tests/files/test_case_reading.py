@@ -12,7 +12,7 @@ import pytest
 from tests.support.cases import parse
 from tests.support.command_line import MECHANICAL, THERMAL
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
-from thermoroll_cli.files.case_keys import known_keys
+from thermoroll_cli.files.case_schema import known_keys
 from thermoroll_cli.files.case_source import apply_overrides
 
 

@@ -6,31 +6,20 @@ import html
 import json
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import tomli_w
 
+from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
-from thermoroll_cli.files.case_keys import Input, inputs
-from thermoroll_cli.files.case_model import (
-    MOVED,
-    BodyStrengthTable,
-    CoatingTable,
-    MaterialTable,
-    ProfileTable,
-    RecirculationTable,
-    Settings,
-    Table,
-    WornBodyTable,
-)
 from thermoroll_cli.files.case_source import (
-    STANDARD_INPUT,
     CaseSource,
     Override,
     apply_overrides,
+    case_name,
     key_path,
     parse_source,
     read_source,
@@ -49,7 +38,7 @@ class Case:
 
     name: str = field(compare=False)
     text: str = field(compare=False)
-    settings: Settings
+    settings: model.Settings
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
@@ -68,7 +57,8 @@ class Case:
     def from_dict(cls, content: Mapping[str, Any], *, name: str = "case") -> Case:
         """The case of tables and keys as in a case file, for example `{"load": {"normal_N": 65.0, …}, …}`. Values may be
         NumPy's; None is a key left out. Raises CaseError."""
-        return cls._from_content(_plain(content), name, "from_dict")
+        given = _plain(content)
+        return cls(name, tomli_w.dumps(given), validate(CaseSource("from_dict", "", given, located=False)))
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
@@ -77,7 +67,7 @@ class Case:
             content = json.loads(text)
             geometry = content["geometry"]
             content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
-            for (table, key), (new_table, new_key) in MOVED.items():
+            for (table, key), (new_table, new_key) in model.MOVED.items():
                 if key in content[table]:
                     content.setdefault(new_table, {})[new_key] = content[table].pop(key)
         except (ValueError, KeyError, TypeError, AttributeError):
@@ -95,11 +85,6 @@ class Case:
     def from_source(cls, source: CaseSource, name: str) -> Case:
         """The case of a text that is parsed already. Raises CaseError."""
         return cls(name, source.text, validate(source))
-
-    @classmethod
-    def _from_content(cls, content: dict[str, Any], name: str, origin: str) -> Case:
-        settings = validate(CaseSource(origin, "", content, located=False))
-        return cls(name, tomli_w.dumps(content), settings)
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
         """This case with other values for some dotted keys, for example `{"rolling.speed_m_s": 2.0}`. Where two keys exclude
@@ -152,23 +137,54 @@ class Case:
         return f"<table><caption>{title}</caption><tr><th>key</th><th>value</th><th>in SI</th></tr>{rows}</table>"
 
     def _content(self) -> dict[str, Any]:
-        content = _given(self.settings)
+        content = self.settings.model_dump(exclude_none=True)
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
         return {key: value for key, value in content.items() if value not in ("", {})}
 
 
-def case_name(path: str | os.PathLike[str]) -> str:
-    """The name of the results of the case at `path`: the file name without its last suffix."""
-    name = os.fspath(path)
-    return "stdin" if name == STANDARD_INPUT else os.path.splitext(os.path.basename(name))[0]
+@dataclass(frozen=True)
+class Input:
+    """A key with its `value` in the unit of the key, and in SI: `si` is None for what is no number, `unit` empty for what
+    has none."""
+
+    key: str
+    value: Any
+    si: float | None
+    unit: str
+
+    @property
+    def shown(self) -> str:
+        """The value in the unit of the key, as text."""
+        return shown(self.value)
+
+    @property
+    def shown_si(self) -> str:
+        """The value in SI units, where those say more than the number alone."""
+        return f"{self.si:.6g} {self.unit}" if self.si is not None and self.unit else ""
 
 
-def _given(value: Any) -> Any:
-    """The keys and tables in a table that are not left out."""
-    if isinstance(value, Table):
-        return {key: _given(inner) for key, inner in value if inner is not None}
-    return [_given(item) for item in value] if isinstance(value, list) else value
+def inputs(table: model.Table, prefix: str = "") -> Iterator[Input]:
+    """All keys of a case that have a value, in the order of the tables."""
+    for name, value in table:
+        key = prefix + name
+        if isinstance(value, model.Table):
+            yield from inputs(value, f"{key}.")
+        elif isinstance(value, list) and value and isinstance(value[0], model.Table):
+            for number, item in enumerate(value):
+                yield from inputs(item, f"{key}.{number}.")
+        elif isinstance(value, int | float) and not isinstance(value, bool):
+            yield Input(key, value, float(table.si(name)), model.si_unit(type(table).model_fields[name])[0])
+        elif value is not None and value != "":
+            yield Input(key, value, None, "")
+
+
+def shown(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"{len(value)} values" if len(value) > 2 else "×".join(map(shown, value))
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 def _plain(value: Any) -> Any:
@@ -180,8 +196,8 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-def problem_of(settings: Settings) -> si.Problem:
-    """The problem in SI units that a case describes: units are converted here (`Table.si`) and nowhere else."""
+def problem_of(settings: model.Settings) -> si.Problem:
+    """The problem in SI units that a case describes: units are converted here (`case_model.Table.si`) and nowhere else."""
     lower, upper = (_material(material) for material in settings.materials.values())
     geometry, load, rolling, friction = settings.geometry, settings.load, settings.rolling, settings.friction
     creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
@@ -231,7 +247,7 @@ def problem_of(settings: Settings) -> si.Problem:
     )
 
 
-def _friction_law(settings: Settings) -> FrictionLaw | None:
+def _friction_law(settings: model.Settings) -> FrictionLaw | None:
     """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
     law that does not fall, which is warned of."""
     friction, at_rest = settings.friction, settings.load.friction_coefficient
@@ -246,7 +262,7 @@ def _friction_law(settings: Settings) -> FrictionLaw | None:
     return replace(law, limit=(friction.limit_coefficient or 0.0) / at_rest, half_slip=friction.half_slip_m_s or 0.0)
 
 
-def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:
+def _subsurface(settings: model.Settings) -> si.SubsurfaceRequest | None:
     table = settings.subsurface
     return None if table is None else si.SubsurfaceRequest(
         bodies=tuple(body for body in si.BODIES if body in table.bodies),
@@ -259,11 +275,11 @@ def _subsurface(settings: Settings) -> si.SubsurfaceRequest | None:
     )  # fmt: skip
 
 
-def _strength(table: BodyStrengthTable | None) -> si.Strength | None:
+def _strength(table: model.BodyStrengthTable | None) -> si.Strength | None:
     return None if table is None else si.Strength(table.si("shear_yield_MPa"), table.dang_van_coefficient)
 
 
-def _wear(settings: Settings) -> si.Wear | None:
+def _wear(settings: model.Settings) -> si.Wear | None:
     table = settings.wear
     if table is None:
         return None
@@ -277,30 +293,30 @@ def _wear(settings: Settings) -> si.Wear | None:
     )
 
 
-def _worn_body(table: WornBodyTable | None, radius_mm: float) -> si.WornBody:
+def _worn_body(table: model.WornBodyTable | None, radius_mm: float) -> si.WornBody:
     if table is None:
         return si.WornBody()
     return si.WornBody(table.si("specific_wear_rate_mm3_Nm"), table.track_length_m or 2e-3 * math.pi * abs(radius_mm))
 
 
-def _recirculation(table: RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:
+def _recirculation(table: model.RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:
     if table is None or not table.recirculate:
         return None
     width = 2.0 * abs(radius_mm) / 1e3 if table.width_mm is None else table.si("width_mm")
     return si.Recirculation(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
 
 
-def _material(material: MaterialTable) -> si.Material:
+def _material(material: model.MaterialTable) -> si.Material:
     return si.Material(*_constants(material), layers=tuple(
         si.Layer(layer.si("thickness_um"), *_constants(layer)) for layer in material.layers or ()))
 
 
-def _constants(table: MaterialTable | CoatingTable) -> tuple[float, float, float | None, float | None, float | None]:
+def _constants(table: model.MaterialConstants) -> tuple[float, float, float | None, float | None, float | None]:
     return (table.si("youngs_modulus_GPa"), table.poisson_ratio, table.conductivity_W_mK, table.si("expansion_um_mK"),
             table.si("diffusivity_mm2_s"))
 
 
-def _profile(table: ProfileTable | None) -> Profile | None:
+def _profile(table: model.ProfileTable | None) -> Profile | None:
     if table is None:
         return None
     points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())

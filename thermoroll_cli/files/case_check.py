@@ -14,13 +14,6 @@ from pydantic.fields import FieldInfo
 
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_keys import (
-    allowed_values,
-    known_keys,
-    known_words,
-    tables_in,
-    takes_numbers,
-)
 from thermoroll_cli.files.case_model import (
     BODIES,
     EXCLUSIVE,
@@ -33,6 +26,7 @@ from thermoroll_cli.files.case_model import (
     ThermalTable,
     TwoMaterials,
 )
+from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
 from thermoroll_cli.files.case_source import CaseSource
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY

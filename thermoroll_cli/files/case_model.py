@@ -86,6 +86,9 @@ Radius = Annotated[
 ]  # fmt: skip
 
 
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
 class Table(BaseModel):
     """A table of the case file: unknown keys, wrong types, nan and inf are errors."""
 
@@ -102,25 +105,25 @@ class Table(BaseModel):
         return value / round(1.0 / factor) if factor < 1.0 else value * factor
 
 
-class CoatingTable(Table):
+class MaterialConstants(Table):
+    """Constants of one material."""
+
+    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
+    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
+    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
+    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+
+
+class CoatingTable(MaterialConstants):
     """A bonded layer of a body, from the surface down."""
 
     thickness_um: float = quantity("um", "Thickness of the layer", ge=1e-6, le=1e9)
-    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
-    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
-    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
-    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
-    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
 
 
-class MaterialTable(Table):
+class MaterialTable(MaterialConstants):
     """Constants of one material, with layers on it."""
 
-    youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
-    poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
-    conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
-    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
-    diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
     layers: Annotated[list[CoatingTable] | None, Allowed(f"1 to {MOST_LAYERS} tables, from the surface down")] = Field(
         default=None, description="Bonded layers, from the surface down", min_length=1, max_length=MOST_LAYERS
     )
@@ -137,8 +140,7 @@ class ProfileTable(Table):
     """Shape of a body across rolling, instead of a lateral radius: points, a file of them, or a crown."""
 
     points_mm: Annotated[
-        list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None,
-        Allowed(f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing"),
+        list[Pair] | None, Allowed(f"2 to {LARGEST_PROFILE} pairs [y, height] of numbers in mm, y increasing")
     ] = Field(
         default=None, description="[y, height] in mm, y increasing, height positive out of the body",
         min_length=2, max_length=LARGEST_PROFILE, json_schema_extra={"unit": "mm"},
@@ -157,7 +159,7 @@ class ProfileTable(Table):
     tilt_mrad: float = quantity("mrad", "Rise of the profile towards +y", 0.0, ge=-500, le=500)
 
 
-_PROFILE = Allowed("a table: points_mm, file or kind")
+Profile = Annotated[ProfileTable, Allowed("a table: points_mm, file or kind")]
 
 
 class GeometryTable(Table):
@@ -167,12 +169,8 @@ class GeometryTable(Table):
     lower_radius_y_mm: Radius | None = quantity("mm", "Radius of the lower body across rolling, unless it has a profile", None)
     upper_radius_x_mm: Radius = quantity("mm", "Radius of the upper body along rolling")
     upper_radius_y_mm: Radius | None = quantity("mm", "Radius of the upper body across rolling, unless it has a profile", None)
-    lower_profile: Annotated[ProfileTable | None, _PROFILE] = Field(
-        default=None, description="Profile of the lower body across rolling"
-    )
-    upper_profile: Annotated[ProfileTable | None, _PROFILE] = Field(
-        default=None, description="Profile of the upper body across rolling"
-    )
+    lower_profile: Profile | None = Field(default=None, description="Profile of the lower body across rolling")
+    upper_profile: Profile | None = Field(default=None, description="Profile of the upper body across rolling")
 
 
 class LoadTable(Table):
@@ -193,7 +191,7 @@ class FrictionTable(Table):
     half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the loss has happened, unless law is a table",
                                            None, ge=1e-12, le=1e9)  # fmt: skip
     table: Annotated[
-        list[Annotated[list[float], Field(min_length=2, max_length=2)]] | None,
+        list[Pair] | None,
         Allowed(f"2 to {LARGEST_PROFILE} pairs [slip speed, coefficient] of numbers, slip speeds in m/s increasing from 0"),
     ] = Field(default=None, description="[slip speed in m/s, coefficient of friction] of a table", min_length=2,
               max_length=LARGEST_PROFILE)  # fmt: skip
@@ -203,9 +201,8 @@ class FrictionTable(Table):
         "1/K", "Share of the coefficient of friction lost per kelvin of contact temperature (negative: gained)", 0.0,
         ge=-10, le=10
     )  # fmt: skip
-    temperature_start_K: float = quantity(
-        "K", "Contact temperature from which the coefficient of friction changes", 0.0, ge=-1e4, le=1e4
-    )
+    temperature_start_K: float = quantity("K", "Contact temperature from which the coefficient of friction changes", 0.0,
+                                          ge=-1e4, le=1e4)
     temperature_minimum_factor: float = quantity(
         "1", "Share of the coefficient of friction that remains however hot the contact gets", 0.1, ge=0, le=1
     )
@@ -224,9 +221,8 @@ class RollingTable(Table):
     """Rolling motion."""
 
     speed_m_s: float = quantity("m/s", "Rolling speed, mean of both bodies", ge=1e-12, le=1e9)
-    differential_slip: bool = Field(
-        default=True, description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)"
-    )
+    differential_slip: bool = Field(default=True,
+                                    description="Rolling radii vary across the contact as the surfaces curve (Heathcote slip)")
 
 
 class CreepageTable(Table):
@@ -295,9 +291,8 @@ class SubsurfaceTable(Table):
     bodies: Annotated[
         list[Literal["lower", "upper"]], Allowed('["lower"], ["upper"] or ["lower", "upper"]')
     ] = Field(default=["lower", "upper"], description="Bodies to look into", min_length=1, max_length=2)  # fmt: skip
-    depth_mm: float | None = quantity(
-        "mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9, le=1e9
-    )
+    depth_mm: float | None = quantity("mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9,
+                                      le=1e9)
     layers: int | None = Field(
         default=None, ge=2, le=400,
         description="Layers from the surface down; default as many as a ratio of 1.157 from one to the next takes",
@@ -393,21 +388,21 @@ class Exclusive:
     allowed: str
 
 
-def _exclusive(table: str, first: str, second: str, allowed: str) -> Exclusive:
-    prefix = tuple(table.split(".")) if table else ()
-    return Exclusive((*prefix, *first.split(".")), (*prefix, *second.split(".")), allowed)
+def _exclusive(first: str, second: str, allowed: str) -> Exclusive:
+    return Exclusive(tuple(first.split(".")), tuple(second.split(".")), allowed)
 
 
 EXCLUSIVE = (
-    _exclusive("numerics", "grid", "accuracy", "a grid, or an accuracy for which a grid is picked"),
-    *(_exclusive("", f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
+    _exclusive("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
+    *(_exclusive(f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
       for way in ("longitudinal", "lateral")),
-    *(_exclusive("geometry", f"{body}_radius_y_mm", f"{body}_profile", "a lateral radius or a profile") for body in BODIES),
-    *(_exclusive(f"geometry.{body}_profile", first, second, "one of points_mm, file and kind") for body in BODIES
-      for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
-    *(_exclusive(f"thermal.{body}", "convection_W_m2K", "thermal_resistance_K_W",
+    *(_exclusive(f"geometry.{body}_radius_y_mm", f"geometry.{body}_profile", "a lateral radius or a profile")
+      for body in BODIES),
+    *(_exclusive(f"geometry.{body}_profile.{first}", f"geometry.{body}_profile.{second}", "one of points_mm, file and kind")
+      for body in BODIES for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
+    *(_exclusive(f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
                  "convection, or a thermal resistance, of each body") for body in BODIES),
-    _exclusive("wear", "distance_km", "depth_um", "a distance, or a depth"),
+    _exclusive("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
 )  # fmt: skip
 """Keys that exclude each other. With --set the one that is set replaces the other."""
 

@@ -1,13 +1,89 @@
-"""The JSON schema of case files, made from the model that reads them."""
+"""The keys that a case may have and what each allows: in words for errors, and as a JSON schema for editors. Both follow from
+the model that reads cases."""
 
 from __future__ import annotations
 
 import json
 import re
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, Literal, get_args, get_origin
 
-from thermoroll_cli.files.case_keys import table_at
-from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Settings
+from pydantic.fields import FieldInfo
+
+from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Allowed, Settings, Table, key_unit
+
+
+def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:
+    """The models of a key that is a table, or a list of tables; none for any other key."""
+    return tuple(dict.fromkeys(_leaves(field.annotation, lambda kind: isinstance(kind, type) and issubclass(kind, Table))))
+
+
+def table_at(path: tuple[str | int, ...]) -> tuple[type[Table], ...]:
+    """The models of the table at `path`, which is () for the whole case; none where there is no table."""
+    found: tuple[type[Table], ...] = (Settings,)
+    for part in path:
+        if isinstance(part, str):
+            fields = (table.model_fields.get(part) for table in found)
+            found = tuple(inner for field in fields if field is not None for inner in tables_in(field))
+    return found
+
+
+def known_keys(path: tuple[str | int, ...]) -> tuple[str, ...]:
+    """Keys that the table at `path` may have, in any of its forms."""
+    return tuple(dict.fromkeys(key for table in table_at(path) for key in table.model_fields))
+
+
+def takes_numbers(field: FieldInfo) -> bool:
+    """Whether a key may be a number, or true or false."""
+    return any(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
+
+
+def known_words(field: FieldInfo) -> tuple[str, ...]:
+    """The words that a key may have."""
+    literals = _leaves(field.annotation, lambda kind: get_origin(kind) is Literal)
+    return tuple(word for literal in literals for word in get_args(literal) if isinstance(word, str))
+
+
+def _leaves(annotation: Any, wanted: Any) -> Iterator[Any]:
+    """The parts of a type, however deep, for which `wanted` holds."""
+    if wanted(annotation):
+        yield annotation
+        return
+    for part in get_args(annotation):
+        yield from _leaves(part, wanted)
+
+
+def _metadata(field: FieldInfo) -> list[Any]:
+    """Annotations of a field and of the alternatives of its type."""
+    inner = [item for part in get_args(field.annotation) for item in getattr(part, "__metadata__", ())]
+    # Limits in Annotated[float, Field(ge=0)] stand in a field of their own.
+    return [*field.metadata, *(note for item in inner for note in (item.metadata if isinstance(item, FieldInfo) else (item,)))]
+
+
+def allowed_values(field: FieldInfo) -> str:
+    """The values a key may have, in words."""
+    notes = _metadata(field)
+    stated = next((note.words for note in notes if isinstance(note, Allowed)), "")
+    if stated:
+        return stated
+    if tables_in(field):
+        return "a table"
+    kinds = list(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
+    choices = ["true", "false"] if bool in kinds else []
+    limits = {name: getattr(note, name) for note in notes for name in ("ge", "le") if hasattr(note, name)}
+    if limits:
+        number = "a whole number" if int in kinds else "a number"
+        unit = key_unit(field)
+        choices.append(f"{number} from {_short(limits['ge'])} to {_short(limits['le'])}{f', in {unit}' if unit else ''}")
+    choices += [f'"{word}"' for word in known_words(field)]
+    if limits and len(choices) == 2:
+        return ", or ".join(choices)
+    return " or ".join([", ".join(choices[:-1]), choices[-1]] if choices[1:] else choices)
+
+
+def _short(number: float) -> str:
+    """1e9, not 1e+09."""
+    return re.sub(r"e([-+])0*", lambda sign: "e-" if sign[1] == "-" else "e", f"{number:g}")
 
 
 def case_schema() -> dict[str, Any]:

@@ -147,6 +147,12 @@ def parse_source(text: str, name: str, overrides: Sequence[Override] = ()) -> Ca
     return source
 
 
+def case_name(path: str | os.PathLike[str]) -> str:
+    """The name of the results of the case at `path`: the file name without its last suffix."""
+    name = os.fspath(path)
+    return "stdin" if name == STANDARD_INPUT else os.path.splitext(os.path.basename(name))[0]
+
+
 def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> None:
     """Set the keys of `overrides` in `content`; of two keys that exclude each other the overriding one stays.
 
