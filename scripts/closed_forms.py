@@ -16,12 +16,11 @@ import numpy as np
 
 from scripts.problems import STEEL, elastic, ellipse, rolling
 from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.exact.moving_ellipse import ellipse_maximum
-from thermoroll_cli.exact.source_limits import effusivity, tian_kennedy_maximum
+from thermoroll_cli.exact.moving_sources import effusivity, ellipse_maximum, tian_kennedy_maximum
+from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Geometry, Heating, Problem, SubsurfaceRequest

@@ -26,8 +26,8 @@ from scripts.figures.figures_drawing import (
 )
 from thermoroll_cli import Case
 from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
+from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS

@@ -28,8 +28,7 @@ from scripts.figures.figures_drawing import (
     view_of,
     write,
 )
-from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature
-from thermoroll_cli.exact.source_limits import tian_kennedy_maximum
+from thermoroll_cli.exact.moving_sources import rectangle_maximum, rectangle_temperature, tian_kennedy_maximum
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.plots.style import few_ticks

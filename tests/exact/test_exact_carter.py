@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from thermoroll_cli.exact.carter import carter, carter_from_force, saturation_creepage
 from thermoroll_cli.exact.hertz import line_contact
+from thermoroll_cli.exact.rolling_cylinders import carter, carter_from_force, saturation_creepage
 
 CONTACT = line_contact(curvature=40.0, contact_modulus=1.1e11, load_per_length=3e5)
 MU = 0.3

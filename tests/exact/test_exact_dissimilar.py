@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermoroll_cli.exact import bentall_johnson as bj
+from thermoroll_cli.exact import rolling_cylinders as bj
 from thermoroll_cli.exact import spence
 from thermoroll_cli.exact.hertz import line_contact
 

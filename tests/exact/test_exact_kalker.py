@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from thermoroll_cli.exact import kalker
-from thermoroll_cli.exact.carter import carter
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
+from thermoroll_cli.exact.rolling_cylinders import carter
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 COEFFICIENTS = json.loads((REFERENCE / "kalker_coefficients.json").read_text())

@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from thermoroll_cli.exact.moving_ellipse import (
+from thermoroll_cli.exact.moving_sources import (
     EXPONENTS,
+    band_temperature,
     circle_mean_temperature,
     ellipse_maximum,
     ellipse_temperature,
+    rectangle_temperature,
 )
-from thermoroll_cli.exact.moving_sources import rectangle_temperature
-from thermoroll_cli.exact.source_limits import band_temperature
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CIRCLES = json.loads((REFERENCE / "moving_sources.json").read_text())["circle"]

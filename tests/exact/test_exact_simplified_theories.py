@@ -7,8 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from thermoroll_cli.exact.kalker import creepage_coefficients, fastsim_flexibilities, linear_creep_forces
-from thermoroll_cli.exact.simplified_theories import fastsim, polach
+from thermoroll_cli.exact.kalker import creepage_coefficients, fastsim, fastsim_flexibilities, linear_creep_forces, polach
 
 G, LIMIT = 82e9, 25e3
 A, B = 6e-3, 4e-3

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.mirror import unfolded
+from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.problem import Heating, Material
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve

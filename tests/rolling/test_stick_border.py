@@ -10,7 +10,7 @@ import pytest
 
 from tests.support.scenes import CASES, article_4_1, elastic, reference_problem, rolling, saturation, solved
 from tests.support.strips import CYLINDERS, carter_strip
-from thermoroll_cli.exact.carter import carter, saturation_creepage
+from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.rolling.element_borders import stick_share
 

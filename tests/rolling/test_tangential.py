@@ -24,10 +24,10 @@ from tests.support.scenes import (
     spheres,
 )
 from tests.support.strips import carter_strip, solve_cell
-from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.cattaneo_mindlin import full_slip_displacement
 from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.exact.kalker import TABLE, full_slip_creepages
+from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Geometry, Motion

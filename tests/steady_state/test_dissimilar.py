@@ -12,7 +12,7 @@ from scipy.integrate import dblquad
 
 from tests.support.scenes import MECHANICAL, STEEL, ellipse, on_grid, order, reference, spheres
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
-from thermoroll_cli.exact import bentall_johnson, spence
+from thermoroll_cli.exact import rolling_cylinders, spence
 from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
 from thermoroll_cli.halfspace.thermal import temperature_table
@@ -92,7 +92,7 @@ def test_coupling_constant():
     assert coupling_constant((1e9, 0.4), (3e9, 0.2)) == 0.0  # G/(1 − 2ν) alike
     k = coupling_constant(ALUMINIUM, HARD_STEEL)
     assert coupling_constant(HARD_STEEL, ALUMINIUM) == -k
-    mismatch = bentall_johnson.material_mismatch(*ALUMINIUM, *HARD_STEEL)
+    mismatch = rolling_cylinders.material_mismatch(*ALUMINIUM, *HARD_STEEL)
     compliance = ShearCompliance.of(ALUMINIUM, HARD_STEEL).along
     assert 4.0 * math.pi * k / compliance == pytest.approx(mismatch, rel=1e-14)
     lower, upper = (Material(2.0 * g * (1.0 + nu), nu) for g, nu in (ALUMINIUM, HARD_STEEL))
@@ -219,7 +219,7 @@ class Cylinders:
     def __init__(self, n: int) -> None:
         compliance = ShearCompliance.of(ALUMINIUM, HARD_STEEL)
         self.contact = line_contact(20.0, 2.0 / compliance.along, 2e5)
-        self.mismatch = bentall_johnson.material_mismatch(*ALUMINIUM, *HARD_STEEL)
+        self.mismatch = rolling_cylinders.material_mismatch(*ALUMINIUM, *HARD_STEEL)
         a = self.contact.half_width
         self.scale = self.mismatch * a * self.contact.curvature  # κ a/R
         self.grid = grid = Grid(n, 1, 2.2 * a / n, 2000.0 * a)
@@ -244,10 +244,10 @@ def test_bentall_johnson_low_friction():
     """At ξ = 0.4574 κ a/R the force vanishes, and everywhere ṡ/V = ξ − κ a/(2R) sqrt(1 − x²/a²)."""
     cylinders = Cylinders(200)
     contact = cylinders.contact
-    creepage = bentall_johnson.free_rolling_creepage(cylinders.mismatch, contact.half_width, contact.curvature)
+    creepage = rolling_cylinders.free_rolling_creepage(cylinders.mismatch, contact.half_width, contact.curvature)
     solution, force = cylinders.roll(creepage, 1e-4)
     x = cylinders.grid.x
-    exact = bentall_johnson.low_friction_slip(x, creepage, cylinders.mismatch, contact.half_width, contact.curvature)
+    exact = rolling_cylinders.low_friction_slip(x, creepage, cylinders.mismatch, contact.half_width, contact.curvature)
     inside = cylinders.covered[:, 0] == 1.0
     np.testing.assert_allclose(solution.slip[0, inside, 0], exact[inside], atol=2e-3 * creepage)
     assert abs(force) < 0.02  # one element more or less of one sign

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import REFERENCE, STEEL, divided_heats, ellipse, on_grid, order, rolling, saturation, solved
-from thermoroll_cli.exact.moving_ellipse import ellipse_temperature
-from thermoroll_cli.exact.moving_sources import rectangle_temperature
+from thermoroll_cli.exact.moving_sources import ellipse_temperature, rectangle_temperature
 from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid

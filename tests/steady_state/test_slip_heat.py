@@ -12,7 +12,7 @@ import pytest
 from tests.support.scenes import elastic, order
 from tests.support.strips import CYLINDERS, carter_row, solve_cell
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.exact.carter import CarterContact, carter, saturation_creepage
+from thermoroll_cli.exact.rolling_cylinders import CarterContact, carter, saturation_creepage
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.halfspace.thermal import slopes

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from tests.support.scenes import elastic
-from thermoroll_cli.exact.carter import carter, saturation_creepage
 from thermoroll_cli.exact.hertz import line_contact
+from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient

@@ -20,9 +20,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import check_positive
 
 
 @dataclass(frozen=True)
@@ -39,15 +40,13 @@ class CattaneoMindlin:
     force_x: float
     force_limit: float
 
-    def traction(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def traction(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Traction τ_x = μp0 [sqrt(1 − r²/a²) − (c/a) sqrt(1 − r²/c²)], each root zero beyond its radius (Pa)."""
         rr = np.asarray(x, dtype=float) ** 2 + np.asarray(y, dtype=float) ** 2
         roots = np.sqrt(np.maximum(self.radius**2 - rr, 0.0)) - np.sqrt(np.maximum(self.stick_radius**2 - rr, 0.0))
         return np.asarray(math.copysign(self.peak_traction / self.radius, self.force_x) * roots)
 
-    def displacement(
-        self, x: ArrayLike, y: ArrayLike, shear_modulus: float, poisson_ratio: float
-    ) -> tuple[FloatArray, FloatArray]:
+    def displacement(self, x: ArrayLike, y: ArrayLike, shear_modulus: float, poisson_ratio: float) -> tuple[Array, Array]:
         """Surface displacements (u_x, u_y) of one body of the given constants (m), anywhere on the surface.
 
         Inside the stick circle u_x is uniform and u_y vanishes. Broadcasts x and y.
@@ -75,9 +74,7 @@ def cattaneo_mindlin(radius: float, peak_pressure: float, friction: float, force
 
     Raises ValueError if a, p0 or μ is not positive, or if |F_x| exceeds μW.
     """
-    for name, value in (("radius", radius), ("peak_pressure", peak_pressure), ("friction", friction)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise ValueError(f"{name} must be positive and finite, got {value!r}")
+    check_positive(radius=radius, peak_pressure=peak_pressure, friction=friction)
     limit = friction * 2.0 / 3.0 * math.pi * radius**2 * peak_pressure
     if not abs(force_x) <= limit:
         raise ValueError(f"force_x = {force_x!r} exceeds the friction limit {limit!r}: the contact slides")
@@ -92,7 +89,7 @@ def cattaneo_mindlin(radius: float, peak_pressure: float, friction: float, force
 
 def full_slip_displacement(
     x: ArrayLike, y: ArrayLike, radius: float, peak_traction: float, shear_modulus: float, poisson_ratio: float
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[Array, Array]:
     """Displacements (u_x, u_y) of one half-space under τ_x = τ0 sqrt(1 − r²/a²) (equations in the module's docstring).
 
     Parameters: positions (m, broadcast against each other), radius a (m), peak traction τ0 (Pa), shear modulus G (Pa)

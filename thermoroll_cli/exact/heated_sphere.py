@@ -22,13 +22,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
-from scipy.special import hyp2f1
+from scipy.special import beta, hyp2f1
 
-from thermoroll_cli.exact.hertz import hertz_contact
-
-Array = NDArray[np.float64]
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import check_positive, hertz_contact
 
 TERMS = 12
 """γ_p is then good to 1e-6 and the radius to 3e-5 (its error falls like 1/terms⁴), also where the contact has shrunk to a
@@ -69,7 +68,7 @@ class HeatedSphere:
     def centre_temperature(self, heat: float, conductivity: float) -> float:
         """Temperature rise in K in the centre of a body of `conductivity` (W/mK) that the share `heat` (W) of the heat enters,
         distributed like the pressure: 1/k ∫ q dr."""
-        line = sum(c * 0.5 * _beta(k) for k, c in enumerate(self.coefficients)) * self.radius
+        line = sum(c * 0.5 * beta(0.5, k + 1.5) for k, c in enumerate(self.coefficients)) * self.radius
         return float(line) * heat / self.normal_force / conductivity
 
 
@@ -84,10 +83,7 @@ def heated_sphere(
 
     Raises ValueError for constants that are not positive (`heating` may be 0), and for a contact smaller than `SMALLEST`.
     """
-    for name, value in (("contact_modulus", contact_modulus), ("relative_curvature", relative_curvature),
-                        ("normal_force", normal_force)):
-        if not value > 0.0:
-            raise ValueError(f"{name} must be positive, got {value}")
+    check_positive(contact_modulus=contact_modulus, relative_curvature=relative_curvature, normal_force=normal_force)
     if not heating >= 0.0:
         raise ValueError(f"heating must not be negative, got {heating}")
     hertz = hertz_contact(relative_curvature, relative_curvature, contact_modulus, normal_force)
@@ -111,9 +107,7 @@ def heated_sphere(
     return HeatedSphere(radius, hertz.semi_axis_x, hertz.peak_pressure, coefficients(radius), normal_force, contact_modulus)
 
 
-def gap_residual(
-    state: HeatedSphere, relative_curvature: float, heating: float, r: ArrayLike
-) -> Array:
+def gap_residual(state: HeatedSphere, relative_curvature: float, heating: float, r: ArrayLike) -> Array:
     """δ − r²/2R' + u − A p in m at distances r (m) inside the contact, less its mean: 0 for an exact state."""
     rho = np.asarray(r, dtype=float) / state.radius
     columns = _indentation(rho, state.radius, state.contact_modulus, len(state.coefficients))
@@ -134,8 +128,8 @@ def _collocated(radius: float, modulus: float, curvature: float, heating: float,
 
 def _indentation(rho: Array, radius: float, modulus: float, terms: int) -> Array:
     """A of each term in m/Pa, (len(rho), terms)."""
-
-    return np.stack([radius / modulus * _beta(k) * hyp2f1(0.5, -(k + 1.0), 1.0, rho**2) for k in range(terms)], axis=1)
+    k = np.arange(terms)
+    return np.asarray(radius / modulus * beta(0.5, k + 1.5) * hyp2f1(0.5, -(k + 1.0), 1.0, rho[:, None] ** 2))
 
 
 def _expansion(rho: Array, radius: float, terms: int) -> Array:
@@ -150,11 +144,6 @@ def _expansion(rho: Array, radius: float, terms: int) -> Array:
     sums = np.cumsum(powers, axis=2)[:, :, 2::2]
     integral = np.einsum("rn,rnk->rk", weights, sums)
     return -(radius**2) / (2.0 * np.arange(terms) + 3.0) * integral
-
-
-def _beta(k: int) -> float:
-    """B(½, k + 3/2)."""
-    return math.exp(math.lgamma(0.5) + math.lgamma(k + 1.5) - math.lgamma(k + 2.0))
 
 
 def _load(coefficients: Array, radius: float) -> float:

@@ -30,10 +30,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import elliprd, elliprf
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -79,16 +79,16 @@ class HertzContact:
         """Normal contact stiffness dW/dδ = 3W/(2δ), since δ ∝ W^(2/3)."""
         return 1.5 * self.normal_force / self.approach
 
-    def undeformed_gap(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def undeformed_gap(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Gap h_i = x²/(2R'_x) + y²/(2R'_y) of the bodies touching at the origin; broadcasts x and y."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         return np.asarray(0.5 * self.curvature_x * x**2 + 0.5 * self.curvature_y * y**2)
 
-    def pressure(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def pressure(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Pressure p0 sqrt(1 − x²/a0² − y²/b0²), zero outside the ellipse; broadcasts x and y."""
         return np.asarray(self.peak_pressure * np.sqrt(np.maximum(-self._excess(x, y), 0.0)))
 
-    def displacement(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def displacement(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Elastic surface displacement u_z of both bodies together, anywhere on the surface.
 
         δ − h_i inside the contact ellipse, the integral of the module's docstring outside; it falls as
@@ -114,13 +114,13 @@ class HertzContact:
         displacement[outside] = self.peak_pressure * (aa * bb) ** 0.5 / self.contact_modulus * integral
         return displacement
 
-    def gap(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def gap(self, x: ArrayLike, y: ArrayLike) -> Array:
         """Gap h = h_i + u_z − δ between the deformed surfaces: zero in the contact, positive outside."""
         gap = self.undeformed_gap(x, y) + self.displacement(x, y) - self.approach
         # differences of rounding size are meaningless in and next to the contact
         return np.where(self._excess(x, y) > 0.0, np.maximum(gap, 0.0), 0.0)
 
-    def _excess(self, x: ArrayLike, y: ArrayLike) -> FloatArray:
+    def _excess(self, x: ArrayLike, y: ArrayLike) -> Array:
         """x²/a0² + y²/b0² − 1: negative inside the contact ellipse."""
         x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
         return np.asarray((x / self.semi_axis_x) ** 2 + (y / self.semi_axis_y) ** 2 - 1.0)
@@ -140,14 +140,8 @@ def hertz_contact(curvature_x: float, curvature_y: float, contact_modulus: float
 
     Raises ValueError if any of them is not positive and finite.
     """
-    for name, value in (
-        ("curvature_x", curvature_x),
-        ("curvature_y", curvature_y),
-        ("contact_modulus", contact_modulus),
-        ("normal_force", normal_force),
-    ):
-        _require_positive(name, value)
-
+    check_positive(curvature_x=curvature_x, curvature_y=curvature_y, contact_modulus=contact_modulus,
+                   normal_force=normal_force)
     t = _log_aspect_ratio(math.log(curvature_x) - math.log(curvature_y))
     integrals = _curvature_integral(t) + _curvature_integral(-t)
     # cube roots factor by factor: the quotient itself may overflow for extreme units
@@ -165,10 +159,12 @@ def hertz_contact(curvature_x: float, curvature_y: float, contact_modulus: float
     )
 
 
-def _require_positive(name: str, value: float) -> None:
-    if not (math.isfinite(value) and value > 0.0):
-        hint = " (the bodies must curve away from each other)" if name.startswith("curvature") else ""
-        raise ValueError(f"{name} must be positive and finite{hint}, got {value!r}")
+def check_positive(**values: float) -> None:
+    """Raise ValueError naming the first value that is not positive and finite."""
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0.0):
+            hint = " (the bodies must curve away from each other)" if name.startswith("curvature") else ""
+            raise ValueError(f"{name} must be positive and finite{hint}, got {value!r}")
 
 
 def _curvature_integral(t: float) -> float:
@@ -207,7 +203,7 @@ class LineContact:
     contact_modulus: float
     load_per_length: float
 
-    def pressure(self, x: ArrayLike) -> FloatArray:
+    def pressure(self, x: ArrayLike) -> Array:
         """Pressure p0 sqrt(1 − x²/a²), zero outside the contact; shape of x."""
         x = np.asarray(x, dtype=float) / self.half_width
         return np.asarray(self.peak_pressure * np.sqrt(np.maximum((1.0 - x) * (1.0 + x), 0.0)))
@@ -221,12 +217,7 @@ def line_contact(curvature: float, contact_modulus: float, load_per_length: floa
 
     Raises ValueError if any of them is not positive and finite.
     """
-    for name, value in (
-        ("curvature", curvature),
-        ("contact_modulus", contact_modulus),
-        ("load_per_length", load_per_length),
-    ):
-        _require_positive(name, value)
+    check_positive(curvature=curvature, contact_modulus=contact_modulus, load_per_length=load_per_length)
     half_width = math.sqrt(4.0 * load_per_length / (math.pi * contact_modulus * curvature))
     return LineContact(
         half_width=half_width,
@@ -241,7 +232,7 @@ ROW_POINTS = 6
 """Gauss points across each row. The outermost row meets a square-root end point; six leave 1e-4 of that row's load."""
 
 
-def element_averages(hertz: HertzContact, x_edges: FloatArray, y_edges: FloatArray) -> tuple[FloatArray, FloatArray]:
+def element_averages(hertz: HertzContact, x_edges: Array, y_edges: Array) -> tuple[Array, Array]:
     """Element averages of p in Pa and covered fractions, both (nx, ny), for elements between the given edges (m).
 
     Both are integrated in closed form along x and by Gauss points across each row.

@@ -1,4 +1,4 @@
-"""Kalker's linear theory of rolling contact: creepage coefficients, creep forces, saturation, FASTSIM flexibilities.
+"""Kalker's creepage coefficients, and creep forces by linear theory, saturation, FASTSIM and Polach's formulas.
 
 Kalker, Three-Dimensional Elastic Bodies in Rolling Contact (1990), Secs. 2.2 and 3.7, App. E. In the limit of vanishing
 creepage (no slip anywhere) an elliptic contact with semi-axes a (along rolling) and b transmits
@@ -10,6 +10,10 @@ creepage (no slip anywhere) an elliptic contact with semi-axes a (along rolling)
 in the conventions of this program: traction along the slip of body 1 relative to body 2, ṡ_x/V = ξ_x − ξ_φ y,
 ṡ_y/V = ξ_y + ξ_φ x, material flowing towards +x. (Kalker has the leading edge at +x and the opposite traction; the
 mirror x → −x turns ξ_φ round, hence the minus sign beside C23.) G and ν are the combined constants of both bodies.
+
+The simplified theories that vehicle dynamics uses, FASTSIM (Kalker 1982) and Polach's formulas (1999), use the same
+coefficients for the elastic part and neglect heat. Both differ from the complete theory by up to about 15 %, more with much
+spin.
 """
 
 from __future__ import annotations
@@ -18,9 +22,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from scipy.interpolate import BarycentricInterpolator, CubicHermiteSpline
 
-from thermoroll_cli.exact.hertz import HertzContact
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import HertzContact, check_positive
 
 TABLE_POISSON_RATIOS = (0.0, 0.25, 0.5)
 
@@ -95,8 +100,7 @@ def creepage_coefficients(aspect_ratio: float, poisson_ratio: float) -> Creepage
 
     Raises ValueError if a/b is not positive and finite or ν is outside [0, 0.5].
     """
-    if not (math.isfinite(aspect_ratio) and aspect_ratio > 0.0):
-        raise ValueError(f"aspect_ratio must be positive and finite, got {aspect_ratio!r}")
+    check_positive(aspect_ratio=aspect_ratio)
     if not 0.0 <= poisson_ratio <= 0.5:
         raise ValueError(f"poisson_ratio must lie in [0, 0.5], got {poisson_ratio!r}")
     inside = min(max(aspect_ratio, TABLE[0][0]), TABLE[-1][0])
@@ -117,13 +121,8 @@ def asymptotic_coefficients(aspect_ratio: float, poisson_ratio: float) -> Creepa
 
 
 def linear_creep_forces(
-    coefficients: CreepageCoefficients,
-    semi_axis_x: float,
-    semi_axis_y: float,
-    shear_modulus: float,
-    creepage_x: float = 0.0,
-    creepage_y: float = 0.0,
-    spin: float = 0.0,
+    coefficients: CreepageCoefficients, semi_axis_x: float, semi_axis_y: float, shear_modulus: float, creepage_x: float = 0.0,
+    creepage_y: float = 0.0, spin: float = 0.0
 ) -> CreepForces:
     """Creep forces of the linear theory (equations in the module's docstring), valid while |F| ≪ μW.
 
@@ -147,8 +146,7 @@ def saturated_force(linear_force: float, limit: float) -> float:
 
     Raises ValueError if `limit` is not positive.
     """
-    if not limit > 0.0:
-        raise ValueError(f"limit must be positive, got {limit!r}")
+    check_positive(limit=limit)
     share = min(abs(linear_force) / (3.0 * limit), 1.0)
     return limit * (1.0 - (1.0 - share) ** 3)
 
@@ -192,33 +190,16 @@ def fastsim_flexibilities(
     )
 
 
-def _interpolated(aspect_ratio: float, poisson_ratio: float) -> NDArray[np.float64]:
+def _interpolated(aspect_ratio: float, poisson_ratio: float) -> Array:
     """C11, C22, C23, C33 inside the table."""
-    abscissa = np.log([row[0] for row in TABLE])
-    ordinate = np.log([row[1:] for row in TABLE])
+    abscissa, ordinate = np.log([row[0] for row in TABLE]), np.log([row[1:] for row in TABLE])
     slope = np.gradient(ordinate, abscissa, axis=0, edge_order=2)
-    where = math.log(aspect_ratio)
-    i = int(np.clip(np.searchsorted(abscissa, where) - 1, 0, len(TABLE) - 2))
-    width = abscissa[i + 1] - abscissa[i]
-    t = (where - abscissa[i]) / width
-    columns = (
-        ordinate[i] * (1 + 2 * t) * (1 - t) ** 2
-        + ordinate[i + 1] * t**2 * (3 - 2 * t)
-        + slope[i] * width * t * (1 - t) ** 2
-        - slope[i + 1] * width * t**2 * (1 - t)
-    )
+    columns = CubicHermiteSpline(abscissa, ordinate, slope)(math.log(aspect_ratio))
     # 1/C is very nearly a parabola in ν (1e-5 at ν = 0.28); C itself is not (1e-3)
-    nu0, nu1, nu2 = TABLE_POISSON_RATIOS
-    nu = poisson_ratio
-    lagrange = (
-        (nu - nu1) * (nu - nu2) / ((nu0 - nu1) * (nu0 - nu2)),
-        (nu - nu0) * (nu - nu2) / ((nu1 - nu0) * (nu1 - nu2)),
-        (nu - nu0) * (nu - nu1) / ((nu2 - nu0) * (nu2 - nu1)),
-    )
-    return np.asarray(1.0 / (np.exp(-columns) @ np.array(lagrange)))
+    return np.asarray(1.0 / BarycentricInterpolator(TABLE_POISSON_RATIOS, np.exp(-columns).T)(poisson_ratio))
 
 
-def _asymptotes(aspect_ratio: float, poisson_ratio: float) -> NDArray[np.float64]:
+def _asymptotes(aspect_ratio: float, poisson_ratio: float) -> Array:
     """C11, C22, C23, C33 for a wide (a/b ≪ 1) or slender (a/b ≫ 1) contact."""
     nu, pi = poisson_ratio, math.pi
     g = min(aspect_ratio, 1.0 / aspect_ratio)
@@ -236,3 +217,87 @@ def _asymptotes(aspect_ratio: float, poisson_ratio: float) -> NDArray[np.float64
             pi / 4.0 * (1.0 - nu * (ln - 2.0) / coupled),
         ]
     )
+
+
+STRIPS, STEPS = 40, 80
+"""Strips along rolling and elements in each: creep forces to 0.2 % of μW."""
+
+
+def fastsim(
+    coefficients: CreepageCoefficients, semi_axis_x: float, semi_axis_y: float, shear_modulus: float, limit: float,
+    creepage_x: float = 0.0, creepage_y: float = 0.0, spin: float = 0.0,
+) -> CreepForces:
+    """Creep forces of Kalker's simplified theory, u = L τ, on an elliptic contact.
+
+    From the leading edge on the traction of a strip grows by the rigid slip,
+
+        dτ_x/dx = ξ_x/L1 − ξ_φ y/L3,    dτ_y/dx = ξ_y/L2 + ξ_φ x/L3,
+
+    and is cut back to the bound, which falls off like a paraboloid, 2 μW/(π a b) (1 − x²/a² − y²/b²). The flexibilities are
+    those of `fastsim_flexibilities`: without slip, the forces are those of the linear theory.
+
+    Parameters: semi-axes a (rolling) and b (m), combined shear modulus G (Pa), `limit` μW (N), creepages (1), spin ξ_φ (rad/m).
+    Raises ValueError if `limit` is not positive.
+    """
+    check_positive(limit=limit)
+    a, b = semi_axis_x, semi_axis_y
+    flexibility = fastsim_flexibilities(coefficients, a, b, shear_modulus)
+    y = b * ((np.arange(STRIPS) + 0.5) / STRIPS * 2.0 - 1.0)
+    half = a * np.sqrt(1.0 - (y / b) ** 2)
+    dx = 2.0 * half / STEPS
+    element = dx * 2.0 * b / STRIPS
+    x_all = -half + (np.arange(STEPS)[:, None] + 0.5) * dx
+    # 2 μW/(π a b) times the paraboloid, whose sum is exactly μW on these elements.
+    bounds = half**2 - x_all**2
+    bounds *= limit / (bounds * element).sum()
+    tau_x, tau_y = np.zeros(STRIPS), np.zeros(STRIPS)
+    force_x = force_y = moment = 0.0
+    grow_x = dx * (creepage_x / flexibility.longitudinal - spin * y / flexibility.spin)
+    for step, (x, bound) in enumerate(zip(x_all, bounds, strict=True)):
+        share = 0.5 if step == 0 else 1.0  # from the edge to the middle of the first element
+        # Where the centre moves from element to element, the spin term is taken half a step before it.
+        grow_y = dx * (creepage_y / flexibility.lateral + spin * (x - 0.5 * dx * share) / flexibility.spin)
+        tau_x, tau_y = tau_x + share * grow_x, tau_y + share * grow_y
+        size = np.hypot(tau_x, tau_y)
+        cut = np.where(size > bound, bound / np.where(size > 0.0, size, 1.0), 1.0)
+        tau_x, tau_y = tau_x * cut, tau_y * cut
+        force_x += float((tau_x * element).sum())
+        force_y += float((tau_y * element).sum())
+        moment += float(((x * tau_y - y * tau_x) * element).sum())
+    return CreepForces(force_x, force_y, moment)
+
+
+def polach(
+    coefficients: CreepageCoefficients, semi_axis_x: float, semi_axis_y: float, shear_modulus: float, limit: float,
+    creepage_x: float = 0.0, creepage_y: float = 0.0, spin: float = 0.0,
+) -> CreepForces:
+    """Creep forces by Polach's formulas (Vehicle System Dynamics 33 Suppl., 728–739, 1999); the spin moment is nan.
+
+        F = (2 μW/π) [ε/(1 + ε²) + arctan ε],    ε = π G a b c s_c/(4 μW),    c = |(C11 ξ_x, C22 ξ_y)|/|(ξ_x, ξ_y)|
+        F_x = F ξ_x/s_c,    F_y = F ξ_y/s_c + F_s,    s_c = |(ξ_x, ξ_yc)|,    ξ_yc = ξ_y − a ξ_φ if that is larger, or ξ_y
+        F_s = (9/16) a μW K B ξ_φ/s_c,    B = 1 + 6.3 (1 − exp(−a/b))
+        K = ε_s (δ³/3 − δ²/2 + 1/6) − (1 − δ²)^(3/2)/3,    δ = (ε_s² − 1)/(ε_s² + 1)
+        ε_s = 8 G b sqrt(ab) C23 |ξ_yc|/(3 μW B)
+
+    (K is negative; with the signs of this program spin acts against a positive lateral creepage.) Parameters as for `fastsim`.
+    Raises ValueError if `limit` is not positive.
+    """
+    check_positive(limit=limit)
+    a, b, c = semi_axis_x, semi_axis_y, coefficients
+    with_spin = creepage_y - a * spin
+    lateral = with_spin if abs(with_spin) > abs(creepage_y) else creepage_y
+    total = math.hypot(creepage_x, lateral)
+    if total == 0.0:
+        return CreepForces(0.0, 0.0, math.nan)
+    rigid = math.hypot(creepage_x, creepage_y)
+    stiffness = math.hypot(c.c11 * creepage_x, c.c22 * creepage_y) / rigid if rigid > 0.0 else 0.0
+    gradient = math.pi * shear_modulus * a * b * stiffness * total / (4.0 * limit)
+    force = 2.0 * limit / math.pi * (gradient / (1.0 + gradient**2) + math.atan(gradient))
+    shape = 1.0 + 6.3 * (1.0 - math.exp(-a / b))
+    turned = 8.0 * shear_modulus * b * math.sqrt(a * b) * c.c23 * abs(lateral) / (3.0 * limit * shape)
+    delta = (turned**2 - 1.0) / (turned**2 + 1.0)
+    bend = turned * (delta**3 / 3.0 - delta**2 / 2.0 + 1.0 / 6.0) - (1.0 - delta**2) ** 1.5 / 3.0
+    by_spin = 9.0 / 16.0 * a * limit * bend * shape * spin / total
+    return CreepForces(force * creepage_x / total, force * creepage_y / total + by_spin, math.nan)
+
+

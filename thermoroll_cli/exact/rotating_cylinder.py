@@ -16,6 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ive, j1
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import check_positive
+
 FINEST = 2000.0
 """n l/R up to which the series is summed; its terms fall like n⁻²."""
 UNIFORM = 60.0
@@ -23,16 +26,9 @@ UNIFORM = 60.0
 
 
 def rim_temperature(
-    x: ArrayLike,
-    half_length: float,
-    peak_flux: float,
-    radius: float,
-    conductivity: float,
-    diffusivity: float,
-    speed: float,
-    convection: float,
-    wavenumber: float = 0.0,
-) -> NDArray[np.float64]:
+    x: ArrayLike, half_length: float, peak_flux: float, radius: float, conductivity: float, diffusivity: float, speed: float,
+    convection: float, wavenumber: float = 0.0
+) -> Array:
     """Temperature of the rim at y = 0 above that of the surroundings in K, at places x (m) along it; shape of x.
 
     Parameters: half-length l (m) and peak flux q₀ (W/m²) of the source, radius R (m), conductivity (W/mK), diffusivity (m²/s),
@@ -40,10 +36,8 @@ def rim_temperature(
 
     Raises ValueError for values that are not positive (`wavenumber` may be 0), and for a source longer than the rim.
     """
-    for name, value in (("half_length", half_length), ("radius", radius), ("conductivity", conductivity),
-                        ("diffusivity", diffusivity), ("speed", speed), ("convection", convection)):
-        if not value > 0.0:
-            raise ValueError(f"{name} must be positive, got {value}")
+    check_positive(half_length=half_length, radius=radius, conductivity=conductivity, diffusivity=diffusivity, speed=speed,
+                   convection=convection)
     if half_length > np.pi * radius:
         raise ValueError(f"half_length = {half_length} is more than half of the rim")
     n = np.arange(1, int(np.ceil(FINEST * radius / half_length)) + 1)

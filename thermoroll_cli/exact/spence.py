@@ -22,10 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
-from numpy.typing import NDArray
+from scipy.optimize import newton
 from scipy.special import ellipe, ellipk, ellipkm1
 
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.arrays import Array
 
 PUBLISHED_FRICTION = 0.2986
 """μ at which a rigid sphere on a body with ν = 0 (β = ½) sticks in c/a = ½ (Spence 1975; Kalker 1990, Fig. 5.25)."""
@@ -82,7 +82,7 @@ def _check(stick_ratio: float, dundurs_beta: float) -> None:
         raise ValueError(f"dundurs_beta must lie in (0, 0.5], got {dundurs_beta!r}")
 
 
-def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray:
+def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> Array:
     """Friction, centre pressure ratio and load ratio on one grid of rings (equations of the module's docstring)."""
     # rings equal in asin(r) follow the pressure's root singularity at the punch's edge; one ends at c
     angle = math.asin(stick_ratio)
@@ -98,7 +98,7 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
     inward = -beta * (lower * annulus + np.diag(0.5 * (r**2 - edge[:-1] ** 2))) / r[:, None]
     normal_by_shear = -beta * (lower.T * np.diff(edge) + np.diag(edge[1:] - r))
 
-    def tractions(friction: float) -> tuple[FloatArray, FloatArray]:
+    def tractions(friction: float) -> tuple[Array, Array]:
         slip = np.diag(np.where(np.arange(count) < sticking, 0.0, friction))
         top = np.hstack([normal + normal_by_shear @ slip, normal_by_shear[:, :sticking]])
         bottom = np.hstack([inward + radial @ slip, radial[:, :sticking]])[:sticking]
@@ -111,14 +111,8 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
         traction = tractions(friction)[1]
         return float(traction[sticking - 1] - traction[sticking])
 
-    before, friction = uncoupled_friction(stick_ratio, beta) * np.array([1.0, 1.1])
-    jump_before = jump(before)
-    for _ in range(30):
-        jump_now = jump(friction)
-        if abs(friction - before) < 1e-12 or jump_now == jump_before:
-            break
-        step = -jump_now * (friction - before) / (jump_now - jump_before)
-        before, jump_before, friction = friction, jump_now, friction + step
+    guess = uncoupled_friction(stick_ratio, beta)
+    friction = float(newton(jump, guess, x1=1.1 * guess, tol=1e-12))  # without a derivative: the secant method
     pressure, _ = tractions(friction)
 
     # sphere of unit radius: the penetration grows by D b db with the radius b, and gap r²/2 closes as punches approach
@@ -134,20 +128,18 @@ def _solve_rings(stick_ratio: float, beta: float, refinement: int) -> FloatArray
     return np.array([friction, centre_pressure, load])
 
 
-def _kernel_0(r: FloatArray, s: FloatArray) -> FloatArray:
+def _kernel_0(r: Array, s: Array) -> Array:
     low, high = np.minimum(r, s), np.maximum(r, s)
     return np.asarray(2.0 / math.pi * s / high * ellipk((low / high) ** 2))
 
 
-def _kernel_1(r: FloatArray, s: FloatArray) -> FloatArray:
+def _kernel_1(r: Array, s: Array) -> Array:
     low, high = np.minimum(r, s), np.maximum(r, s)
     m = (low / high) ** 2
     return np.asarray(2.0 / math.pi * s / low * (ellipk(m) - ellipe(m)))
 
 
-def _ring_integrals(
-    kernel: Callable[[FloatArray, FloatArray], FloatArray], r: FloatArray, edge: FloatArray
-) -> FloatArray:
+def _ring_integrals(kernel: Callable[[Array, Array], Array], r: Array, edge: Array) -> Array:
     """∫ kernel(r_i, s) ds over each ring, shape (r, rings), with nodes graded towards the logarithm at s = r."""
     node, gauss = leggauss(10)
     t = 0.5 * (node + 1.0)

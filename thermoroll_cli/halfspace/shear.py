@@ -8,8 +8,17 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.numerics.convolution import Convolution, blocks, free_space, in_pairs, multiply, quadrant_symbol
-from thermoroll_cli.numerics.mirror import MirroredPlane, Parities, pair_symbols
+from thermoroll_cli.numerics.convolution import (
+    Convolution,
+    MirroredPlane,
+    Parities,
+    blocks,
+    free_space,
+    in_pairs,
+    multiply,
+    pair_symbols,
+    quadrant_symbol,
+)
 
 Symbols = tuple[AnyArray, AnyArray, AnyArray]
 """Spectra (py//2+1, px) of the influence of τ_x on u_x, τ_y on u_y, and of each on the other."""

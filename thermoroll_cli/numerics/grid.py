@@ -34,9 +34,7 @@ class Grid:
     centre_x: float = 0.0
 
     @classmethod
-    def over(
-        cls, shape: tuple[int, int], side_x: float, side_y: float, centre: float = 0.0, centre_x: float = 0.0
-    ) -> Grid:
+    def over(cls, shape: tuple[int, int], side_x: float, side_y: float, centre: float = 0.0, centre_x: float = 0.0) -> Grid:
         """Grid with `shape` elements over a `Domain` of side_x × side_y (m) about x = `centre_x`, y = `centre`."""
         nx, ny = shape
         return cls(nx, ny, side_x / nx, side_y / ny, centre, centre_x)

@@ -1,4 +1,6 @@
-"""GMRES for one linear system, and for many small ones at once: Python's overhead then occurs once per iteration."""
+"""GMRES for one linear system, and for many small ones at once: Python's overhead then occurs once per iteration. Anderson's
+acceleration does the same for fixed points.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import AnyArray
+from thermoroll_cli.arrays import AnyArray, Array
 
 Vector = NDArray[Any]
 
@@ -29,12 +31,8 @@ class KrylovSolution:
 
 
 def gmres(
-    expensive: Callable[[Vector], Vector],
-    cheap: Callable[[Vector, Vector], Vector],
-    precondition: Callable[[Vector], Vector],
-    right_hand_side: Vector,
-    tolerance: float,
-    max_iterations: int,
+    expensive: Callable[[Vector], Vector], cheap: Callable[[Vector, Vector], Vector], precondition: Callable[[Vector], Vector],
+    right_hand_side: Vector, tolerance: float, max_iterations: int
 ) -> KrylovSolution:
     """Solve J d = b for J d = cheap(d, expensive(d)), without restart (Saad & Schultz 1986).
 
@@ -116,12 +114,8 @@ FIRST_SPACE = 12
 
 
 def batch_gmres(
-    expensive: Callable[[AnyArray], AnyArray],
-    cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray],
-    precondition: Callable[[Indices, AnyArray], AnyArray],
-    right: AnyArray,
-    tolerance: NDArray[np.float64],
-    most: int,
+    expensive: Callable[[AnyArray], AnyArray], cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray], precondition:
+    Callable[[Indices, AnyArray], AnyArray], right: AnyArray, tolerance: NDArray[np.float64], most: int
 ) -> tuple[AnyArray, AnyArray]:
     """Solve J_b d_b = r_b for all rows of `right` (B, P), each to its relative `tolerance` (B,): as `krylov.gmres` does.
 
@@ -215,3 +209,32 @@ def _combine(
         for k in range(1, most):
             total += weights[:, k : k + 1] * directions[k][solved]
         out[who] = total
+
+
+DEPENDENT = 1e-8
+"""Singular value over the largest one below which differences of residuals count as dependent: they have half of the digits."""
+
+
+class Anderson:
+    """Mixes the last `depth` iterates (Anderson 1965; Walker & Ni 2011, type II)."""
+
+    def __init__(self, depth: int = 4, first_damping: float = 1.0) -> None:
+        self.depth, self.first_damping = depth, first_damping
+        self._values: list[Array] = []
+        self._residuals: list[Array] = []
+
+    def next(self, x: Array, value: Array) -> Array:
+        """The next iterate from the current `x` and `value` = g(x), arrays of one shape."""
+        residual = value - x
+        self._values.append(value)
+        self._residuals.append(residual)
+        if len(self._values) > self.depth + 1:
+            del self._values[0], self._residuals[0]
+        if len(self._values) == 1:
+            return x + self.first_damping * residual
+        differences = np.stack([(r - residual).ravel() for r in self._residuals[:-1]], axis=1)
+        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT)
+        mixed = value.copy()
+        for w, v in zip(weights, self._values[:-1], strict=True):
+            mixed -= w * (v - value)
+        return mixed

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.exact.kalker import CreepageCoefficients, linear_creep_forces
-from thermoroll_cli.exact.simplified_theories import fastsim, polach
+from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.problem.error_scale import absolute_error
 from thermoroll_cli.problem.names import UNITS

@@ -10,8 +10,7 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import FreeShear, MirroredShear, shear_symbols
-from thermoroll_cli.numerics.convolution import free_space
-from thermoroll_cli.numerics.mirror import Parities
+from thermoroll_cli.numerics.convolution import Parities, free_space
 from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 
 

@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.halfspace.shear import Symbols, shear_symbols
-from thermoroll_cli.numerics.convolution import even_length, fftw
-from thermoroll_cli.numerics.mirror import MirroredPlane, Parities, pair_symbols
+from thermoroll_cli.numerics.convolution import MirroredPlane, Parities, even_length, fftw, pair_symbols
 from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Mask
-from thermoroll_cli.numerics.mirror import Parities, unfolded
+from thermoroll_cli.numerics.convolution import Parities, unfolded
 
 
 @dataclass(frozen=True)

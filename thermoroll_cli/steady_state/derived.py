@@ -13,8 +13,8 @@ from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales,
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
+from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.mirror import Parities
 from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.problem.surface import is_symmetric
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.numerics.anderson import Anderson
+from thermoroll_cli.numerics.krylov import Anderson
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation

@@ -13,9 +13,8 @@ from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import shear_gradients
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
-from thermoroll_cli.numerics.convolution import Convolution, multiply
+from thermoroll_cli.numerics.convolution import Convolution, Parities, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.mirror import Parities, unfolded
 from thermoroll_cli.problem.contact import Pressure, Traction
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem

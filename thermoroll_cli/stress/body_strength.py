@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array
-from thermoroll_cli.numerics.mirror import unfolded
+from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.error_scale import FORCES, absolute_error
 from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Strength

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.numerics.mirror import unfolded
+from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak

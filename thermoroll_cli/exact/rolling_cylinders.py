@@ -1,7 +1,10 @@
-"""Tractive rolling of two similar cylinders, plane strain (Carter 1926; Johnson, Contact Mechanics 1985, Sec. 8.3).
+"""Rolling of two cylinders, plane strain: tractive rolling of similar bodies, free rolling of different materials.
 
-Conventions of this program: material flows towards +x, so the stick zone of half-width a' begins at the leading edge
-x = −a and is centred on x = −d, d = a − a'. With 1/R the relative curvature, N the load per length, ξ > 0:
+Conventions of this program: material flows towards +x, body 1 is the lower one and ξ its creepage over body 2; 1/R is the
+relative curvature.
+
+**Tractive rolling** (Carter 1926; Johnson, Contact Mechanics 1985, Sec. 8.3). The stick zone of half-width a' begins at the
+leading edge x = −a and is centred on x = −d, d = a − a'. With N the load per length, ξ > 0:
 
     ξ        = μ(a − a')/R                                                              creepage
     F/(μN)   = 1 − (a'/a)²                                                              force
@@ -11,6 +14,19 @@ x = −a and is centred on x = −d, d = a − a'. With 1/R the relative curvatu
 
 The slip follows from ṡ/V = ξ − ∂u/∂x, ∂u/∂x = −2/(πE*) PV∫ τ(x')/(x − x') dx'. If ξ ≥ μa/R everything slips:
 τ = μp and ṡ/V = ξ + μx/R. A negative creepage changes the sign of τ, ṡ and F.
+
+**Free rolling of different materials** (Bentall & Johnson, Int. J. Mech. Sci. 9, 1967), low friction. Pressure shrinks the two
+surfaces differently: ∂u_x/∂x = K p with K = ½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂]. Where the friction is too small to resist (μ ≪ κ), the
+contact slips everywhere, with the Hertz pressure, at
+
+    ṡ/V = ξ − K p,     K p = κ a/(2R) sqrt(1 − x²/a²),     κ = [(1−2ν₁)/G₁ − (1−2ν₂)/G₂] / [(1−ν₁)/G₁ + (1−ν₂)/G₂],
+
+and the traction is τ = μp sign(ṡ). It changes sign at x = ±x₁; no net force (free rolling) asks for
+asin(x₁/a) + (x₁/a) sqrt(1 − x₁²/a²) = π/4, x₁ = 0.40397 a, so that
+
+    ξ = ½ sqrt(1 − x₁²/a²) κ a/R = 0.4574 κ a/R.
+
+κ is twice Dundurs' β. The softer body (κ > 0 if it is body 1) creeps ahead.
 """
 
 from __future__ import annotations
@@ -19,11 +35,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from thermoroll_cli.exact.hertz import LineContact
-
-FloatArray = NDArray[np.float64]
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.exact.hertz import LineContact, check_positive
 
 
 @dataclass(frozen=True)
@@ -53,7 +68,7 @@ class CarterContact:
         limit = self.friction * self.contact.load_per_length
         return math.copysign(limit * (1.0 - (self.stick_half_width / self.contact.half_width) ** 2), self.creepage)
 
-    def traction(self, x: ArrayLike) -> FloatArray:
+    def traction(self, x: ArrayLike) -> Array:
         """Traction τ(x) along the slip of body 1 relative to body 2 (Pa), zero outside the contact."""
         x = np.asarray(x, dtype=float)
         a, stick = self.contact.half_width, self.stick_half_width
@@ -62,7 +77,7 @@ class CarterContact:
         roots *= np.sqrt(np.maximum(x + a, 0.0))
         return np.asarray(math.copysign(self.friction * self.contact.peak_pressure / a, self.creepage) * roots)
 
-    def slip(self, x: ArrayLike) -> FloatArray:
+    def slip(self, x: ArrayLike) -> Array:
         """Slip velocity over rolling speed ṡ/V of body 1 relative to body 2 in the contact, zero outside of it."""
         x = np.asarray(x, dtype=float)
         a, stick = self.contact.half_width, self.stick_half_width
@@ -73,7 +88,7 @@ class CarterContact:
             slip = abs(self.creepage) + steepness * x
         return np.asarray(math.copysign(1.0, self.creepage) * np.where(np.abs(x) <= a, slip, 0.0))
 
-    def heat_flux(self, x: ArrayLike, speed: float) -> FloatArray:
+    def heat_flux(self, x: ArrayLike, speed: float) -> Array:
         """Frictional heat q = τ ṡ (W/m²) at the rolling speed V (m/s), into both bodies together."""
         return np.asarray(speed * self.traction(x) * self.slip(x))
 
@@ -87,7 +102,7 @@ def carter(contact: LineContact, friction: float, creepage: float) -> CarterCont
 
     Raises ValueError if the friction coefficient is not positive or the creepage is not finite.
     """
-    _require_friction(friction)
+    check_positive(friction=friction)
     if not math.isfinite(creepage):
         raise ValueError(f"creepage must be finite, got {creepage!r}")
     return CarterContact(contact, friction, creepage)
@@ -98,7 +113,7 @@ def carter_from_force(contact: LineContact, friction: float, force: float) -> Ca
 
     Raises ValueError if the friction coefficient is not positive or |F| exceeds μN.
     """
-    _require_friction(friction)
+    check_positive(friction=friction)
     limit = friction * contact.load_per_length
     if not abs(force) <= limit:
         raise ValueError(f"force = {force!r} exceeds the friction limit {limit!r}: the cylinders slide")
@@ -113,6 +128,35 @@ def saturation_creepage(contact: LineContact, friction: float) -> float:
     return friction * contact.half_width * contact.curvature
 
 
-def _require_friction(friction: float) -> None:
-    if not (math.isfinite(friction) and friction > 0.0):
-        raise ValueError(f"friction must be positive and finite, got {friction!r}")
+SLIP_REVERSAL = 0.4039727532995173
+"""x₁/a, where the slip changes sign in free rolling."""
+
+FREE_ROLLING_COEFFICIENT = 0.5 * math.sqrt(1.0 - SLIP_REVERSAL**2)
+"""0.4574: free-rolling creepage in κ a/R."""
+
+
+def material_mismatch(shear_modulus_1: float, poisson_ratio_1: float, shear_modulus_2: float, poisson_ratio_2: float) -> float:
+    """Bentall & Johnson's κ of the module's docstring, dimensionless, in (−1, 1); positive if body 1 is the softer one.
+
+    Aluminium on steel (G = 23 and 82 GPa, ν = 0.31 and 0.28): 0.2877.
+    """
+    difference = (1.0 - 2.0 * poisson_ratio_1) / shear_modulus_1 - (1.0 - 2.0 * poisson_ratio_2) / shear_modulus_2
+    return difference / ((1.0 - poisson_ratio_1) / shear_modulus_1 + (1.0 - poisson_ratio_2) / shear_modulus_2)
+
+
+def free_rolling_creepage(mismatch: float, half_width: float, relative_curvature: float) -> float:
+    """Creepage ξ = 0.4574 κ a/R of free rolling in the limit of low friction.
+
+    Parameters: κ of `material_mismatch`, contact half-width a (m), relative curvature 1/R (1/m).
+    """
+    return FREE_ROLLING_COEFFICIENT * mismatch * half_width * relative_curvature
+
+
+def low_friction_slip(x: ArrayLike, creepage: float, mismatch: float, half_width: float, relative_curvature: float) -> Array:
+    """Slip velocity over rolling speed ṡ/V = ξ − κ a/(2R) sqrt(1 − x²/a²) in the limit of low friction; shape of x.
+
+    The traction is μp times its sign. Zero outside the contact.
+    """
+    x = np.asarray(x, dtype=float) / half_width
+    shrinkage = 0.5 * mismatch * half_width * relative_curvature * np.sqrt(np.maximum(1.0 - x**2, 0.0))
+    return np.asarray(np.where(np.abs(x) <= 1.0, creepage - shrinkage, 0.0))
