@@ -1,4 +1,5 @@
-"""Files that appear complete or not at all: a temporary name beside the target, then one rename."""
+"""Files that appear complete or not at all: a temporary name beside the target, then one rename. Small files are read with
+plain words where they cannot be."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import pathlib
 import platform
 import secrets
 from collections.abc import Iterator
+from typing import BinaryIO
 
 _EXPLANATIONS = {
     errno.ENOSPC: "no space left on the device",
@@ -33,6 +35,28 @@ class WriteError(OSError):
         super().__init__(f"cannot write {path}: {reason}")
         self.errno = cause.errno
         self.path = path
+
+
+class ReadError(OSError):
+    """A file could not be read; the message says why, and not which."""
+
+
+def read_bytes(source: str | os.PathLike[str] | BinaryIO, limit: int, kind: str) -> bytes:
+    """The content of a file, or of an open stream, that should be `kind` ("a case file") of at most `limit` bytes. Raises
+    ReadError."""
+    try:
+        with open(source, "rb") if isinstance(source, str | os.PathLike) else contextlib.nullcontext(source) as stream:
+            # One byte more than allowed identifies a large or endless file without reading it.
+            content = stream.read(limit + 1)
+    except FileNotFoundError:
+        raise ReadError("no such file") from None
+    except IsADirectoryError:
+        raise ReadError(f"this is a folder, not {kind}") from None
+    except (OSError, ValueError) as cause:  # ValueError: a NUL in the name
+        raise ReadError(f"cannot be read: {getattr(cause, 'strerror', None) or cause}") from None
+    if len(content) > limit:
+        raise ReadError(f"too large for {kind}, which has at most {limit // 1024} KiB")
+    return content
 
 
 def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> None:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+from rich.cells import cell_len
 
 KeyPath = tuple[str | int, ...]
 
@@ -38,25 +39,16 @@ class Place:
     value: Span
 
 
-@dataclass(frozen=True)
-class Duplicate:
-    """A key or table that a text has twice: its path, and its first and second place."""
-
-    path: KeyPath
-    first: Span
-    second: Span
-
-
 class Places:
     """The places of the keys of a TOML text: `found`, by path, in which a number counts the tables `[[name]]` from 0.
 
     Text is searched line by line for `key =` below its `[header]`; what cannot be followed has no place. `duplicate` is the
-    first key or table that stands there twice.
+    path of the first key or table that stands there twice, with its first and second place.
     """
 
     def __init__(self, text: str) -> None:
         self.found: dict[KeyPath, Place] = {}
-        self.duplicate: Duplicate | None = None
+        self.duplicate: tuple[KeyPath, Span, Span] | None = None
         self._written: dict[KeyPath, Span] = {}
         self._count: dict[KeyPath, int] = {}
         prefix: KeyPath = ()
@@ -94,7 +86,7 @@ class Places:
     def _record(self, path: KeyPath, place: Place) -> None:
         first = self._written.setdefault(path, place.key)
         if first is not place.key and self.duplicate is None:
-            self.duplicate = Duplicate(path, first, place.key)
+            self.duplicate = path, first, place.key
         for depth in range(1, len(path)):
             # A table that has no header (`a.b = 1`) stands at its first key.
             self.found.setdefault(path[:depth], Place(place.key, place.key))
@@ -152,16 +144,9 @@ class Finding:
 
     def record(self) -> dict[str, str | int | None]:
         """The finding as plain JSON types, for editors and scripts."""
-        return {
-            "file": self.source,
-            "line": self.span.line if self.span else None,
-            "column": self.span.column if self.span else None,
-            "key": self.key,
-            "value": self.value,
-            "message": self.message,
-            "allowed": self.allowed,
-            "hint": self.hint,
-        }
+        words = {name: getattr(self, name) for name in ("key", "value", "message", "allowed", "hint")}
+        line, column = (self.span.line, self.span.column) if self.span else (None, None)
+        return {"file": self.source, "line": line, "column": column, **words}
 
 
 class CaseError(Exception):
@@ -178,8 +163,7 @@ def printable(text: str) -> str:
 
 
 def _place(finding: Finding) -> tuple[bool, int, int]:
-    span = finding.span
-    return (span is None, span.line, span.column) if span else (True, 0, 0)
+    return (False, finding.span.line, finding.span.column) if finding.span else (True, 0, 0)
 
 
 def _clip(line: str, span: Span) -> tuple[str, int, int]:
@@ -190,15 +174,7 @@ def _clip(line: str, span: Span) -> tuple[str, int, int]:
     shown = printable(line.replace("\t", " ")[first : first + _SNIPPET_WIDTH])
     marked = shown[start - first : start - first + span.length]
     text = ("…" if first else "") + shown + ("…" if first + _SNIPPET_WIDTH < len(line) else "")
-    return text.rstrip(), _width(shown[: start - first]) + bool(first), max(1, _width(marked))
-
-
-def _width(text: str) -> int:
-    """Columns of `text` on a terminal: East Asian wide characters have two, combining ones none."""
-    return sum(
-        0 if unicodedata.combining(character) else 2 if unicodedata.east_asian_width(character) in "WF" else 1
-        for character in text
-    )
+    return text.rstrip(), cell_len(shown[: start - first]) + bool(first), max(1, cell_len(marked))
 
 
 _SLIPS = {
@@ -223,11 +199,12 @@ def syntax_error(name: str, text: str, message: str) -> Finding:
     if message.startswith(("Cannot overwrite", "Cannot declare", "Cannot mutate", "Duplicate")):
         again = Places(text).duplicate
         if again is not None:
-            key, line_text = ".".join(str(part) for part in again.path), lines[again.second.line - 1]
+            path, first, second = again
+            line_text = lines[second.line - 1]
             table = line_text.lstrip().startswith("[")
-            message = f"{'this table' if table else 'this key'} is there twice, first in line {again.first.line}"
+            message = f"{'this table' if table else 'this key'} is there twice, first in line {first.line}"
             hint = "put the keys of both into one table" if table else "keep one of them"
-            return Finding(message, key, hint=hint, source=name, span=again.second, line_text=line_text)
+            return Finding(message, ".".join(map(str, path)), hint=hint, source=name, span=second, line_text=line_text)
     place = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if place:
         line, column = int(place[1]), int(place[2])

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+from thermoroll_cli.files.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, syntax_error
 from thermoroll_cli.files.case_model import EXCLUSIVE
 
@@ -183,28 +184,16 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
 
 
 def _read_bytes(path: str | os.PathLike[str], name: str) -> bytes:
+    if os.fspath(path) == STANDARD_INPUT and sys.stdin is None:
+        raise CaseError([Finding("standard input is closed", source=name)])
     try:
-        if os.fspath(path) == STANDARD_INPUT:
-            if sys.stdin is None:
-                raise CaseError([Finding("standard input is closed", source=name)])
-            raw = sys.stdin.buffer.read(SIZE_LIMIT + 1)
-        else:
-            with open(path, "rb") as stream:
-                # One byte more than allowed identifies a large or endless file without reading it.
-                raw = stream.read(SIZE_LIMIT + 1)
-    except FileNotFoundError:
-        raise CaseError([Finding("no such file", source=name, hint=_similar_file(name))]) from None
-    except IsADirectoryError:
-        raise CaseError([Finding("this is a folder, not a case file", source=name)]) from None
-    except (OSError, ValueError) as cause:  # ValueError: a NUL in the name
-        reason = getattr(cause, "strerror", None) or str(cause)
-        raise CaseError([Finding(f"cannot be read: {reason}", source=name)]) from None
+        raw = read_bytes(sys.stdin.buffer if os.fspath(path) == STANDARD_INPUT else path, SIZE_LIMIT, "a case file")
+    except ReadError as cause:
+        hint = "" if os.path.exists(name) else _similar_file(name)
+        raise CaseError([Finding(str(cause), source=name, hint=hint)]) from None
     if raw.startswith(_HDF5_SIGNATURE):
         hint = "thermoroll plot, export and compare read result files; thermoroll run --from solves one again"
         raise CaseError([Finding("this is an HDF5 file, not a case file", source=name, hint=hint)])
-    if len(raw) > SIZE_LIMIT:
-        message = f"too large for a case file, which has at most {SIZE_LIMIT // 1024} KiB"
-        raise CaseError([Finding(message, source=name)])
     return raw
 
 

@@ -15,6 +15,7 @@ import re
 import statistics
 from collections.abc import Callable, Sequence
 
+from thermoroll_cli.files.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20
@@ -187,16 +188,9 @@ def _in_order(points: Points) -> Points:
 
 def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
     try:
-        with open(path, "rb") as stream:
-            raw = stream.read(FILE_LIMIT + 1)
-    except FileNotFoundError:
-        raise ProfileError(f"no such file: {os.fspath(path)}") from None
-    except IsADirectoryError:
-        raise ProfileError(f"{name} is a folder, not a file") from None
-    except (OSError, ValueError) as cause:
-        raise ProfileError(f"{name} cannot be read: {getattr(cause, 'strerror', None) or cause}") from None
-    if len(raw) > FILE_LIMIT:
-        raise ProfileError(f"{name} is too large for a profile, which has at most {FILE_LIMIT // 1024} KiB")
+        raw = read_bytes(path, FILE_LIMIT, "a profile")
+    except ReadError as cause:
+        raise ProfileError(f"{os.fspath(path)}: {cause}") from None
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):
         raise ProfileError(f"{name} is a workbook, not text", "save its sheet as CSV")
     return _text(raw).splitlines()
