@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from thermoroll_cli.halfspace.subsurface_elastic import (
-    TWISTED,
+    EXCHANGED_AXES,
     pressure_stress,
     traction_x_stress,
     traction_y_stress,
 )
-from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
+from thermoroll_cli.halfspace.subsurface_thermal import EXACT, FAST, thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import EXACT, FAST
 
 ELEMENTS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_elements.json").read_text())
 NU = 0.3
@@ -95,7 +94,7 @@ def test_oblique_motion(peclet):
     """Motion along the diagonal is its mirror image in it, although the rules treat both axes differently."""
     across = np.arange(-4.0, 5.0)
     stress = thermal_stress(across, across, np.array([0.0, 0.3, 2.0]), 1.0, peclet, peclet, NU)
-    mirrored = stress.transpose(0, 1, 3, 2)[:, list(TWISTED)]
+    mirrored = stress.transpose(0, 1, 3, 2)[:, list(EXCHANGED_AXES)]
     np.testing.assert_allclose(stress, mirrored, rtol=0.0, atol=1e-7 * np.abs(stress).max())
 
 
@@ -106,7 +105,7 @@ def test_direction_of_motion():
     back = thermal_stress(x, y, z, 1.6, -2.0, 0.3, NU)[:, :, ::-1] * np.array([1, 1, 1, -1, -1, 1])[:, None, None]
     np.testing.assert_array_equal(stress, back)
     turned = thermal_stress(y / 1.6, x / 1.6, z / 1.6, 1.0 / 1.6, 0.3 * 1.6, 2.0 * 1.6, NU)
-    np.testing.assert_allclose(stress, 1.6 * turned.transpose(0, 1, 3, 2)[:, list(TWISTED)], rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(stress, 1.6 * turned.transpose(0, 1, 3, 2)[:, list(EXCHANGED_AXES)], rtol=0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize("aspect", [0.4, 2.5])

@@ -120,13 +120,13 @@ def test_a_symmetric_kernel_needs_an_even_period():
 @pytest.mark.parametrize("parity", [1, -1, (1, -1), (-1, 1)])
 @pytest.mark.parametrize("padded", [(2, 2), (4, 2), (16, 24), (78, 30), (76, 78)])
 def test_cosines_and_sines_are_the_same_summed_and_transformed(padded, parity, monkeypatch):
-    assert max(padded) // 2 + 1 <= convolution_module.SUMMED
+    assert max(padded) // 2 + 1 <= convolution_module.LARGEST_SUMMED_SIDE
     quadrant = RANDOM.normal(size=(padded[0] // 2 + 1, padded[1] // 2 + 1))
     along, across = (parity, parity) if isinstance(parity, int) else parity
     quadrant[0] *= along > 0
     quadrant[:, 0] *= across > 0
     summed = quadrant_symbol(quadrant, padded, parity)
-    monkeypatch.setattr(convolution_module, "SUMMED", 0)
+    monkeypatch.setattr(convolution_module, "LARGEST_SUMMED_SIDE", 0)
     transformed = quadrant_symbol(quadrant, padded, parity)
     np.testing.assert_allclose(summed, transformed, atol=2e-15 * max(np.abs(transformed).max(), 1.0))
     assert transformed.any() or -1 in (along, across)

@@ -18,16 +18,16 @@ from thermoroll_cli.numerics.stencils import peak_value
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 
-COARSE = (32, 64)
+COARSE_GRID = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
-ROOM = 1.1
+DOMAIN_OVER_CONTACT = 1.1
 """Sides of the domain over those of the contact in it, as on the grids of the solution proper."""
-FITS = 3
+DOMAIN_FITS = 3
 """Domains on which a contact below layers is solved in turn."""
 ATTEMPTS = 8
 """Domains tried; each one that proves too small makes the overlap half as deep again."""
-CLOSENESS = 1e-6
-SAMPLES = 4001
+COARSE_TOLERANCE = 1e-6
+OVERLAP_SAMPLES = 4001
 """Places across the rolling direction at which the overlap of the rigid bodies is summed."""
 OVERLAP_SHARE = 0.5
 """Square of the half-width along rolling over that of the rigid overlap: ½ below a sphere (Hertz), less below a cylinder."""
@@ -90,11 +90,11 @@ def contact_scales(
     mirror = is_symmetric(geometry)
     depth = _overlap(geometry, contact_modulus, normal_force)
     for _ in range(ATTEMPTS):
-        y = np.linspace(low, high, SAMPLES)
+        y = np.linspace(low, high, OVERLAP_SAMPLES)
         inside = y[lateral_gap(geometry, y) < depth]
         box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
-        found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high),
-                       coatings)
+        grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
+        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings)
         if found is not None:
             break
         depth *= 1.5
@@ -103,8 +103,8 @@ def contact_scales(
                          if geometry.upper_profile is None else "geometry.upper_profile")
     # Once more with all elements on the contact: its border is known to an element.
     box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
-    found = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, low, high, mirror=mirror), (low, high),
-                   coatings) or found
+    grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
+    found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings) or found
     return found
 
 
@@ -115,13 +115,14 @@ def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, 
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
     found, fits = None, 0
     for _ in range(4 * ATTEMPTS):
-        attempt = _solve(geometry, contact_modulus, normal_force, box.grown(ROOM, *limits, mirror=True), limits, coatings)
+        grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
+        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
         found, fits = attempt, fits + 1
         box = _Box(found.semi_axis_x, -found.semi_axis_y, found.semi_axis_y)
-        if fits == FITS:
+        if fits == DOMAIN_FITS:
             return found
     raise Unsolvable("no contact of these layered bodies was found", "material")
 
@@ -146,7 +147,7 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
     """Estimate of the approach δ in m: each strip across y as a cylinder of half-width a² = ½·2R'_x(δ − h), which carries
     πE*a²/(4R'_x) per length (Kik & Piotrowski's assumption)."""
     low, high = facing(geometry)
-    y = np.linspace(low, high, SAMPLES)
+    y = np.linspace(low, high, OVERLAP_SAMPLES)
     gap = lateral_gap(geometry, y)
     finite = np.where(np.isfinite(gap), gap, 1e300)
     stiffness = 0.25 * math.pi * contact_modulus * OVERLAP_SHARE * 2.0 * (y[1] - y[0])
@@ -165,12 +166,12 @@ def _solve(
     coatings: Coatings | None,
 ) -> ContactScales | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
-    nx, ny = COARSE
-    grid = Grid.over(COARSE, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
+    nx, ny = COARSE_GRID
+    grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
     gap = undeformed_gap(geometry, grid.x, grid.y)
     solver = NormalSolver(grid, contact_modulus, coatings)
-    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), CLOSENESS)
-    refined = solver.refine(solution, gap, normal_force, CLOSENESS)
+    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), COARSE_TOLERANCE)
+    refined = solver.refine(solution, gap, normal_force, COARSE_TOLERANCE)
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])
     at_end = box.low <= limits[0] + slack, box.high >= limits[1] - slack

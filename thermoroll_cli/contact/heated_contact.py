@@ -32,7 +32,7 @@ MOST_ITERATIONS = 120
 WANDERING_SHARE = 0.3
 """A step is given up when an active set would gain this share of its elements while it also loses some: it began with a
 contact that is too large for its heat."""
-REDUCTION = 1e-3
+GAP_REDUCTION = 1e-3
 """Factor by which the gap on one active set is reduced before the set is updated."""
 STEP_GROWTH = 1.5
 """Factor of the next step in heat after one that succeeded; a step that failed is halved."""
@@ -93,7 +93,7 @@ class HeatedContactSolver:
             residual = -(closing + self._gap)[contact]
             residual -= residual.mean()
             error = float(np.sqrt(np.mean(residual**2))) / scale
-            wanted = max(0.5 * tolerance / error, REDUCTION) if error > tolerance else 0.5
+            wanted = max(0.5 * tolerance / error, GAP_REDUCTION) if error > tolerance else 0.5
             step, image = self._correction(contact, residual, heat, wanted)
             pressure, closing = pressure + step, closing + image
             opening = closing + self._gap

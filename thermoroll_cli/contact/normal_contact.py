@@ -271,14 +271,14 @@ def _touches_rim(contact: Mask) -> bool:
 
 Index = NDArray[np.intp]
 
-REACH = 4
+FIT_REACH = 4
 """Elements up to this far away, along each axis, are fitted."""
-NEAR = 2.0
+FIT_WEIGHT_LENGTH = 2.0
 """Distance in elements at which a fitted element has lost 40 % of its weight (a Gaussian): p² is curved within a few elements
 where a thermal bulge squeezes the border."""
-FINE = 8
+SAMPLES_PER_SIDE = 8
 """Sample points per side of a border element."""
-JOINING, LEAVING = 0.25, 1.0
+LOADED_FROM, OPEN_FROM = 0.25, 1.0
 """An element counts as loaded from this share of the highest p² beside it, and as open from this distance (in elements) outside
 the border. Below these its weight and that of its neighbours fall smoothly to zero: border elements that flip in and out during
 the coupled iteration must not switch any weights."""
@@ -286,15 +286,15 @@ TOLERABLE_BEND = 0.05
 """An outer element with a second-order term of the gap this large, relative, has half the weight."""
 TOLERABLE_MISFIT = 0.25
 """A paraboloid that misses the fitted elements by this distance of the border, in elements, has half the trust."""
-FAINT = 1e-12
+ROUNDING_PRESSURE = 1e-12
 """Pressures below this fraction of the peak are rounding noise."""
 TOLERABLE_CHANGE = 0.2
 """Largest difference between the loads of an element by the fit and by whole elements, over the highest pressure beside it
 (0.17 at the border of ellipses from N = 16 to 128). Where the difference is larger, the pressure falls within an element, as
 at the end of a roller, and no paraboloid describes it."""
-FEWEST = 8
+FEWEST_FITTED = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""
-UNDETERMINED = 1e-9
+SINGULAR_DETERMINANT = 1e-9
 """Determinant of the scaled normal equations below which a direction is not determined beyond rounding."""
 
 
@@ -312,21 +312,21 @@ def border_elements(
     # Whole elements next to the border carry up to 3 % too much pressure, and the gap of the first ones outside is as much too
     # large: each shifts the border by 0.02 elements, one inwards and one outwards, elements right at the border by up to 0.05.
     square = np.where(contact, pressure / scale, 0.0) ** 2
-    loaded = np.minimum(square / np.maximum(JOINING * highest(square), 1e-300), 1.0)
+    loaded = np.minimum(square / np.maximum(LOADED_FROM * highest(square), 1e-300), 1.0)
     weight = 1.0 - highest(1.0 - loaded)
     beside = highest(loaded)
     i, j = np.nonzero((beside > 0.0) & ~contact & (gap > 0.0))
     coefficients, trust = _paraboloids(square, weight, i, j)
     square[i, j], bend = _continued(coefficients, gap[i, j] * contact_modulus / scale, grid)
     away = -square[i, j] / np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
-    weight[i, j] = trust * beside[i, j] * np.minimum(away / LEAVING, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
+    weight[i, j] = trust * beside[i, j] * np.minimum(away / OPEN_FROM, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
     i, j = np.nonzero(highest(contact) & highest(~contact))
     coefficients, trust = _paraboloids(square, weight, i, j)
     fitted = trust > 0.0
     i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]
     part, root = _sampled(coefficients)
     # Beside a contact of almost no pressure any change is too large.
-    beside = np.maximum(highest(pressure)[i, j], FAINT * scale)
+    beside = np.maximum(highest(pressure)[i, j], ROUNDING_PRESSURE * scale)
     change = np.abs(scale * root - np.where(contact, pressure, 0.0)[i, j]) / beside
     trust = certainty * trust * np.minimum(1.0, TOLERABLE_CHANGE / np.maximum(change, 1e-300)) ** 4
     covered = contact.astype(np.float64)
@@ -362,12 +362,12 @@ def _continued(coefficients: Array, gap: Array, grid: Grid) -> tuple[Array, Arra
 
 def _sampled(coefficients: Array) -> tuple[Array, Array]:
     """Share of the element where each paraboloid is positive, and the element average of its square root there."""
-    t = (np.arange(FINE) + 0.5) / FINE - 0.5
+    t = (np.arange(SAMPLES_PER_SIDE) + 0.5) / SAMPLES_PER_SIDE - 0.5
     u, v = (o.ravel() for o in np.meshgrid(t, t, indexing="ij"))
     value = coefficients @ np.stack([np.ones_like(u), u, v, u * u, u * v, v * v])
     slope = np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
     # A sample cell cut by the border counts in part; this keeps the fraction continuous.
-    part = np.clip(0.5 + value * (FINE / slope)[:, None], 0.0, 1.0)
+    part = np.clip(0.5 + value * (SAMPLES_PER_SIDE / slope)[:, None], 0.0, 1.0)
     return part.mean(axis=1), np.sqrt(np.maximum(value, 0.0)).mean(axis=1)
 
 
@@ -376,14 +376,14 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
 
     Returns (m, 6) coefficients of 1, u, v, u², uv, v² in elements from the centre of (i, j), and how far each fit can be
     trusted, from 1 (exact) to 0 (not determined): a trust that falls smoothly keeps the coupled iteration from jumping."""
-    offsets = np.arange(-REACH, REACH + 1)
+    offsets = np.arange(-FIT_REACH, FIT_REACH + 1)
     u, v = (o.ravel() for o in np.meshgrid(offsets, offsets, indexing="ij"))
     basis = np.stack([np.ones(u.size), u, v, u * u, u * v, v * v], axis=1).astype(float)
     products = (basis[:, :, None] * basis[:, None, :]).reshape(-1, 36)
-    width = square.shape[1] + 2 * REACH
-    places = ((i + REACH) * width + j + REACH)[:, None] + (u * width + v)
-    w = framed(weight, REACH).ravel()[places] * np.exp(-0.5 * (u * u + v * v) / NEAR**2)
-    values = framed(square, REACH).ravel()[places]
+    width = square.shape[1] + 2 * FIT_REACH
+    places = ((i + FIT_REACH) * width + j + FIT_REACH)[:, None] + (u * width + v)
+    w = framed(weight, FIT_REACH).ravel()[places] * np.exp(-0.5 * (u * u + v * v) / FIT_WEIGHT_LENGTH**2)
+    values = framed(square, FIT_REACH).ravel()[places]
     normal = (w @ products).reshape(-1, 6, 6)
     weighted = w * values
     right = weighted @ basis
@@ -392,7 +392,7 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     # it.
     diagonal = np.sqrt(np.maximum(np.einsum("maa->ma", normal), 1e-300))
     scaled = normal / diagonal[:, :, None] / diagonal[:, None, :]
-    usable = (np.count_nonzero(w, axis=1) >= FEWEST) & (np.linalg.det(scaled) > UNDETERMINED)
+    usable = (np.count_nonzero(w, axis=1) >= FEWEST_FITTED) & (np.linalg.det(scaled) > SINGULAR_DETERMINANT)
     out = np.zeros((len(i), 6))
     if usable.any():
         solution = np.linalg.solve(scaled[usable], (right / diagonal)[usable][:, :, None])[:, :, 0]

@@ -34,7 +34,7 @@ TERMS = 12
 quarter; from 14 on rounding grows."""
 NODES = 40
 """Gauss points of the expansion's integral."""
-SMALLEST = 0.02
+SMALLEST_RADIUS = 0.02
 """Radius over Hertz's below which no state is searched for."""
 
 
@@ -81,7 +81,8 @@ def heated_sphere(
     c = Σ (1 + ν)α η/k over both bodies (m/W), coefficient of friction μ and slip speed s (m/s). There is a state at any heat:
     the load of a given radius grows from 0 to infinity before it changes sign, and the first radius that carries W counts.
 
-    Raises ValueError for constants that are not positive (`heating` may be 0), and for a contact smaller than `SMALLEST`.
+    Raises ValueError for constants that are not positive (`heating` may be 0), and for a contact smaller than
+    `SMALLEST_RADIUS`.
     """
     check_positive(contact_modulus=contact_modulus, relative_curvature=relative_curvature, normal_force=normal_force)
     if not heating >= 0.0:
@@ -96,9 +97,9 @@ def heated_sphere(
         # passes smoothly through zero there.
         return 1.0 - normal_force / _load(coefficients(radius), radius)
 
-    low = SMALLEST * hertz.semi_axis_x
+    low = SMALLEST_RADIUS * hertz.semi_axis_x
     if excess(low) >= 0.0:
-        raise ValueError(f"the contact at heating = {heating:g} is smaller than {SMALLEST:g} of Hertz's")
+        raise ValueError(f"the contact at heating = {heating:g} is smaller than {SMALLEST_RADIUS:g} of Hertz's")
     high = low
     while excess(high) < 0.0:
         low, high = high, min(1.05 * high, (1.0 + 1e-9) * hertz.semi_axis_x)

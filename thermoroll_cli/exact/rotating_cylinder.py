@@ -19,9 +19,9 @@ from scipy.special import ive, j1
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import check_positive
 
-FINEST = 2000.0
+HIGHEST_WAVE = 2000.0
 """n l/R up to which the series is summed; its terms fall like n⁻²."""
-UNIFORM = 60.0
+ASYMPTOTE_FROM = 60.0
 """|n² + z²|^½ from which I_n'/I_n = p/z − z/2p² (Debye, p² = n² + z²) is good to 1e-4 of the term after it."""
 
 
@@ -40,7 +40,7 @@ def rim_temperature(
                    convection=convection)
     if half_length > np.pi * radius:
         raise ValueError(f"half_length = {half_length} is more than half of the rim")
-    n = np.arange(1, int(np.ceil(FINEST * radius / half_length)) + 1)
+    n = np.arange(1, int(np.ceil(HIGHEST_WAVE * radius / half_length)) + 1)
     z = n * (half_length / radius)
     source = peak_flux * half_length / (2.0 * radius) * j1(z) / z
     response = 1.0 / (conductivity * _slope(n, wavenumber, radius, speed / (diffusivity * radius)) + convection)
@@ -57,7 +57,7 @@ def _slope(n: NDArray[np.generic], wavenumber: float, radius: float, turning: fl
     z = np.sqrt(wavenumber**2 + 1j * order * turning) * radius
     p = np.sqrt(order**2 + z**2)
     slope = p - z**2 / (2.0 * np.where(p == 0.0, 1.0, p) ** 2)
-    few = np.abs(p) < UNIFORM
+    few = np.abs(p) < ASYMPTOTE_FROM
     # z I_n'/I_n = z I_{n+1}/I_n + n
     slope[few] = order[few] + z[few] * ive(order[few] + 1.0, z[few]) / ive(order[few], z[few])
     return np.asarray(slope / radius)

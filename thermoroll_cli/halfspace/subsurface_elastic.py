@@ -31,7 +31,7 @@ from thermoroll_cli.arrays import Array
 COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Order of the six stresses in every array that holds them."""
 
-TWISTED = (1, 0, 2, 3, 5, 4)
+EXCHANGED_AXES = (1, 0, 2, 3, 5, 4)
 """Indices of COMPONENTS after exchanging x and y."""
 
 
@@ -51,7 +51,7 @@ def traction_x_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio
 
 def traction_y_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under unit traction along y on the body; arguments, result and errors as `pressure_stress`."""
-    return between_corners(x, y, z, aspect, lambda corner: corner.twisted.of_traction(poisson_ratio)[list(TWISTED)])
+    return between_corners(x, y, z, aspect, lambda corner: corner.twisted.of_traction(poisson_ratio)[list(EXCHANGED_AXES)])
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ from thermoroll_cli.arrays import Array
 Spread = Callable[[Array, float, float, Array], Array]
 """From centres, element length, speed and times: share of the heat of an element that is at each centre, (times, centres)."""
 
-TAIL = 4.6
+GAUSSIAN_CUTOFF = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""
 LOG_STEP = 0.21
 """Step of the τ rule relative to τ, for small τ."""
@@ -52,9 +52,9 @@ SERIES_FROM = 3.0
 """τ in element widths from which the cell average of a Gaussian is a series; its first missing term is below 3e-11."""
 STILL_INSIDE = 1e-3
 """Heat that varies within its element changes temperatures before it leaves: the τ rule starts earlier by this factor."""
-CHUNK = 48
+NODES_TOGETHER = 48
 """τ nodes taken together: few enough for narrow windows, enough for an efficient matrix product."""
-SLOW = 1e-11
+STATIONARY_PECLET = 1e-11
 """P × table size below which the limit P → 0 is exact to rounding."""
 
 
@@ -95,7 +95,7 @@ def temperature_at_depths(
     """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
 
     The integrand of T over time gains the factor exp(−z²/4τ²)."""
-    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < SLOW:
+    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
         return np.stack([stationary_temperature_below(x, y, float(z), aspect) for z in depths])
     return 2.0 / math.sqrt(math.pi) * time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=depths)
 
@@ -104,7 +104,7 @@ def displacement_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y
     """Expansion in (1+ν) α q dx²/k at the grid of ascending offsets x × y; as `temperature_at`."""
     peclet = math.hypot(peclet_x, peclet_y)
     size = extent(x, y, aspect)
-    if peclet * size < SLOW:
+    if peclet * size < STATIONARY_PECLET:
         table = stationary_displacement(x, y, aspect)
         if peclet > 0.0:
             table += aspect / (2.0 * math.pi) * (math.log(16.0) - math.log(peclet) - np.euler_gamma - 1.0)
@@ -147,7 +147,7 @@ def advected_expansion(
     peclet = math.hypot(peclet_x, peclet_y)
     if peclet == 0.0:
         raise ValueError("Φ is infinite without motion")
-    if peclet * extent(x, y, aspect) < SLOW:
+    if peclet * extent(x, y, aspect) < STATIONARY_PECLET:
         constant = aspect / (2.0 * math.pi) * (math.log(4.0) - math.log(peclet) - np.euler_gamma)
         return stationary_displacement(x, y, aspect) + constant
     return 2.0 * time_integral(x, y, aspect, peclet_x, peclet_y, power=1, depths=np.zeros(1))[0]
@@ -223,7 +223,7 @@ def time_integral(
     tau, weights = _time_rule(reaches, aspect, (peclet_x, peclet_y), power, depths, 1.0 if along is None else STILL_INSIDE)
     table = np.zeros((len(depths), len(x), len(y)))
     breaks = np.searchsorted(tau, [SERIES_FROM, SERIES_FROM * aspect])
-    starts = np.unique(np.concatenate((np.arange(0, len(tau), CHUNK), breaks, [len(tau)])))
+    starts = np.unique(np.concatenate((np.arange(0, len(tau), NODES_TOGETHER), breaks, [len(tau)])))
     for start, stop in pairwise(starts):
         times = tau[start:stop]
         rows = _window(x, 1.0, peclet_x, times)
@@ -246,11 +246,11 @@ def _time_rule(
 
     speeds = abs(peclets[0]), abs(peclets[1])
     first = onset * min(
-        length / (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 2.0 * speed * length))
+        length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * speed * length))
         for length, speed in zip((1.0, aspect), speeds, strict=True)
     )
     last = min(
-        (TAIL + math.sqrt(TAIL**2 + speed * reach)) / speed
+        (GAUSSIAN_CUTOFF + math.sqrt(GAUSSIAN_CUTOFF**2 + speed * reach)) / speed
         for reach, speed in zip(reaches, speeds, strict=True)
         if speed > 0.0
     )
@@ -271,7 +271,7 @@ def _time_rule(
 
 def _window(centres: Array, length: float, speed: float, tau: Array) -> slice:
     """The offsets that any of the Gaussians at times ``tau`` reaches."""
-    drift, spread = speed * tau**2, 2.0 * TAIL * tau + 0.5 * length
+    drift, spread = speed * tau**2, 2.0 * GAUSSIAN_CUTOFF * tau + 0.5 * length
     low, high = np.searchsorted(centres, [(drift - spread).min(), (drift + spread).max()])
     return slice(int(low), int(high))
 
@@ -300,7 +300,7 @@ def temperature_slope_table(nx: int, ny: int, aspect: float, peclet_x: float, pe
 
     Arguments, shape (2nx−1, 2ny−1) and errors raised are those of `temperature_table`."""
     x, y = offsets(nx, ny, aspect, peclet_x, peclet_y)
-    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < SLOW:
+    if math.hypot(peclet_x, peclet_y) * extent(x, y, aspect) < STATIONARY_PECLET:
         table = _stationary_slope(x, y, aspect)
     else:
         integral = time_integral(x, y, aspect, peclet_x, peclet_y, power=0, depths=np.zeros(1), along=_cell_moment)

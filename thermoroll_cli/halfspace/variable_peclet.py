@@ -20,7 +20,6 @@ Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form; th
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -29,7 +28,6 @@ import numpy as np
 import scipy
 from numpy.polynomial.chebyshev import chebpts2, chebvander
 from numpy.typing import ArrayLike
-from scipy.special import erf
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import (
@@ -40,90 +38,6 @@ from thermoroll_cli.halfspace.thermal import (
     stationary_displacement,
     temperature_at,
 )
-
-TAIL = 5.4
-"""Gaussians are cut off where their argument reaches this: exp(−5.4²) = 2e-13."""
-TOLERANCE = 1e-10
-"""Allowed remainders beyond the last node and within the first one, in Eα/(1−ν) · q dx/k."""
-
-
-@dataclass(frozen=True)
-class Steps:
-    """Steps of the two rules: in the logarithm of u (`outer`), in that of t/(u−t) (`inner`), and the longest one in units of
-    √u/P, where Gaussians of width √u pass by (`passing`). Errors fall exponentially with them."""
-
-    outer: float
-    inner: float
-    passing: float
-FAST = Steps(0.34, 0.42, 1.26)
-"""Good to 1e-7 of the largest stress of the element (measured for P from 0 to 1e3)."""
-EXACT = Steps(0.22, 0.32, 1.0)
-"""Good to 1e-9 of it: for tests."""
-Function = Callable[[Array], Array]
-
-
-def outer_rule(
-    reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST
-) -> tuple[Array, Array]:
-    """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), with steps as short as the drift requires.
-
-    `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
-    the element; beyond the last, less than TOLERANCE follows."""
-
-    along = math.hypot(*peclet)
-    shortest = length / (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 2.0 * along * length))
-    edge = (2.0 * TAIL + math.sqrt(4.0 * TAIL**2 + 4.0 * along * reach)) / (2.0 * along)
-    rim, density = 1.5 * edge, 1.5 * along * steps.outer / steps.passing
-    first, last = 2.0 * math.log(shortest), max(-math.log(12.0 * along * TOLERANCE), 2.0 * math.log(edge) + 4.0)
-
-    def mapped(log_u: Array) -> Array:
-        tau = np.exp(0.5 * log_u)
-        return np.asarray(log_u + density * math.sqrt(math.pi) * rim * erf(tau / rim))
-
-    def slope(log_u: Array) -> Array:
-        tau = np.exp(0.5 * log_u)
-        return np.asarray(1.0 + density * tau * np.exp(-((tau / rim) ** 2)))
-
-    log_u = _equal_steps(mapped, slope, first, last, steps.outer)
-    u = np.exp(log_u)
-    return u, steps.outer * u / slope(log_u)
-
-
-def inner_rule(
-    u: float, furthest: float, peclet: float, steps: Steps = FAST
-) -> tuple[Array, Array, Array, int, int]:
-    """Nodes of ∫ … dt from 0 to u: trapezoidal in v = ζ + c t/u with t/(u−t) = e^ζ and c ∝ P√u.
-
-    Returns t/(u−t), t, weights, and the first and last node that need a Gaussian of their own. Nodes end at `furthest`."""
-    drift = peclet * math.sqrt(u) * steps.inner / steps.passing
-
-    def mapped(zeta: Array) -> Array:
-        return np.asarray(zeta + drift / (1.0 + np.exp(-zeta)))
-
-    def slope(zeta: Array) -> Array:
-        return np.asarray(1.0 + drift / (2.0 + np.exp(zeta) + np.exp(-zeta)))
-
-    share = furthest / u
-    end = 36.0 if share >= 1.0 - 1e-15 else min(math.log(share) - math.log1p(-share), 36.0)
-    zeta = _equal_steps(mapped, slope, -36.0, end, steps.inner)
-    odds = np.exp(zeta)
-    t = u * odds / (1.0 + odds)
-    alone = math.log(math.sqrt(TOLERANCE / max(drift, 1.0)))
-    first, last = int(np.searchsorted(zeta, alone)), int(np.searchsorted(zeta, -alone))
-    first = min(first, len(zeta) - 1)
-    return odds, t, steps.inner * t / (1.0 + odds) / slope(zeta), first, max(min(last, len(zeta) - 1), first)
-
-
-def _equal_steps(mapped: Function, slope: Function, first: float, last: float, step: float) -> Array:
-    """Arguments from `first` to `last` whose images under the monotonous `mapped`, of slope `slope`, are `step` apart."""
-    rough = np.linspace(first, last, 400)
-    image = mapped(rough)
-    wanted = np.arange(image[0], image[-1] + step, step)
-    found = np.interp(wanted, image, rough)
-    for _ in range(4):
-        found = found + (wanted - mapped(found)) / slope(found)
-    return np.asarray(found)
-
 
 DENSE_OFFSETS = 12
 """Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
@@ -208,9 +122,9 @@ ThermalKind = Literal["temperature", "displacement"]
 
 FIRST_DEGREE, LAST_DEGREE = 16, 512
 """Degrees of the polynomial in P^¼: doubled from the first until its error is small enough."""
-CHECKS = 7
+CHECKED_PECLETS = 7
 """Péclet numbers between the samples at which the finished expansion is compared with the kernel."""
-BLOCK = 1 << 15
+SOURCES_TOGETHER = 1 << 15
 """Sources whose weights are computed together, to bound memory."""
 
 
@@ -245,7 +159,7 @@ class VariablePecletKernel:
     def error(self) -> float:
         """Largest error, with Péclet numbers between the samples against the kernel computed directly."""
         offsets = self.offsets
-        peclets = self.peclet_max * ((np.arange(CHECKS) + 0.37) / CHECKS) ** 4
+        peclets = self.peclet_max * ((np.arange(CHECKED_PECLETS) + 0.37) / CHECKED_PECLETS) ** 4
         computed = temperature_at if self.kind == "temperature" else displacement_at
         exact = np.stack([computed(offsets.x, offsets.y, self.aspect, float(p)).ravel() for p in peclets], axis=1)
         offset = self.offset(peclets)
@@ -425,8 +339,8 @@ def _evaluate(series: Array, peclet: Array, peclet_max: float) -> Array:
     if flat.size and not (flat.min() >= 0.0 and flat.max() <= peclet_max * (1.0 + 1e-9)):
         raise ValueError(f"Péclet numbers must be between 0 and {peclet_max:g}")
     result = np.empty((series.shape[1], flat.size))
-    for start in range(0, flat.size, BLOCK):
-        block = flat[start : start + BLOCK]
+    for start in range(0, flat.size, SOURCES_TOGETHER):
+        block = flat[start : start + SOURCES_TOGETHER]
         position = (block / peclet_max) ** 0.25 if peclet_max > 0.0 else np.zeros(len(block))
-        result[:, start : start + BLOCK] = series.T @ _polynomials(np.minimum(position, 1.0), len(series) - 1)
+        result[:, start : start + SOURCES_TOGETHER] = series.T @ _polynomials(np.minimum(position, 1.0), len(series) - 1)
     return result

@@ -86,9 +86,9 @@ class ThermalResponse(Protocol):
 
 MOST_TABLES = 6
 """Number of tables of one kind that are kept: those built last."""
-NODES = 5, 4, 3
+INTERPOLATION_NODES = 5, 4, 3
 """Numbers of tables that an interpolation tries to use."""
-INTERPOLATED = 1e-6
+INTERPOLATION_TOLERANCE = 1e-6
 """Largest change of an interpolated table by its last node, over the largest coefficient; the error is a hundredth of it."""
 LARGEST_WEIGHTS = 16.0
 """Largest sum of the weights' magnitudes: they amplify the rounding and quadrature errors of tables."""
@@ -120,13 +120,13 @@ class KeptTables:
     def _interpolated(nodes: list[tuple[float, Array]]) -> Array | None:
         """The table at 0 from the nearest ones at other places; None if it would not be accurate enough."""
         nodes = sorted(nodes, key=lambda node: abs(node[0]))
-        for count in (n for n in NODES if n <= len(nodes)):
+        for count in (n for n in INTERPOLATION_NODES if n <= len(nodes)):
             places, tables = np.array([place for place, _ in nodes[:count]]), [table for _, table in nodes[:count]]
             weights, without = _weights_at_zero(places), np.append(_weights_at_zero(places[:-1]), 0.0)
             if np.abs(weights).sum() > LARGEST_WEIGHTS:
                 continue
             change = sum(w * table for w, table in zip(weights - without, tables, strict=True))
-            if np.abs(change).max() <= INTERPOLATED * np.abs(tables[0]).max():
+            if np.abs(change).max() <= INTERPOLATION_TOLERANCE * np.abs(tables[0]).max():
                 return np.asarray(sum(w * table for w, table in zip(weights, tables, strict=True)))
         return None
 

@@ -21,9 +21,9 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.numerics.krylov import Vector, gmres
 
-MISMATCH = 1e-6
+MISMATCH_TOLERANCE = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""
-APPLICATIONS, RESTART = 600, 300
+MOST_APPLICATIONS, RESTART_AFTER = 600, 300
 """Most applications of `ThermalResponse.temperature_gap`, and after how many GMRES restarts: elongated contacts need up to ten
 times the usual number, conduction in partial slip at Péclet numbers of thousands several hundred."""
 
@@ -39,7 +39,7 @@ class Partition:
 
     @property
     def converged(self) -> bool:
-        return self.mismatch <= 10.0 * MISMATCH
+        return self.mismatch <= 10.0 * MISMATCH_TOLERANCE
 
 
 def match(
@@ -77,11 +77,11 @@ def match(
     mismatch = (upper - lower)[contact] + bulk_difference
     exchange = known[contact]
     applications = 0
-    while applications < APPLICATIONS and np.abs(mismatch).max() > MISMATCH * peak:
+    while applications < MOST_APPLICATIONS and np.abs(mismatch).max() > MISMATCH_TOLERANCE * peak:
         # GMRES reduces the root mean square; the mismatch is a maximum, a few times larger, and may need a second pass.
-        wanted = 0.2 * MISMATCH * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
+        wanted = 0.2 * MISMATCH_TOLERANCE * peak * np.sqrt(mismatch.size) / float(np.linalg.norm(mismatch))
         solution = gmres(gap, _as_it_is, precondition, mismatch, min(wanted, 0.1),
-                         min(RESTART, APPLICATIONS - applications))
+                         min(RESTART_AFTER, MOST_APPLICATIONS - applications))
         applications += solution.iterations
         exchange += solution.step
         mismatch = mismatch - solution.image

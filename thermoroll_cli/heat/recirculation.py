@@ -51,16 +51,16 @@ from thermoroll_cli.numerics.grid import Grid
 
 SERIES_UP_TO = 1.0
 """ε below which the series is summed, above the passes themselves."""
-TERMS = 24
+SERIES_TERMS = 24
 """Terms of either series: the last one is below 1e-17 at ε = 1."""
-PASSES = 40
+SUMMED_PASSES = 40
 """Passes summed for ε > 1: e^{−40}."""
 
 
 def pass_sum(epsilon: ArrayLike) -> Array:
     """D(ε) for ε ≥ 0: surface temperature by earlier passes, less its mean in time; shape of ε."""
-    k, n = np.arange(TERMS), np.arange(1, PASSES + 1)
-    coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(TERMS)
+    k, n = np.arange(SERIES_TERMS), np.arange(1, SUMMED_PASSES + 1)
+    coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(SERIES_TERMS)
     return _either(
         epsilon, lambda few: polyval(few, coefficients),
         lambda many: np.exp(-many[:, None] * n) @ (1.0 / np.sqrt(n)) - np.sqrt(math.pi / many))
@@ -68,8 +68,8 @@ def pass_sum(epsilon: ArrayLike) -> Array:
 
 def bulge_sum(epsilon: ArrayLike) -> Array:
     """S(ε) for ε ≥ 0: thermal expansion by earlier passes, less its mean in time; shape of ε."""
-    k, n = np.arange(TERMS), np.arange(1, PASSES + 1)
-    coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(TERMS) * math.sqrt(math.pi) * (k + 0.5))
+    k, n = np.arange(SERIES_TERMS), np.arange(1, SUMMED_PASSES + 1)
+    coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(SERIES_TERMS) * math.sqrt(math.pi) * (k + 0.5))
     return _either(
         epsilon, lambda few: -0.5 - np.sqrt(few) * polyval(few, coefficients),
         lambda many: erfc(np.sqrt(many[:, None] * n)).sum(axis=1) - 0.5 / many)
@@ -115,11 +115,11 @@ def _factorials(count: int) -> Array:
     return np.array([float(math.factorial(k)) for k in range(count)])
 
 
-SPREAD = 36.0
+SPREAD_EPSILON = 36.0
 """ε above which the mean and the passes cancel: e^{−36}."""
-THICK = 100.0
+FLAT_BODY_FROM = 100.0
 """λR and kλ/h above which the curvature and the cooling of the body no longer affect a wave."""
-FINEST = 6.0 * math.pi
+FINEST_WAVE = 6.0 * math.pi
 """λ dy above which the elements do not resolve a wave."""
 ROOT_STEPS = 60
 """Newton steps at most, for all roots at once."""
@@ -196,9 +196,9 @@ class Track:
 
     def __init__(self, roller: Roller, grid: Grid) -> None:
         self.roller, self.grid = roller, grid
-        highest = max(math.sqrt(SPREAD) / roller.spreading, THICK / roller.radius,
-                      THICK * (roller.convection or 0.0) / roller.conductivity)
-        wave, norm = roller.modes(min(highest, FINEST / grid.dy))
+        highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
+                      FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
+        wave, norm = roller.modes(min(highest, FINEST_WAVE / grid.dy))
         phase = np.outer(grid.y, wave)
         shape = np.empty_like(phase)
         shape[:, ::2], shape[:, 1::2] = np.cos(phase[:, ::2]), np.sin(phase[:, 1::2])
@@ -271,11 +271,11 @@ def robin_roots(count: int, biot: float) -> Array:
     return np.asarray(z)
 
 
-RANK = 12
+MOST_PATTERNS = 12
 """Most patterns across the track in the preconditioner of a matched partition; four to eight matter."""
-NEGLIGIBLE = 0.03
+NEGLIGIBLE_PATTERN = 0.03
 """Relative strength of the patterns below which the preconditioner omits them: each costs half an application."""
-CHANGED = 0.1
+CHANGED_SHARE = 0.1
 """Share of a contact's elements that may change before the patterns are inverted again."""
 
 
@@ -345,10 +345,10 @@ class RecirculatingResponse:
     def gap_patterns(self, contact: Mask, inverted: Callable[[Array], Array]) -> tuple[Array, Array]:
         """As `ThermalResponse`, with u and v from the singular vectors on the columns of the contact."""
         known = self._patterns
-        if known is None or np.count_nonzero(known[0] ^ contact) > CHANGED * np.count_nonzero(contact):
+        if known is None or np.count_nonzero(known[0] ^ contact) > CHANGED_SHARE * np.count_nonzero(contact):
             inside = np.flatnonzero(contact.any(axis=0))
             left, strength, right = np.linalg.svd(self._returning[np.ix_(inside, inside)])
-            n = min(RANK, int(np.count_nonzero(strength > NEGLIGIBLE * strength[0])))
+            n = min(MOST_PATTERNS, int(np.count_nonzero(strength > NEGLIGIBLE_PATTERN * strength[0])))
             u, v = np.zeros((contact.shape[1], n)), np.zeros((contact.shape[1], n))
             u[inside], v[inside] = left[:, :n] * strength[:n], right[:n].T
             known = self._patterns = contact.copy(), np.stack([inverted(contact * one) for one in u.T]), v

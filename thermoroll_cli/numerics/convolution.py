@@ -109,7 +109,7 @@ class PaddedPlane:
         self.transforms += 1
 
 
-SUMMED = 40
+LARGEST_SUMMED_SIDE = 40
 """Sides of a quarter plane up to which its cosines and sines are summed: planning such a transform takes FFTW much longer."""
 
 
@@ -213,7 +213,7 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     """Cosine (parity 1) or sine (−1) transforms of type I of a quarter plane, axis 0 across and axis 1 along, not normalised.
 
     Odd kernels vanish on their axes and where two images meet. Two sines have the factor (−i)² = −1."""
-    if max(quarter.shape) <= SUMMED:
+    if max(quarter.shape) <= LARGEST_SUMMED_SIDE:
         waves = [_waves(length - 1, parity) for length, parity in zip(quarter.shape, (across, along), strict=True)]
         sums: Array = waves[0] @ quarter @ waves[1].T
         return -sums if along < 0 and across < 0 else sums

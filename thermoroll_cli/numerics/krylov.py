@@ -15,7 +15,7 @@ from thermoroll_cli.arrays import AnyArray, Array
 
 Vector = NDArray[Any]
 
-CANCELLED = 0.1
+REPEATED_BELOW = 0.1
 """Gram–Schmidt is repeated if the length of a vector falls below this share (Daniel et al. 1976)."""
 
 
@@ -89,7 +89,7 @@ def _orthogonalised(w: Vector, basis: Vector) -> Vector:
     components = basis @ w
     w -= components @ basis
     length = float(np.linalg.norm(w))
-    if length < CANCELLED * before:
+    if length < REPEATED_BELOW * before:
         correction = basis @ w
         w -= correction @ basis
         components += correction
@@ -107,9 +107,9 @@ def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
 
 Indices = NDArray[np.intp]
 
-DROPPED = 0.25
+DROPPED_SHARE = 0.25
 """Solved systems are dropped from the arrays once they are this share of all; dropping copies every array."""
-FIRST_SPACE = 12
+FIRST_DIRECTIONS = 12
 """Directions allocated per system at first: most systems need no more, and touching new memory is slow."""
 
 
@@ -127,7 +127,7 @@ def batch_gmres(
     who = np.flatnonzero(norm > 0.0)
     if not who.size:
         return step, image
-    basis = np.empty((len(who), min(FIRST_SPACE, most + 1), size), dtype=right.dtype)
+    basis = np.empty((len(who), min(FIRST_DIRECTIONS, most + 1), size), dtype=right.dtype)
     steps: list[AnyArray] = []
     images: list[AnyArray] = []
     basis[:, 0] = right[who] / norm[who, None]
@@ -154,7 +154,7 @@ def batch_gmres(
         if k + 1 == most:
             done_at[done_at == 0] = most
         solved = done_at > 0
-        if solved.all() or k + 1 == most or solved.mean() > DROPPED:
+        if solved.all() or k + 1 == most or solved.mean() > DROPPED_SHARE:
             _combine(who[solved], done_at[solved], hessenberg[solved], residual[solved], norm, solved, steps, images,
                      step, image)
             if solved.all():
@@ -211,7 +211,7 @@ def _combine(
         out[who] = total
 
 
-DEPENDENT = 1e-8
+DEPENDENT_SINGULAR_VALUE = 1e-8
 """Singular value over the largest one below which differences of residuals count as dependent: they have half of the digits."""
 
 
@@ -233,7 +233,7 @@ class Anderson:
         if len(self._values) == 1:
             return x + self.first_damping * residual
         differences = np.stack([(r - residual).ravel() for r in self._residuals[:-1]], axis=1)
-        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT)
+        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT_SINGULAR_VALUE)
         mixed = value.copy()
         for w, v in zip(weights, self._values[:-1], strict=True):
             mixed -= w * (v - value)

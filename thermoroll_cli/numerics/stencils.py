@@ -39,13 +39,13 @@ def sobel(padded: AnyArray, dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
     return (rows[2:] - rows[:-2]) / dx, (columns[:, 2:] - columns[:, :-2]) / dy
 
 
-SHARPEST = 3.0
+MOST_PEAK_CURVATURE = 3.0
 """Largest ratio of the curvature of a peak to that of the field beside it. Temperature peaks behind narrow slip zones need more
 than 1 (with 1 their errors are 20 % larger); at the edge of a plateau the ratio is unbounded."""
-SHARPEST_SKEW = 5.0
+MOST_CUBIC_CURVATURE = 5.0
 """The same ratio for a cubic; beside means the side that falls less."""
 
-STEEP = 0.5
+SMOOTH_BORDER_SHARE = 0.5
 """Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
 
 
@@ -55,8 +55,9 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
 
     The top of the parabolas along x and y through the largest element, or that element's value at the edge of the field's
     support. Fields may have a corner there (a plateau that ends, a border of stick): the curvature of the parabola is at most
-    `SHARPEST` times that of the field beside the largest element, so a drop on one side alone adds nothing. Temperatures rise
-    slowly through the contact and fall behind it: along x their top is that of a cubic, unless there is a corner.
+    `MOST_PEAK_CURVATURE` times that of the field beside the largest element, so a drop on one side alone adds nothing.
+    Temperatures rise slowly through the contact and fall behind it: along x their top is that of a cubic, unless there is a
+    corner.
     """
     i, j = np.unravel_index(int(np.argmax(field)), field.shape)
     along = None if averages else _skew_rise(field[:, j], int(i))
@@ -71,7 +72,7 @@ def _rise(line: Array, k: int, averages: bool) -> float:
     beside = float(np.diff(line[max(k - 2, 0) : k + 3], 2).max())
     if beside >= 0.0:
         return 0.0
-    bend = max(float(line[k - 1] - 2.0 * line[k] + line[k + 1]), SHARPEST * beside)
+    bend = max(float(line[k - 1] - 2.0 * line[k] + line[k + 1]), MOST_PEAK_CURVATURE * beside)
     # The slope in the middle, from the side that falls less: the other may lie behind a corner.
     slope = max(-0.5 * bend - float(line[k] - max(line[k - 1], line[k + 1])), 0.0)
     # Top of the parabola, and back from averages to values: f = mean − h² f''/24.
@@ -86,7 +87,7 @@ def _skew_rise(line: Array, k: int) -> float | None:
         return None
     two, one, top, other, beyond = line[k - 2 : k + 3] if line[k - 2] >= line[k + 2] else line[k - 2 : k + 3][::-1]
     bend, beside = one - 2.0 * top + other, two - 2.0 * one + top
-    if beside >= 0.0 or bend < SHARPEST_SKEW * beside or beyond >= other:
+    if beside >= 0.0 or bend < MOST_CUBIC_CURVATURE * beside or beyond >= other:
         return None
     b = 0.5 * bend
     c = (0.5 * (top + 4.0 * b - two) - 0.5 * (other - one)) / 3.0
@@ -116,12 +117,12 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
 
 def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
     """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
-    carries less than `STEEP` of their `pressure` and a neighbour to the other side that carries more. Elements at the leading
-    and the trailing edge stay, because a slip zone may be one element wide. `ends` as in `peak_inside`. Returns all of `field`
-    if no element is left."""
+    carries less than `SMOOTH_BORDER_SHARE` of their `pressure` and a neighbour to the other side that carries more. Elements
+    at the leading and the trailing edge stay, because a slip zone may be one element wide. `ends` as in `peak_inside`. Returns
+    all of `field` if no element is left."""
     beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
     beside[:, 0] *= ends[0]
     beside[:, -1] *= ends[1]
-    low, high = (beside[:, side : side + pressure.shape[1]] < STEEP * pressure for side in (0, 2))
+    low, high = (beside[:, side : side + pressure.shape[1]] < SMOOTH_BORDER_SHARE * pressure for side in (0, 2))
     kept = np.where(low ^ high, 0.0, field)
     return kept if kept.any() else field

@@ -14,7 +14,7 @@ SIGNIFICANT_DIGITS = 5
 """Digits of a value without an error."""
 NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
-NOISE = 1e-6
+SYMMETRY_NOISE = 1e-6
 """Forces and moments below this share of the creep force are zero by symmetry but for rounding."""
 
 
@@ -104,4 +104,4 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
     scale = math.hypot(scalars.get("force_x_N", 0.0), scalars.get("force_y_N", 0.0))
     if name == "spin_moment_Nmm":
         scale *= mean_semi_axis(scalars)
-    return abs(scalars.get(name, 0.0)) <= NOISE * scale
+    return abs(scalars.get(name, 0.0)) <= SYMMETRY_NOISE * scale

@@ -15,9 +15,9 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.profile import Profile
 
-SAMPLES = 2001
+GAP_SAMPLES = 2001
 """Places at which the smallest gap of two profiles is searched for, before it is refined."""
-SYMMETRIC = 1e-9
+SYMMETRY_TOLERANCE = 1e-9
 """A profile is symmetric if heights on both sides differ by less than this share of their range."""
 
 
@@ -87,25 +87,25 @@ def _closest(geometry: Geometry) -> tuple[float, float]:
     low, high = facing(geometry)
     knots = [y for profile in (geometry.lower_profile, geometry.upper_profile) if profile is not None
              for y in (p[0] + profile.offset for p in profile.points) if low <= y <= high]
-    y = np.union1d(np.linspace(low, high, SAMPLES), knots)
+    y = np.union1d(np.linspace(low, high, GAP_SAMPLES), knots)
     for _ in range(4):
         gap = -(lower.height(y) + upper.height(y))
         k = int(np.argmin(gap))
         a, b = y[max(k - 1, 0)], y[min(k + 1, len(y) - 1)]
         place, value = float(y[k]), float(gap[k])
-        y = np.union1d(np.linspace(a, b, SAMPLES // 10), [place])
+        y = np.union1d(np.linspace(a, b, GAP_SAMPLES // 10), [place])
     return place, value
 
 
 def is_symmetric(geometry: Geometry) -> bool:
     """Whether the gap is its own mirror image across y = 0, and so is the common surface for any stiffness."""
     low, high = facing(geometry)
-    if not math.isclose(-low, high, rel_tol=SYMMETRIC):
+    if not math.isclose(-low, high, rel_tol=SYMMETRY_TOLERANCE):
         return False
-    y = np.linspace(0.0, high, SAMPLES)[:-1]
+    y = np.linspace(0.0, high, GAP_SAMPLES)[:-1]
     for surface in surfaces(geometry):
         there, here = surface.height(-y), surface.height(y)
-        if not np.abs(here - there).max() <= SYMMETRIC * max(float(np.ptp(here)), 1e-300):
+        if not np.abs(here - there).max() <= SYMMETRY_TOLERANCE * max(float(np.ptp(here)), 1e-300):
             return False
     return True
 

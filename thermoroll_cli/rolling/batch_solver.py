@@ -31,7 +31,13 @@ from thermoroll_cli.rolling.newton import (
     TangentialProblem,
 )
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
-from thermoroll_cli.rolling.rolling_solver import FORCING_SHARE, LOOSEST_FORCING, MOST_NEWTON_STEPS, STICK_FORCING, UNBOUNDED
+from thermoroll_cli.rolling.rolling_solver import (
+    FORCING_SHARE,
+    FULL_STICK_BOUND,
+    LOOSEST_FORCING,
+    MOST_NEWTON_STEPS,
+    STICK_FORCING,
+)
 from thermoroll_cli.rolling.stick_inverse import StickInverse, inverse_symbols
 
 Kernels = tuple[AnyArray, AnyArray, AnyArray]
@@ -230,7 +236,7 @@ class BatchSolver:
 
     def full_stick(self, rigid: AnyArray) -> AnyArray:
         """Tractions (B, 2, n, m) of full stick under `rigid` slips: a linear problem."""
-        bound = self._newton.traction_bound * UNBOUNDED
+        bound = self._newton.traction_bound * FULL_STICK_BOUND
         state = self._iterate(np.zeros_like(rigid), rigid.copy(), bound)
         return self._step(state, rigid, bound, np.full(len(rigid), STICK_FORCING)).traction
 

@@ -52,7 +52,7 @@ from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, diff
 
 SMALLEST_PRESSURE = 1e-7
 """Pressure over the peak below which elements have no resolved shape."""
-CROSSWISE = 1e-6
+SLOPE_ALONG_ROLLING = 1e-6
 """The pressure's slope along x over the steepest one below which the border runs along the rolling direction."""
 
 
@@ -64,7 +64,7 @@ def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
     near = near[1:-1, 1:-1]
     along, _ = _slopes(pressure, 1.0, 1.0)
     return near & (covered > 0.0) & (pressure > SMALLEST_PRESSURE * pressure.max()) & (
-        along > CROSSWISE * float(np.abs(along).max()))
+        along > SLOPE_ALONG_ROLLING * float(np.abs(along).max()))
 
 
 def known_gradient(
@@ -202,7 +202,7 @@ def _border_normal(
     return np.where(known, along_x / safe, 1.0), np.where(known, along_y / safe, 0.0)
 
 
-FLATTEST = 1e-3
+LEAST_NORMAL_COMPLIANCE = 1e-3
 """Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not determine its distance."""
 
 
@@ -246,7 +246,7 @@ def stick_ends(
     tx, ty, force = traction[0, i + 1, j], traction[1, i + 1, j], size[i + 1, j]
     along = ((nx * tx + ny * ty) / np.where(force > 0.0, force, 1.0)) ** 2
     c = compliance.along * along + compliance.across * (1.0 - along)
-    outside = speed[i + 1, j] / np.maximum(c * np.abs(nx), FLATTEST * compliance.along)
+    outside = speed[i + 1, j] / np.maximum(c * np.abs(nx), LEAST_NORMAL_COMPLIANCE * compliance.along)
     total = reserve[i, j] + outside
     place = np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
     if compliance.layer:

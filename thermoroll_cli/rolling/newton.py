@@ -66,7 +66,7 @@ class TangentialProblem:
 LEAST_STIFFNESS = 0.1
 """Least share of an element's stiffness in the preconditioner where friction falls with slip: at zero a single element is
 unstable."""
-UNFELT = 1e-30
+NO_FORCE_RESPONSE = 1e-30
 """Responses of the force to a free creepage below this count as zero."""
 
 
@@ -303,7 +303,7 @@ class Linearisation:
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
             # A zero response has no inverse: pinv maps zero to zero.
-            self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > UNFELT, schur, 0.0))
+            self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > NO_FORCE_RESPONSE, schur, 0.0))
 
     @staticmethod
     def _times(block: tuple[AnyArray, ...], v: AnyArray) -> AnyArray:

@@ -22,15 +22,15 @@ LOOSEST_FORCING = 0.1
 """Largest relative residual of the linear system of a Newton step."""
 FORCING_SHARE = 0.9
 """Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
-SLOW = 0.6
+SLOW_REDUCTION = 0.6
 """Ratio of residuals above which a Newton step may only move false slip downstream; false slip is then searched for."""
-NO_HELP = 0.95
+HELPFUL_REDUCTION = 0.95
 """Ratio of residuals below which a step without false slip is followed by another one."""
 STICK_FORCING = 1e-2
 """Relative residual of the linear problem of full stick, which is only a start."""
-UNBOUNDED = 1e8
+FULL_STICK_BOUND = 1e8
 """Factor of the traction bound with which nothing slips."""
-REFINABLE = 1e-2
+LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
 Start = tuple[Array, tuple[float, float]]
@@ -117,7 +117,7 @@ class RollingSolver:
             start = newton.start(*self._full_stick(problem))
             state = self._iterate(newton, start, tolerance, history)
         state, _, _ = newton.finish(state)
-        if tolerance < state.norm < REFINABLE:
+        if tolerance < state.norm < LARGEST_REFINED_RESIDUAL:
             # Close to the friction limit the combined images lose digits: continue from the recomputed slip.
             state = self._iterate(newton, state, tolerance, history)
         return newton, state
@@ -156,7 +156,7 @@ class RollingSolver:
                 earned = max(FORCING_SHARE * ratio**2, 0.5 * tolerance / state.norm)
                 forcing = min(LOOSEST_FORCING, earned)
                 # Lone slip that is true has to return: removing it does not help then.
-                looked = ratio > SLOW and not (looked and ratio > NO_HELP)
+                looked = ratio > SLOW_REDUCTION and not (looked and ratio > HELPFUL_REDUCTION)
                 if looked:
                     state = newton.without_false_slip(state)
             state = newton.step(state, forcing)
@@ -167,7 +167,7 @@ class RollingSolver:
 
     def _full_stick(self, problem: TangentialProblem) -> Start:
         """Tractions of full stick, whatever the bound: a linear problem."""
-        unbounded = replace(problem, traction_bound=problem.traction_bound * UNBOUNDED)
+        unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)
         creep = newton.creepage(state.unknown)

@@ -26,24 +26,25 @@ from thermoroll_cli.rolling.element_borders import stick_ends
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_solver import TangentialSolution
 
-FIRST = 4
+ONSET_ELEMENTS = 4
 """Elements, beginning with the last one that sticks, whose heat follows the root: errors of slip on them are 6, 4, 1.5 and 0.7
 % of its maximum. With more the root would reach the end of zones of a few elements."""
 LEAST_BEND, MOST_BEND = -0.15, 0.3
 """Bounds of B per element, chosen so that the root is continuous with the slip behind: from contacts so slender that slip stops
 growing to Carter's slip behind a short stick area."""
-SHORTEST = 5
+LEAST_ZONE_ELEMENTS = 5
 """Least elements of a zone whose last three follow the pressure: the slip continued to them must not be that of its
 beginning."""
-WHOLE = 0.8
+WHOLE_COVER = 0.8
 """Covered fraction above which the last element but one counts as covered."""
 
 
 @dataclass(frozen=True)
 class _Onset:
-    """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, FIRST + 1), and the mask `inside` of those
-    that belong to the zone. There root-like slip times μp has the means `weight`, centred at the distance `centre` from the
-    border in elements, and changes through an element by `slope` times its mean. `bend` is B of Carter's slip per element."""
+    """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, ONSET_ELEMENTS + 1), and the mask `inside`
+    of those that belong to the zone. There root-like slip times μp has the means `weight`, centred at the distance `centre`
+    from the border in elements, and changes through an element by `slope` times its mean. `bend` is B of Carter's slip per
+    element."""
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
@@ -70,7 +71,7 @@ def heat_of_slip(
     total, work = float(heat.sum()), float((solution.traction * rigid).sum())
     heat *= max(work, 0.0) / total if total > 0.0 else 0.0
     slope = slopes(heat)
-    first = onset.inside & (np.arange(FIRST + 1) < FIRST)
+    first = onset.inside & (np.arange(ONSET_ELEMENTS + 1) < ONSET_ELEMENTS)
     at = onset.rows[first], onset.columns[first]
     slope[at] = heat[at] * onset.slope[first]
     _slope_at_the_end(slope, heat, problem.covered, slips)
@@ -92,15 +93,15 @@ def _onset(
     """The first elements of all zones that begin behind stick."""
     i, j, place = stick_ends(
         solution.traction, solution.slip, problem.traction_bound, solution.stick, problem.covered, dx, dy, compliance)
-    step = np.arange(FIRST + 1)
-    rows, columns = np.minimum(i[:, None] + step, len(slips) - 1), np.broadcast_to(j[:, None], (len(i), FIRST + 1))
+    step = np.arange(ONSET_ELEMENTS + 1)
+    rows, columns = np.minimum(i[:, None] + step, len(slips) - 1), np.broadcast_to(j[:, None], (len(i), ONSET_ELEMENTS + 1))
     inside = (i[:, None] + step < len(slips)) & (zones[rows, columns] == zones[i, j][:, None])
     covered = problem.covered[rows, columns]
     near = step - 0.5 - place[:, None]
     covered = np.where(covered > 0.0, covered, 1.0)
     root, centre = _root(np.maximum(near, 0.0), np.maximum(near + covered, 0.0))
     weight = root / covered * problem.traction_bound[rows, columns] * inside
-    known = (weight[:, :FIRST].sum(axis=1) > 0.0)[:, None] & inside
+    known = (weight[:, :ONSET_ELEMENTS].sum(axis=1) > 0.0)[:, None] & inside
     bend = 0.5 / (_run_lengths(solution.stick)[i, j] - 0.5 + place)
     return _Onset(rows, columns, known, weight, centre, 12.0 * (centre - near - 0.5) * (weight > 0.0), bend)
 
@@ -146,19 +147,19 @@ def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask
 def _follow_the_root(heat: Array, onset: _Onset) -> None:
     """Distribute the total heat of the first elements of each zone like root-like slip, in place."""
     now = heat[onset.rows, onset.columns] * onset.inside
-    together, behind = now[:, :FIRST].sum(axis=1), now[:, FIRST]
-    weight, centre = onset.weight[:, :FIRST], onset.centre[:, :FIRST]
+    together, behind = now[:, :ONSET_ELEMENTS].sum(axis=1), now[:, ONSET_ELEMENTS]
+    weight, centre = onset.weight[:, :ONSET_ELEMENTS], onset.centre[:, :ONSET_ELEMENTS]
     plain, bent = weight.sum(axis=1), (weight * centre).sum(axis=1)
     # weight (1 + bend d) has the sum `together` and is continuous with the next element.
-    share = together * onset.weight[:, FIRST]
-    lever = bent * behind - share * onset.centre[:, FIRST]
-    known = onset.inside[:, FIRST] & (share > 0.0) & (lever < 0.0)
+    share = together * onset.weight[:, ONSET_ELEMENTS]
+    lever = bent * behind - share * onset.centre[:, ONSET_ELEMENTS]
+    known = onset.inside[:, ONSET_ELEMENTS] & (share > 0.0) & (lever < 0.0)
     bend = np.where(known, (share - plain * behind) / np.where(known, lever, 1.0), onset.bend)
     shape = weight * (1.0 + np.clip(bend, LEAST_BEND, MOST_BEND)[:, None] * centre)
     total = shape.sum(axis=1)
     shape *= (together / np.where(total > 0.0, total, 1.0))[:, None]
-    inside = onset.inside[:, :FIRST]
-    heat[onset.rows[:, :FIRST][inside], onset.columns[:, :FIRST][inside]] = shape[inside]
+    inside = onset.inside[:, :ONSET_ELEMENTS]
+    heat[onset.rows[:, :ONSET_ELEMENTS][inside], onset.columns[:, :ONSET_ELEMENTS][inside]] = shape[inside]
 
 
 def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -173,8 +174,8 @@ def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Arr
     """Distribute the total heat of the last three elements of each zone that ends with the contact like their tractions times
     continued slip, in place: slip is smooth there, but its difference formula reaches across the border."""
     i, j = _ends(slips)
-    far = i >= SHORTEST - 1
-    for k in range(1, SHORTEST):
+    far = i >= LEAST_ZONE_ELEMENTS - 1
+    for k in range(1, LEAST_ZONE_ELEMENTS):
         far &= slips[np.maximum(i - k, 0), j]
     far[i + 1 < len(covered)] &= covered[i[i + 1 < len(covered)] + 1, j[i + 1 < len(covered)]] == 0.0
     i, j = i[far], j[far]
@@ -201,7 +202,7 @@ def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) ->
     # A linear distribution cannot have all heat at one end; heat on less than a third of an element determines its temperature.
     slope[i, j] = heat[i, j] * np.maximum(4.8 * part - 6.0, -6.0 * part)
     one, other = np.maximum(i - 1, 0), np.maximum(i - 2, 0)
-    two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE)
+    two = (i >= 2) & slips[one, j] & slips[other, j] & (covered[one, j] > WHOLE_COVER)
     i, j = i[two] - 1, j[two]
     part = np.maximum(part[two] + covered[i, j] - 1.0, 0.0)
     mean, centre = _root(part, part + 1.0)

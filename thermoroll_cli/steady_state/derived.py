@@ -19,7 +19,7 @@ from thermoroll_cli.problem.problem import Material, Problem
 from thermoroll_cli.problem.surface import is_symmetric
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
-SAMPLES = 65
+SLIP_SAMPLES = 65
 """Places across the contact at which the largest differential slip is searched for."""
 
 
@@ -156,7 +156,7 @@ class Kinematics:
     @property
     def _across(self) -> Array:
         """Places across the contact, in m."""
-        return np.asarray(self.derived.scales.centre + self.derived.scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES))
+        return np.asarray(self.derived.scales.centre + self.derived.scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES))
 
     @property
     def has_traction(self) -> bool:

@@ -24,7 +24,7 @@ from thermoroll_cli.steady_state.heated_pressure import heated_step
 from thermoroll_cli.steady_state.iteration import iterate
 from thermoroll_cli.steady_state.solver_options import Tolerances
 
-DEPTH = 8
+MIXING_DEPTH = 8
 """Iterations that Anderson's mixing uses: more gain nothing at the accuracy of the iterations. Strong heat in partial slip
 needs them: the article's case converges up to twice the speed that it reaches with four."""
 MOST_ITERATIONS = 60
@@ -34,7 +34,7 @@ NORMAL_SHARE = 1e-3
 elements there."""
 NEARLY_CONVERGED = 10.0
 """Multiple of the tolerance below which the next iteration may be the last: its tractions are solved to full accuracy."""
-LOOSEST = 1e-2
+LOOSEST_TRACTIONS = 1e-2
 """Largest tolerance of the tractions of any iteration: with a larger one stick and slip would be wrong."""
 CLOSE_PATIENCE = 4
 """Iterations without progress after which a residual below the acceptable one ends the iteration: only border elements still
@@ -48,12 +48,12 @@ MOST_RAISED = 4
 """Number of times that the heat may be raised from zero for that: later iterations start from the pressure of the last."""
 CLOSEST_BALANCE = 1e-8
 """Smallest tolerance of a pressure in balance with its heat, over the elastic displacement."""
-INDIFFERENT = 10.0
+ACCEPTED_STAGNATION = 10.0
 """Multiple of the tolerance that is accepted if no further iteration reduces the residual; still below 1e-4 of the approach."""
-BORDER_ELEMENT = 0.3
+ACCEPTED_WITH_SHEAR = 0.3
 """The residual accepted for dissimilar bodies, times N²: a border element that flips in and out with its shear moves the
 surfaces by less than its share of the contact, 4/(πN²)·(extent/2)²."""
-HEATED_ELEMENT = 2.0
+ACCEPTED_WITH_HEAT = 2.0
 """The residual accepted for heat, over the variation of the expansion and times the number of elements of the contact: border
 elements flip in pairs, one on either side."""
 
@@ -210,7 +210,7 @@ def _inside(
     last = outer <= NEARLY_CONVERGED * limit or len(history) >= pace.possibly_last
     tangential = tolerances.tangential if last else max(pace.tangential_share * outer, tolerances.tangential)
     normal = max(NORMAL_SHARE * outer, tolerances.normal)
-    return replace(tolerances, tangential=min(tangential, LOOSEST), normal=normal)
+    return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
 
 
 def _changes(before: Contact, after: Contact) -> Fields:
@@ -257,12 +257,12 @@ def _stagnates(history: list[float], pace: Pace, *, close: bool) -> bool:
 
 def _indifferent(discretisation: Discretisation, state: Contact, limit: float, pace: Pace) -> float:
     """Residual that is accepted if further iterations do not reduce it: only a finer grid could."""
-    border = BORDER_ELEMENT / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
+    border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:
         approach = discretisation.derived.scales.approach
         moved = _variation(state) / max(_variation(state), approach)
-        border = max(border, HEATED_ELEMENT * moved / int(np.count_nonzero(state.normal.contact)))
-    return max(INDIFFERENT * limit, border)
+        border = max(border, ACCEPTED_WITH_HEAT * moved / int(np.count_nonzero(state.normal.contact)))
+    return max(ACCEPTED_STAGNATION * limit, border)
 
 
 def _without_mean(contact: Contact) -> Contact:
@@ -281,7 +281,7 @@ class _Mixing:
     def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool) -> None:
         self._discretisation, self._pace = discretisation, pace
         # Steps to a balance of pressure and heat need no damping.
-        self._anderson = Anderson(DEPTH, 1.0 if balanced else pace.first_damping)
+        self._anderson = Anderson(MIXING_DEPTH, 1.0 if balanced else pace.first_damping)
         self._balanced = balanced
         self.dampings = 0
         self.heat_reached = 1.0

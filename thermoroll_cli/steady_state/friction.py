@@ -10,7 +10,7 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
-RESERVE = 0.002
+LEAST_RESERVE = 0.002
 """Least reserve of friction, as a share of a prescribed force: with less, the creepage grows without bound."""
 
 
@@ -51,13 +51,13 @@ def admissible_friction(discretisation: Discretisation, wanted: Contact, before:
     friction = np.clip(wanted.friction, *friction_limits(problem))
     force = problem.prescribed_force
     after, had = (transmissible_force(discretisation, f, pressure) for f in (friction, before))
-    if after >= (1.0 + RESERVE) * force or had <= after:
+    if after >= (1.0 + LEAST_RESERVE) * force or had <= after:
         return friction, False
     return before + (friction - before) * (0.5 * (had - force) / (had - after)), True
 
 
 def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
-    """True if friction in `contact` can transmit the prescribed force with the `RESERVE`."""
+    """True if friction in `contact` can transmit the prescribed force with the `LEAST_RESERVE`."""
     if contact.friction is None:
         return True
     force = transmissible_force(discretisation, contact.friction, contact.normal.pressure)

@@ -9,10 +9,10 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.problem.result import Peak
 
-LAYERS, ELEMENTS = 5, 3
+LAYER_POINTS, ELEMENT_POINTS = 5, 3
 """Points of the interpolating polynomials: along the depth, where layers are far apart, and along the surface."""
 MOST_MOVES = 16
-ZOOMS, POINTS = 7, 9
+ZOOMS, POINTS_PER_ZOOM = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
 
 
@@ -59,8 +59,8 @@ def _row_maxima(values: AnyArray) -> AnyArray:
 def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
     """The maximum of the polynomial through the points around `place`, no farther away than the next points."""
     (zi, zs), (xi, xs) = (_around(axis, int(i), n, False)
-                          for axis, i, n in ((depths, place[0], LAYERS), (x, place[1], ELEMENTS)))
-    yi, ys = _around(y, int(place[2]), ELEMENTS, mirrored)
+                          for axis, i, n in ((depths, place[0], LAYER_POINTS), (x, place[1], ELEMENT_POINTS)))
+    yi, ys = _around(y, int(place[2]), ELEMENT_POINTS, mirrored)
     cube = values[np.ix_(zi, xi, yi)].astype(np.float64)
     nodes = zs, xs, ys
     centre = [float(axis[int(i)]) for axis, i in zip((depths, x, y), place, strict=True)]
@@ -68,7 +68,7 @@ def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyA
     low, high = [limit[0] for limit in limits], [limit[1] for limit in limits]
     best = Peak(float(values[place]), centre[1], centre[2], centre[0])
     for _ in range(ZOOMS):
-        samples = [np.linspace(a, b, POINTS if b > a else 1) for a, b in zip(low, high, strict=True)]
+        samples = [np.linspace(a, b, POINTS_PER_ZOOM if b > a else 1) for a, b in zip(low, high, strict=True)]
         bases = [_lagrange(axis, sample) for axis, sample in zip(nodes, samples, strict=True)]
         found = bases[1] @ np.tensordot(bases[0], cube, axes=1) @ bases[2].T
         top = np.unravel_index(int(np.argmax(found)), found.shape)

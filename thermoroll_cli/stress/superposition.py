@@ -90,9 +90,9 @@ class LayerTransforms:
         return out
 
 
-DEEP = 3.0
+JUMPS_GONE_BELOW = 3.0
 """Depth in elements below which the effect of jumps between elements is less than 1e-7."""
-JUMPS = 40
+JUMP_HARMONICS = 40
 """Harmonics of the jumps between elements: the rest of the series at the surface is 1e-4 of its sum."""
 
 
@@ -103,11 +103,11 @@ def averaging(depth: float) -> float:
     A wave cos kx given by averages and spread evenly has harmonics κ = 2πm/h ± k. Each pair adds (−1)^{m+1} (kh)²/(2π²m²) times
     r − κ r'(κ) of the response r(κ) at this depth to that of the wave, to second order in kh. That is (1 + κz) e^{−κz} where
     stresses follow e^{−κz}; parts that follow κz e^{−κz} have both signs and are not counted."""
-    harmonic = np.arange(1.0, JUMPS + 1.0)
+    harmonic = np.arange(1.0, JUMP_HARMONICS + 1.0)
     decay = 2.0 * np.pi * depth * harmonic
     series = (-1.0) ** (harmonic + 1.0) * (1.0 + decay) * np.exp(-decay) / harmonic**2
-    # Below DEEP the weight is constant, so that `Sharpened` keeps its spectrum from layer to layer.
-    return 1.0 / 12.0 - float(series.sum()) / (2.0 * np.pi**2) if depth < DEEP else 1.0 / 12.0
+    # Below JUMPS_GONE_BELOW the weight is constant, so that `Sharpened` keeps its spectrum from layer to layer.
+    return 1.0 / 12.0 - float(series.sum()) / (2.0 * np.pi**2) if depth < JUMPS_GONE_BELOW else 1.0 / 12.0
 
 
 class Sharpened:
