@@ -50,6 +50,8 @@ ARROW: dict[str, Any] = {
     "headlength": 4.5, "headaxislength": 4.0, "minlength": 0.0, "pivot": "mid", "facecolor": "white", "edgecolor": "0.1",
     "linewidth": 0.3,
 }  # fmt: skip
+ARROW_MARKER = Path([(-1.0, -0.1), (0.3, -0.1), (0.3, -0.35), (1.0, 0.0), (0.3, 0.35), (0.3, 0.1), (-1.0, 0.1), (-1.0, -0.1)])
+"""The same arrow in a legend."""
 FAINT = 0.04
 """Share of the largest traction of a patch below which there is no arrow."""
 FLAT = 0.45
@@ -297,8 +299,8 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     if arrows:
         several = max(len(list(_patches(state))) for state in frame.states) > 1
         words = "traction on the upper body" + (", scaled in each patch" if several else "")
-        handles.append(Line2D([], [], linestyle="none", marker=r"$\rightarrow$", markersize=9.0, color="black",
-                              markeredgewidth=0.3, label=words))
+        handles.append(Line2D([], [], linestyle="none", marker=ARROW_MARKER, markersize=11.0, color="white",
+                              markeredgecolor="black", markeredgewidth=0.5, label=words))
     return handles
 
 

@@ -56,7 +56,7 @@ Row = tuple[str, str, str, str]
 def summary_figure(frame: RunFrame) -> Figure:
     """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
     maps = list(_maps(frame))
-    rows, remarks = list(_rows(frame)), _remarks(frame)
+    rows, remarks = _rows(frame), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
     side = min(LONGEST_MAP + (2 - columns) * COLUMN, TALLEST_MAP / shape)
@@ -107,29 +107,32 @@ def _maps(frame: RunFrame) -> Iterator[tuple[Quantity, Array, str]]:
             yield quantity, values, body
 
 
-def _rows(frame: RunFrame) -> Iterator[Row]:
-    """Rows of the table: words, the value without thermal deformation, the value, and its error. Rows of zeros are left out."""
+def _rows(frame: RunFrame) -> list[Row]:
+    """Rows of the table: words, the value without thermal deformation, the value, its error. Rows of zeros are left out, and
+    bodies that are alike share a row."""
     result, two = frame.result, len(frame.states) > 1
     summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
-    yield ("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")
+    rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
     for name, scalar in SCALARS.items():
         if not any(computed(state.state.scalars.get(name)) for state in frame.states):
             continue
         shown, _, error = style.readable(scalar_text(name, summary)).partition(" ±")
         first = style.readable(isothermal_text(name, summary)) if two else ""
-        if {first, shown} - {"", "0", "–"}:
-            yield _words(scalar, hertz), first, shown, f"±{error}" if error else ""
-    yield ("", "", "", "")
-    for name, scalar in HERTZ_SCALARS.items():
-        value = result.hertz.get(name, math.nan)
-        # The speed stands below the table; here only where a lower one had to be solved.
-        asked = name == "speed_solved_m_s" and value == result.problem.motion.speed
-        if math.isfinite(value) and value != 0.0 and not asked:
-            yield _words(scalar, hertz), "", style.readable(number(value)), ""
+        words, numbers = _words(scalar, hertz), (first, shown, f"±{error}" if error else "")
+        if rows[-1] == (words.replace("upper body", "lower body"), *numbers):
+            rows[-1] = (words.replace("the upper body", "each body").replace("upper body", "both bodies"), *numbers)
+        elif {first, shown} - {"", "0", "–"}:
+            rows.append((words, *numbers))
+    rows.append(("", "", "", ""))
+    # The speed stands below the table; in it only where a lower one had to be solved.
+    asked = {"speed_solved_m_s": result.problem.motion.speed}
+    rows += [(_words(scalar, hertz), "", style.readable(number(value)), "") for name, scalar in HERTZ_SCALARS.items()
+             if computed(value := result.hertz.get(name)) and value not in (0.0, asked.get(name))]
+    return rows
 
 
 def _words(scalar: Scalar, hertz: bool) -> str:
-    words = (not hertz and scalar.without_hertz) or scalar.meaning
+    words = scalar.meaning_of(hertz=hertz)
     words = scalar.brief or words if len(words) > LONGEST_WORDS else words
     return f"{words} ({scalar.unit})" if scalar.unit else words
 
