@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -34,10 +34,35 @@ BULGE_EFFECT = 1.5
 """Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case)."""
 
 
-def _elastic_coupling(derived: DerivedQuantities) -> str | None:
+def stages(derived: DerivedQuantities) -> dict[str, str | None]:
+    """For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
+    problem, kinematics, cold = derived.problem, derived.kinematics, _cold(derived)
+    heating, hertzian = problem.heating, problem.has_hertz_solution and not kinematics.feeds_back
+    mirrored = kinematics.has_traction and kinematics.mirror_on(grid_sequence(problem)[-1][1], heated=False) is not None
+    sideways = "" if kinematics.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
+    tracks = heating.lower_track is not None or heating.upper_track is not None
+    return {
+        "elastic coupling": "" if kinematics.feeds_back else _uncoupled(derived),
+        "normal (isothermal)": "smooth bodies without thermal bulge: Hertz's closed form is exact" if hertzian
+        else None if problem.has_hertz_solution else "",
+        "tangential": "no creepage, spin, force or differential slip: everything sticks without traction"
+        if not kinematics.moves else "" if problem.friction else "no friction: the surfaces slide freely",
+        "tangential, y < 0": "the mirror image of y > 0" + sideways if mirrored else None,
+        "differential slip": "" if kinematics.differential_slip.active else kinematics.differential_slip.why_not,
+        "heat": cold,
+        "partition": None if cold or heating.partition != "matched" else _even_partition(derived),
+        "warm friction": None if not problem.friction_slope
+        else "" if problem.friction_varies and kinematics.has_traction else "no friction and heat that could change it",
+        "deformation": _deformation(derived),
+        "recirculation": None if not tracks else "no heat" if cold else "",
+        "thermal crown": None if not tracks or cold else "" if crown_matters(derived)
+        else f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that",
+        "wear": None if problem.wear is None else "" if kinematics.moves else "nothing slips",
+    }
+
+
+def _uncoupled(derived: DerivedQuantities) -> str:
     lower, upper = derived.problem.lower, derived.problem.upper
-    if derived.kinematics.feeds_back:
-        return ""
     if derived.dissimilar:
         return "no friction: there is no shear to act on the pressure"
     if (lower.youngs_modulus, lower.poisson_ratio) == (upper.youngs_modulus, upper.poisson_ratio):
@@ -45,108 +70,37 @@ def _elastic_coupling(derived: DerivedQuantities) -> str | None:
     return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
 
 
-def _isothermal_normal(derived: DerivedQuantities) -> str | None:
-    if not derived.problem.has_hertz_solution:
-        return ""
-    return None if derived.kinematics.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
-
-
-def _tangential(derived: DerivedQuantities) -> str | None:
-    if not derived.kinematics.moves:
-        return "no creepage, spin, force or differential slip: everything sticks without traction"
-    return "" if derived.problem.friction else "no friction: the surfaces slide freely"
-
-
-def _other_half(derived: DerivedQuantities) -> str | None:
-    columns = grid_sequence(derived.problem)[-1][1]
-    if not derived.kinematics.has_traction or derived.kinematics.mirror_on(columns, heated=False) is None:
-        return None
-    sideways = "" if derived.kinematics.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
-    return "the mirror image of y > 0" + sideways
-
-
-def _differential_slip(derived: DerivedQuantities) -> str | None:
-    return "" if derived.kinematics.differential_slip.active else derived.kinematics.differential_slip.why_not
-
-
-def _heat(derived: DerivedQuantities) -> str | None:
+def _cold(derived: DerivedQuantities) -> str:
+    """Why there is no heat; empty where there is."""
     if not derived.problem.heating.heat:
         return "switched off or no thermal constants: purely mechanical"
     return "" if derived.kinematics.has_traction or derived.problem.heating.conducts else "nothing rubs: no frictional heat"
 
 
-def _partition(derived: DerivedQuantities) -> str | None:
-    if _heat(derived) or derived.problem.heating.partition != "matched":
-        return None
+def _even_partition(derived: DerivedQuantities) -> str:
     share = _even_share(derived)
     return "" if share is None else f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
 
 
-def _warm_friction(derived: DerivedQuantities) -> str | None:
-    if not derived.problem.friction_slope:
-        return None
-    varies = derived.problem.friction_varies and derived.kinematics.has_traction
-    return "" if varies else "no friction and heat that could change it"
-
-
-def _deformation(derived: DerivedQuantities) -> str | None:
-    if _heat(derived):
+def _deformation(derived: DerivedQuantities) -> str:
+    """Why thermal deformation is left out; empty where it is not."""
+    if _cold(derived):
         return "no heat"
     if not derived.problem.heating.deformation:
         return "switched off"
     if derived.problem.heating.deformation == "always":
         return ""
-    negligible = derived.problem.numerics.negligible
-    effect = deformation_effect(derived)
-    if effect >= negligible:
-        return ""
-    return f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out"
+    negligible, effect = derived.problem.numerics.negligible, deformation_effect(derived)
+    return "" if effect >= negligible else (
+        f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out")
 
 
 def leaves_out_deformation(problem: Problem) -> bool | None:
     """Whether thermal deformation is left out because its effect is small; None where nothing is to be decided."""
     derived = DerivedQuantities(problem)
-    if problem.heating.deformation is not True or _heat(derived):
+    if problem.heating.deformation is not True or _cold(derived):
         return None
     return bool(_deformation(derived))
-
-
-def _recirculation(derived: DerivedQuantities) -> str | None:
-    heating = derived.problem.heating
-    if heating.lower_track is None and heating.upper_track is None:
-        return None
-    return "no heat" if _heat(derived) else ""
-
-
-def _thermal_crown(derived: DerivedQuantities) -> str | None:
-    if _recirculation(derived) != "":
-        return None
-    if crown_matters(derived):
-        return ""
-    return f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that"
-
-
-def _wear(derived: DerivedQuantities) -> str | None:
-    if derived.problem.wear is None:
-        return None
-    return "" if derived.kinematics.moves else "nothing slips"
-
-
-STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
-    "elastic coupling": _elastic_coupling,
-    "normal (isothermal)": _isothermal_normal,
-    "tangential": _tangential,
-    "tangential, y < 0": _other_half,
-    "differential slip": _differential_slip,
-    "heat": _heat,
-    "partition": _partition,
-    "warm friction": _warm_friction,
-    "deformation": _deformation,
-    "recirculation": _recirculation,
-    "thermal crown": _thermal_crown,
-    "wear": _wear,
-}
-"""For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
 
 
 def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, int], ...]:
@@ -254,36 +208,32 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
                          f"{problem.traction_limit:g} N", "force")
     derived = DerivedQuantities(problem)
     grids = grid_sequence(problem, alone=alone)
-    run, skipped, warnings = [], {}, []
-    for stage, why_skipped in STAGES.items():
-        reason = why_skipped(derived)
-        if reason:
-            skipped[stage] = reason
-        elif reason is not None:
-            run.append(stage)
+    reasons = stages(derived)
+    run = [stage for stage, reason in reasons.items() if reason == ""]
+    skipped = {stage: reason for stage, reason in reasons.items() if reason}
+    warnings = []
     extent = problem.numerics.extent
     if extent < SMALLEST_EXTENT:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
     warnings += warnings_before(derived)
     plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
-                _left_out(derived))
+                _left_out(derived, skipped))
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
 
 
-def _left_out(derived: DerivedQuantities) -> dict[str, float]:
+def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
     """Bound of the effect of each stage that could change a scalar but is left out."""
     heating, bounds = derived.problem.heating, {"differential slip": derived.kinematics.differential_slip.left_out}
-    if heating.deformation and _deformation(derived) and not _heat(derived):
+    if heating.deformation and _deformation(derived) and not _cold(derived):
         bounds["deformation"] = deformation_effect(derived)
-    elif heating.deformation and _thermal_crown(derived):
+    elif heating.deformation and skipped.get("thermal crown"):
         bounds["thermal crown"] = crown_bound(derived)
     return {stage: bound for stage, bound in bounds.items() if bound > 0.0}
 
 
 def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQuantities) -> Plan:
-    """`plan` with the stage below the surface, whose code is imported for it."""
-
+    """`plan` with the stage below the surface."""
     below = subsurface_plan(request, derived, plan.grid, heated=plan.runs("heat"))
     return replace(plan, run=plan.run + below.run, skipped=plan.skipped | below.skipped, facts=plan.facts | below.facts,
                    memory_bytes=plan.memory_bytes + below.memory_bytes, seconds=plan.seconds + below.seconds)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from thermoroll_cli.problem.problem import Problem
@@ -38,27 +39,14 @@ so that a closer pressure gains nothing."""
 Report = Callable[[str, Mapping[str, Any]], None]
 
 
-@dataclass
-class _Stopwatch:
-    """Wall seconds by stage."""
-
-    seconds: dict[str, float] = field(default_factory=dict)
-
-    def __call__(self, stage: str) -> _Lap:
-        return _Lap(self.seconds, stage)
-
-
-@dataclass
-class _Lap:
-    seconds: dict[str, float]
-    stage: str
-    start: float = 0.0
-
-    def __enter__(self) -> None:
-        self.start = time.perf_counter()
-
-    def __exit__(self, *_: object) -> None:
-        self.seconds[self.stage] = self.seconds.get(self.stage, 0.0) + time.perf_counter() - self.start
+@contextmanager
+def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
+    """Adds the wall seconds of what is inside to those of a `stage`."""
+    start = time.perf_counter()
+    try:
+        yield
+    finally:
+        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
 def solve(
@@ -115,7 +103,7 @@ class Solver:
         """One attempt, and whether it failed for too much heat."""
         plan = make_plan(problem, alone=not self.options.sequence)
         while True:
-            levels, stopwatch = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
+            levels, seconds = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
             last = levels[-1]
             if not last.touches_rim or plan.extent > LARGEST_EXTENT:
                 break
@@ -125,16 +113,16 @@ class Solver:
         too_hot = heat_failures(last.isothermal, last.home, last.coupled)
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
         found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
-        result = result_of(problem, plan, levels, stopwatch.seconds, too_hot, extrapolated=self.options.extrapolated and found)
+        result = result_of(problem, plan, levels, seconds, too_hot, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._solved = [(problem, levels), *self._solved[:1]]
         return result, last.isothermal.contact.tangential.converged and bool(too_hot)
 
-    def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], _Stopwatch]:
-        """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small."""
+    def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], dict[str, float]]:
+        """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small; seconds by stage."""
         derived = DerivedQuantities(problem)
-        stopwatch = _Stopwatch()
+        seconds: dict[str, float] = {}
         levels: list[RefinementLevel] = []
         coarser = neighbours = None
         course = Course(problem, self._solved)
@@ -149,22 +137,22 @@ class Solver:
                 discretisation.responses.tables = shared.responses.tables
             starts = Starts(discretisation, coarser, neighbours)
             tolerances = tolerances_on(shape, plan, derived, self.options)
-            with stopwatch("isothermal"):
+            with timed(seconds, "isothermal"):
                 isothermal = fixed_point(discretisation, starts.isothermal(), tolerances, predicted=neighbours is not None)
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
                                   "residual": isothermal.contact.tangential.residual})
             followed = None
             if plan.runs("deformation"):
-                with stopwatch("coupling"):
+                with timed(seconds, "coupling"):
                     followed = followed_state(starts, next_home(starts), isothermal, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
                                     "residual": followed.state.residual})
-            with stopwatch("temperature"):
+            with timed(seconds, "temperature"):
                 levels.append(refinement_level(discretisation, isothermal, followed, plan))
             if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels, plan)):
                 break
             coarser = levels[-1]
-        return levels, stopwatch
+        return levels, seconds
 
 
 def tolerances_on(

@@ -46,6 +46,8 @@ LARGEST_PRESSURE = 10e9
 LARGEST_RISE = 2000.0
 """K. Steel melts at 1500 °C, and no constant stays one that far."""
 
+NO_SOLID = f"no solid stands {LARGEST_RISE:g} K with these constants"
+
 SOLIDS = {
     "youngs_modulus": ("Young's modulus", 1e9, "GPa", 1e-4, 1.3e3),
     "conductivity": ("thermal conductivity", 1.0, "W/(m K)", 0.01, 3e3),
@@ -62,10 +64,11 @@ PEAK_OVER_MEAN = 1.5
 
 
 def warnings_before(derived: DerivedQuantities) -> list[str]:
-    """Doubts about a problem before it is solved."""
-    still = ["nothing slips, so nothing wears"] if derived.problem.wear is not None and not derived.kinematics.moves else []
-    tracks = track_warnings(derived) if derived.problem.heating.recirculates and derived.kinematics.has_traction else []
-    return [*plausibility_warnings(derived), *_half_space_warnings(derived), *layer_warnings(derived.problem), *still, *tracks]
+    """Doubts about a problem before it is solved. Raises Unsolvable where a contact does not fit on its body."""
+    problem, moves = derived.problem, derived.kinematics.moves
+    return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
+            *_half_space_warnings(derived), *layer_warnings(problem),
+            *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
 
 
 THICK_LAYER = 0.1
@@ -105,20 +108,17 @@ def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
            f"at the border of an element, which shows in areas; {THICK:g} elements would resolve it")
 
 
-def _half_space_warnings(derived: DerivedQuantities) -> list[str]:
+def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
     scales, geometry = derived.scales, derived.problem.geometry
-    out = profile_warnings(derived) if geometry.has_profile else []
-    for axis, half, radii in (
-        ("x", scales.semi_axis_x, (geometry.lower_radius_x, geometry.upper_radius_x)),
-        ("y", scales.semi_axis_y, (geometry.lower_radius_y, geometry.upper_radius_y)),
-    ):
-        if axis == "y" and geometry.has_profile:
-            continue
-        smallest = min(abs(r) for r in radii)
-        if half / smallest > HALF_SPACE_LIMIT:
-            out.append(f"contact half-width along {axis} is {half / smallest:.2f} of the smallest radius: "
-                       f"the half-space assumption is doubtful above {HALF_SPACE_LIMIT:g}")
-    return out
+    widths = {"x": (scales.semi_axis_x, geometry.lower_radius_x, geometry.upper_radius_x)}
+    if geometry.has_profile:
+        yield from profile_warnings(derived)
+    else:
+        widths["y"] = (scales.semi_axis_y, geometry.lower_radius_y, geometry.upper_radius_y)
+    for axis, (half, *radii) in widths.items():
+        if (share := half / min(map(abs, radii))) > HALF_SPACE_LIMIT:
+            yield (f"contact half-width along {axis} is {share:.2f} of the smallest radius: the half-space assumption is "
+                   f"doubtful above {HALF_SPACE_LIMIT:g}")
 
 
 def warnings_after(
@@ -126,17 +126,12 @@ def warnings_after(
 ) -> list[str]:
     """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature `rises` of both bodies in
     K, of which the `highest` is reported."""
-    out = [sideways_warning(heat, slip)]
+    found = [*sideways_warning(heat, slip)]
     if derived.kinematics.has_traction:
-        out.append(tangential_expansion_warning(derived, *rises))
+        found += tangential_expansion_warning(derived, *rises)
     if highest > LARGEST_RISE:
-        out.append(f"temperature rises by up to {highest:.4g} K: {_no_solid()}")
-    return [warning for warning in out if warning]
-
-
-def plausibility_warnings(derived: DerivedQuantities) -> list[str]:
-    """Doubts about a problem that need no solution."""
-    return [*_constants(derived.problem), *_pressure(derived), *_without_effect(derived.problem), *_memory(derived)]
+        found.append(f"temperature rises by up to {highest:.4g} K: {NO_SOLID}")
+    return found
 
 
 def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
@@ -144,7 +139,7 @@ def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
     rise = expected_rise(derived)
     if not rise > LARGEST_RISE:
         return []
-    return [f"the surfaces are expected to get about {_round(rise)} K hotter: {_no_solid()}"]
+    return [f"the surfaces are expected to get about {_round(rise)} K hotter: {NO_SOLID}"]
 
 
 def expected_rise(derived: DerivedQuantities) -> float:
@@ -213,22 +208,23 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
                f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
 
 
-def _without_effect(problem: Problem) -> Iterator[str]:
-    heating, slope = problem.heating, problem.friction_slope
-    if not heating.heat:
-        if slope:
-            yield "friction that changes with temperature has no effect: heat is off"
-        if heating.bulk_lower or heating.bulk_upper:
-            yield "bulk temperatures have no effect: heat is off"
-        if heating.lower_track is not None or heating.upper_track is not None:
-            yield "bodies that bring heat back have no effect: heat is off"
-    # Defaults of the dataclass: what differs from them was meant to matter.
-    if problem.friction_start != Problem.friction_start and not slope:
-        yield "the temperature from which friction changes has no effect: friction.temperature_slope_1_K is 0"
-    if problem.friction_minimum != Problem.friction_minimum and not slope > 0.0:
-        yield "friction.temperature_minimum_factor has no effect: friction does not fall with temperature"
-    if problem.friction_maximum != Problem.friction_maximum and not slope < 0.0:
-        yield "friction.temperature_maximum_factor has no effect: friction does not rise with temperature"
+def _without_effect(problem: Problem, moves: bool) -> Iterator[str]:
+    """Keys without effect; those of friction where they differ from the defaults of the dataclass."""
+    heating, slope, cold = problem.heating, problem.friction_slope, not problem.heating.heat
+    for applies, sentence in (
+        (cold and slope, "friction that changes with temperature has no effect: heat is off"),
+        (cold and (heating.bulk_lower or heating.bulk_upper), "bulk temperatures have no effect: heat is off"),
+        (cold and (heating.lower_track or heating.upper_track), "bodies that bring heat back have no effect: heat is off"),
+        (problem.friction_start != Problem.friction_start and not slope,
+         "the temperature from which friction changes has no effect: friction.temperature_slope_1_K is 0"),
+        (problem.friction_minimum != Problem.friction_minimum and not slope > 0.0,
+         "friction.temperature_minimum_factor has no effect: friction does not fall with temperature"),
+        (problem.friction_maximum != Problem.friction_maximum and not slope < 0.0,
+         "friction.temperature_maximum_factor has no effect: friction does not rise with temperature"),
+        (problem.wear is not None and not moves, "nothing slips, so nothing wears"),
+    ):
+        if applies:
+            yield sentence
 
 
 def _memory(derived: DerivedQuantities) -> Iterator[str]:
@@ -248,10 +244,6 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")
 
 
-def _no_solid() -> str:
-    return f"no solid stands {LARGEST_RISE:g} K with these constants"
-
-
 def _round(value: float) -> str:
     return f"{value:.1g}" if value >= 1e5 else f"{float(f'{value:.1g}'):.0f}"
 
@@ -265,29 +257,25 @@ SAMPLES = 513
 """Places across the contact at which the radii of a profile are looked up."""
 
 
-def profile_warnings(derived: DerivedQuantities) -> list[str]:
+def profile_warnings(derived: DerivedQuantities) -> Iterator[str]:
     """Where half-space theory is doubtful, and where the pressure has no upper bound."""
     scales, geometry = derived.scales, derived.problem.geometry
     y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES)[1:-1]
     y = y[lateral_gap(geometry, y) < scales.approach]
-    out = []
+    patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
     for body, surface in zip(("lower", "upper"), surfaces(geometry), strict=True):
-        slope = float(np.abs(surface.slope(y)).max())
-        if slope > STEEPEST:
-            out.append(f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the half-space "
-                       f"assumption is doubtful above {STEEPEST:g}")
+        if (slope := float(np.abs(surface.slope(y)).max())) > STEEPEST:
+            yield (f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the half-space "
+                   f"assumption is doubtful above {STEEPEST:g}")
         # Along each patch by itself.
-        patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
-        conformity = max(float(np.ptp(surface.slope(part))) for part in patches)
-        if conformity > WIDEST:
-            out.append(f"the contact is {conformity:.2f} times as wide as the radius of curvature of the {body} body in it: "
-                       f"the half-space assumption is doubtful above {WIDEST:.2g}")
+        if (conformity := max(float(np.ptp(surface.slope(part))) for part in patches)) > WIDEST:
+            yield (f"the contact is {conformity:.2f} times as wide as the radius of curvature of the {body} body in it: "
+                   f"the half-space assumption is doubtful above {WIDEST:.2g}")
     if all(scales.ends):
         low, high = (1e3 * y for y in scales.limits)
-        out.append(f"the contact reaches both ends of a profile, y = {low:g} and {high:g} mm. {RELIEVE}")
+        yield f"the contact reaches both ends of a profile, y = {low:g} and {high:g} mm. {RELIEVE}"
     if scales.reaches_an_end:
-        out.append(FREE_END)
-    return out
+        yield FREE_END
 
 
 FREE_END = ("the contact reaches the end of a profile: the pressure there has no upper bound, so pressure_max_MPa, gamma_p and "
@@ -318,13 +306,12 @@ def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
     return (1.0 + body.poisson_ratio) * body.expansion * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
 
 
-def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> str:
-    """A warning where the surfaces of different bodies stretch so differently that the slip would feel it, or an empty text."""
+def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> Iterator[str]:
+    """Whether the surfaces of different bodies stretch so differently that the slip would feel it."""
     share = tangential_expansion(derived, rise_lower, rise_upper) / derived.saturation_creepage
-    if not share > WORTH_TELLING:
-        return ""
-    return (f"the heated surfaces stretch along each other by about {100 * share:.0f} % of the saturation creepage: the slip "
-            "equation does not contain this part of the thermal expansion")
+    if share > WORTH_TELLING:
+        yield (f"the heated surfaces stretch along each other by about {100 * share:.0f} % of the saturation creepage: the "
+               "slip equation does not contain this part of the thermal expansion")
 
 
 LUMPED_BIOT = 10.0
@@ -340,51 +327,47 @@ def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
 
 
 def track_facts(derived: DerivedQuantities) -> dict[str, float]:
-    """Numbers known before solving: most heat, thermal crown Λ at most, and per body the bulk temperature expected.
+    """Numbers known before solving: thermal crown Λ at most, and per body the bulk temperature expected, Biot number and time
+    constant.
 
     The heat is that of full sliding, shared evenly if the partition is not given: what a slide rule would give."""
-    problem = derived.problem
-    motion, share = problem.motion, problem.heating.partition
+    motion, heating = derived.problem.motion, derived.problem.heating
     creepages = [3.0 * derived.saturation_creepage if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y)]
-    heat = problem.traction_limit * math.hypot(*creepages) * motion.speed
+    heat = derived.problem.traction_limit * math.hypot(*creepages) * motion.speed
     facts = {"thermal_crown_bound": crown_bound(derived)}
-    shares = (0.5, 0.5) if share == "matched" else (share, 1.0 - share)
-    rollers = rollers_of(derived)
-    for (body, part), around in zip(zip(("lower", "upper"), shares, strict=True),
-                                    (problem.heating.bulk_lower, problem.heating.bulk_upper), strict=True):
-        if (roller := rollers.get(body)) is not None:
-            facts[f"expected_bulk_temperature_{body}_K"] = around + roller.mean_resistance * roller.passes * part * heat
-            if roller.convection is not None:
-                facts[f"biot_{body}"] = roller.biot
-            facts[f"warm_up_time_{body}_s"] = roller.warm_up_time
+    share = 0.5 if heating.partition == "matched" else heating.partition
+    parts = {"lower": (share, heating.bulk_lower), "upper": (1.0 - share, heating.bulk_upper)}
+    for body, roller in rollers_of(derived).items():
+        part, around = parts[body]
+        facts[f"expected_bulk_temperature_{body}_K"] = around + roller.mean_resistance * roller.passes * part * heat
+        if roller.convection is not None:
+            facts[f"biot_{body}"] = roller.biot
+        facts[f"warm_up_time_{body}_s"] = roller.warm_up_time
     return facts
 
 
-def track_warnings(derived: DerivedQuantities) -> list[str]:
-    """Told: a fixed partition, a track wider than its body, cooling stronger than a solid body can use.
+def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
+    """Doubts about a fixed partition, a track wider than its body, cooling stronger than a solid body can use.
 
     Raises Unsolvable where a contact does not fit on its body."""
-    out = []
     if derived.problem.heating.partition != "matched":
-        out.append("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
-                   ' by a factor; use "matched"')
+        yield ("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
+               ' by a factor; use "matched"')
+    contact = 2.0 * derived.scales.semi_axis_y
     for body, roller in rollers_of(derived).items():
-        if 2.0 * derived.scales.semi_axis_y > roller.width:
-            contact = 2e3 * derived.scales.semi_axis_y
-            raise Unsolvable(f"a width of {1e3 * roller.width:g} mm is below that of the contact, {contact:.4g} mm",
+        if contact > roller.width:
+            raise Unsolvable(f"a width of {1e3 * roller.width:g} mm is below that of the contact, {1e3 * contact:.4g} mm",
                              f"thermal.{body}.width_mm")
-        track = 2.0 * derived.scales.semi_axis_y + 4.0 * roller.spreading
+        track = contact + 4.0 * roller.spreading
         if track > roller.width:
-            out.append(f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "
-                       f"than the body ({1e3 * roller.width:.3g} mm)")
-        elif 2.0 * derived.scales.semi_axis_y * WIDE > roller.width:
-            share = 200.0 * derived.scales.semi_axis_y / roller.width
-            out.append(f"the contact takes {share:.0f} % of the width of the {body} body: the half-space is a doubtful model "
-                       "of it")
+            yield (f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "
+                   f"than the body ({1e3 * roller.width:.3g} mm)")
+        elif contact * WIDE > roller.width:
+            yield (f"the contact takes {100.0 * contact / roller.width:.0f} % of the width of the {body} body: the half-space "
+                   "is a doubtful model of it")
         if roller.biot > LUMPED_BIOT:
-            out.append(f"the Biot number hR/k of the {body} body is {roller.biot:.3g}: its surface is cooled faster than heat "
-                       "flows through it, and the answer depends on where exactly it is cooled")
-    return out
+            yield (f"the Biot number hR/k of the {body} body is {roller.biot:.3g}: its surface is cooled faster than heat "
+                   "flows through it, and the answer depends on where exactly it is cooled")
 
 
 SIDEWAYS_SHARE = 0.1
@@ -392,18 +375,13 @@ SLOW_PECLET = 0.03
 """Share of heat from sideways slip, and Péclet number, below which its direction is not worth a warning."""
 
 
-def sideways_warning(heat: Heat, slip: Array) -> str:
-    """A warning where sliding Péclet numbers carry heat of sideways slip along x (`heat.sliding_heat`), or an empty text.
-
-    `slip` has the shape (2, nx, ny)."""
+def sideways_warning(heat: Heat, slip: Array) -> Iterator[str]:
+    """Whether sliding Péclet numbers carry heat of sideways slip along x (`heat.sliding_heat`); `slip` is (2, nx, ny)."""
     total = float(heat.flux.sum())
     if not isinstance(heat.response, SlidingHeatResponse) or total == 0.0:
-        return ""
+        return
     share = float(heat.flux[np.abs(slip[1]) > np.abs(slip[0])].sum()) / total
     peclet = heat.response.mean_peclet(heat.flux)
-    if share <= SIDEWAYS_SHARE or peclet <= SLOW_PECLET:
-        return ""
-    return (
-        f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
-        'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip'
-    )
+    if share > SIDEWAYS_SHARE and peclet > SLOW_PECLET:
+        yield (f"{100 * share:.0f} % of the heat is made by sideways slip, at a mean Péclet number of {peclet:.2g}: "
+               'thermal.peclet = "sliding" carries all heat along x, whatever the direction of slip')
