@@ -19,6 +19,7 @@ from scripts.figures import (
     figures_manchester,
     figures_numerics,
     figures_overview,
+    figures_recirculation,
     figures_section_3,
     figures_section_4_1,
     figures_section_4_2,
@@ -34,7 +35,7 @@ from thermoroll_cli.plots.style import applied
 MODULES = (
     figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
     figures_borders, figures_surfaces, figures_manchester, figures_eurosprinter, figures_verification,
-    figures_creep_table,
+    figures_recirculation, figures_creep_table,
 )  # fmt: skip
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 

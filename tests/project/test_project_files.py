@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import tomllib
 from pathlib import Path
@@ -59,6 +60,18 @@ def test_ci_runs_make_test_and_nothing_else() -> None:
     assert os.access(script, os.X_OK)
     commands = [line for line in script.read_text().splitlines() if line and not line.startswith("#")]
     assert commands == ["set -eu", 'cd "$(dirname "$0")/.."', "make test"]
+
+
+def test_hooks_and_editors_agree_with_make_check() -> None:
+    makefile = (ROOT / "Makefile").read_text()
+    values = dict(re.findall(r"^(\w+) := (.*)$", makefile, re.MULTILINE))
+    (recipe,) = re.findall(r"^check: .*\n((?:\t.*\n)+)", makefile, re.MULTILINE)
+    for name in ("PACKAGES", "BIN", "VENV"):
+        recipe = recipe.replace(f"$({name})", values[name])
+    hooks = re.findall(r"entry: (.*)", (ROOT / ".pre-commit-config.yaml").read_text())
+    assert hooks == [line.strip() for line in recipe.splitlines()]
+    length = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["ruff"]["line-length"]
+    assert f"max_line_length = {length}\n" in (ROOT / ".editorconfig").read_text()
 
 
 def test_make_explains_a_missing_python(tmp_path: Path) -> None:
