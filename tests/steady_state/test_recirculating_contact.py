@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.figures.recirculation_sizes import CASES
+from scripts.figures.figures_recirculation import CASES
 from tests.support.scenes import rolling, solved
 from tests.support.tracks import twin_disc, wheel_on_rail
 from thermoroll_cli.heat.recirculation import Track
