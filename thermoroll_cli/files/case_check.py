@@ -12,20 +12,10 @@ from typing import Any
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
+from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_model import (
-    BODIES,
-    EXCLUSIVE,
-    MOVED,
-    GeometryTable,
-    Head,
-    MaterialTable,
-    Settings,
-    Table,
-    ThermalTable,
-    TwoMaterials,
-)
+from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, MOVED, Settings, Table
 from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
 from thermoroll_cli.files.case_source import CaseSource
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
@@ -71,16 +61,15 @@ class _Checker:
 
     def settings(self) -> Settings:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
-        self._table((), Head, {"title": self.content.get("title", "")})
+        self._table((), model.Head, {"title": self.content.get("title", "")})
         for name, field in Settings.model_fields.items():
-            if name not in Head.model_fields:
+            if name not in model.Head.model_fields:
                 self._section(name, field)
         self._exclusive()
         self._lateral_shapes()
         for conflict in conflicts(self.sections):
-            also = self.source.line_of(conflict.other) if conflict.other else ""
-            self._note(conflict.path, conflict.message + also, allowed=conflict.allowed, hint=conflict.hint,
-                       at_key=conflict.at_key)
+            self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
+                       hint=conflict.hint, at_key=conflict.at_key)
         if self.findings:
             raise CaseError(self.findings)
         return self._resolved()
@@ -89,7 +78,7 @@ class _Checker:
         given = self.content.get(name)
         if isinstance(given, dict):
             valid = self._material(given) if name == "material" else self._table((name,), tables_in(field)[0], given)
-            valid = self._with_profiles(valid) if isinstance(valid, GeometryTable) else valid
+            valid = self._with_profiles(valid) if isinstance(valid, model.GeometryTable) else valid
             if valid is not None:
                 self.sections[name] = valid
         elif name in self.content:
@@ -100,24 +89,23 @@ class _Checker:
             self._note((name,), f"the table [{name}] is missing", hint=_missing_table(name, field))
 
     def _material(self, given: dict[str, Any]) -> Table | None:
-        if given.keys().isdisjoint(BODIES):
-            return self._table(("material",), MaterialTable, given)
+        own = [body for body in BODIES if body in given]
+        if not own:
+            return self._table(("material",), model.MaterialTable, given)
         allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
-        own = next(body for body in BODIES if body in given)
-        shared = [key for key in given if key in MaterialTable.model_fields]
-        missing = [body for body in BODIES if body not in given]
-        if shared:
-            message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own}]"
-            self._note(("material", own), message, allowed=allowed, at_key=True)
-            # Until this is decided it is open whether what each body has is complete.
+        if shared := [key for key in given if key in model.MaterialTable.model_fields]:
+            message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own[0]}]"
+            self._note(("material", own[0]), message, allowed=allowed, at_key=True)
+            # Until this is decided it is open whether the constants of each body are complete.
             self._unknown_in(("material",), (key for key in given if key not in (*shared, *BODIES)))
             return None
-        if missing:
+        missing = [body for body in BODIES if body not in given]
+        for body in missing:
             message = "is missing: the other body has its own material"
-            self._note(("material", missing[0]), message, allowed=allowed, at_key=True)
-        return self._table(("material",), TwoMaterials, given, ignored=missing)
+            self._note(("material", body), message, allowed=allowed, at_key=True)
+        return self._table(("material",), model.TwoMaterials, given, ignored=missing)
 
-    def _with_profiles(self, geometry: GeometryTable) -> GeometryTable | None:
+    def _with_profiles(self, geometry: model.GeometryTable) -> model.GeometryTable | None:
         """The geometry with the points of its files; None where a file has none."""
         points: dict[str, Any] = {}
         for name in (f"{body}_profile" for body in BODIES):
@@ -148,17 +136,17 @@ class _Checker:
         for body in BODIES:
             key, profile = f"{body}_radius_y_mm", f"{body}_profile"
             if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
-                allowed = f"{allowed_values(GeometryTable.model_fields[key])}; or a table [geometry.{profile}]"
+                allowed = f"{allowed_values(model.GeometryTable.model_fields[key])}; or a table [geometry.{profile}]"
                 self._note(("geometry", key), "is missing", allowed=allowed, at_key=True)
 
-    def _table(self, path: KeyPath, model: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
+    def _table(self, path: KeyPath, kind: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
         """The table of `given`, or None where it has errors, which are noted; but not those of keys that are `ignored`."""
         try:
-            return model.model_validate(given)
+            return kind.model_validate(given)
         except ValidationError as cause:
             seen: set[KeyPath] = {(*path, key) for key in ignored}
             for error in cause.errors(include_url=False):  # a value that fits none of several types has one error for each
-                place, field = _place(path, model, error["loc"])
+                place, field = _place(path, kind, error["loc"])
                 if place not in seen:
                     seen.add(place)
                     self._invalid(place, field, error)
@@ -166,7 +154,7 @@ class _Checker:
 
     def _invalid(self, path: KeyPath, field: FieldInfo | None, error: Any) -> None:
         if field is None:
-            self._unknown(path)
+            self._unknown_in(path[:-1], path[-1:])
         elif error["type"] != "missing":
             self._note(path, _message(error, field), allowed=_allowed(path, field), hint=_value_hint(error["input"], field))
         elif path[-1] not in self._meant(path[:-1], error["input"]):
@@ -178,12 +166,9 @@ class _Checker:
         known = known_keys(table)
         return {_same_quantity(key, known) or _nearest(key, known) for key in given if key not in known}
 
-    def _unknown_in(self, path: KeyPath, given: Iterable[str]) -> None:
-        for key in given:
-            self._unknown((*path, key))
-
-    def _unknown(self, path: KeyPath) -> None:
-        self._note(path, "unknown key", hint=_unknown_key(path[:-1], str(path[-1])), at_key=True)
+    def _unknown_in(self, table: KeyPath, keys: Iterable[str | int]) -> None:
+        for key in keys:
+            self._note((*table, key), "unknown key", hint=_unknown_key(table, str(key)), at_key=True)
 
     def _note(self, path: KeyPath, message: str, **details: Any) -> None:
         self.findings.append(self.source.finding(path, message, **details))
@@ -192,24 +177,22 @@ class _Checker:
         """The settings with what is left out decided: nothing depends on defaults any more."""
         sections = dict(self.sections)
         if sections["thermal"] is None:
-            sections["thermal"] = ThermalTable(heat=heat_is_on(sections))
+            sections["thermal"] = model.ThermalTable(heat=heat_is_on(sections))
         numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
-        zeros = {
-            direction: 0.0
-            for direction in ("longitudinal", "lateral")
-            if getattr(creepage, direction) is None and getattr(force, f"{direction}_N") is None
-        }
-        sections["creepage"] = creepage.model_copy(update=zeros)
+        for way in ("longitudinal", "lateral"):
+            if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
+                creepage = creepage.model_copy(update={way: 0.0})
+        sections["creepage"] = creepage
         # Every part of it has been checked.
         return Settings.model_construct(title=self.content.get("title", ""), **sections)
 
 
-def _place(table: KeyPath, model: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, FieldInfo | None]:
+def _place(table: KeyPath, kind: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, FieldInfo | None]:
     """The path of the key that an error at `location` inside `table` is about, and its field (None: an unknown key)."""
     key, rest = location[0], location[1:]
-    field = model.model_fields.get(key)
+    field = kind.model_fields.get(key)
     inner = tables_in(field) if field is not None else ()
     path: KeyPath = (*table, key)
     if inner and rest and isinstance(rest[0], int):
