@@ -16,8 +16,8 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call, environment, thermoroll
+from thermoroll_cli.cli.cases import TEMPLATES
 from thermoroll_cli.files.case import Case, Override
-from thermoroll_cli.files.case_templates import TEMPLATES
 
 CASES = Path(__file__).parents[2] / "cases"
 

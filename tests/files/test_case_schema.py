@@ -12,9 +12,9 @@ import jsonschema
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL
+from thermoroll_cli.cli.cases import TEMPLATES, template_text
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.case_schema import case_schema
-from thermoroll_cli.files.case_templates import TEMPLATES, template_text
 
 CASES = {path.name: path.read_text() for path in sorted((Path(__file__).parents[2] / "cases").glob("*.toml"))}
 CASES |= {f"template {name}": template_text(name) for name in TEMPLATES}

@@ -9,13 +9,23 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.files.case_templates import TEMPLATES, template_text
 
 if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case
 
+TEMPLATES = {
+    "wheel-rail": "a wheel on a rail",
+    "worn-rail": "a wheel on a measured rail profile",
+    "ball-bearing": "a ball in a grooved raceway, with spin",
+    "roller": "a roller with a logarithmic crown",
+    "traction-drive": "two rollers near their largest force",
+    "twin-disc": "two discs that turn and get hot",
+    "twin-disc-wear": "two discs that wear",
+    "locomotive": "a wheel with friction that falls with slip, and a layer of dirt",
+    "article": "the article's spheres, at a speed that no machine has",
+}
+"""Templates of `init`, the first by default; a new one is a file `files/templates/NAME.toml` and a line here."""
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
-"""Cases that `init` writes."""
 _FIRST = next(iter(Template))
 _OFFERED = f"The case to start from. {'; '.join(f'{name}: {about}' for name, about in TEMPLATES.items())}."
 
@@ -74,6 +84,8 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
+    from thermoroll_cli.files.atomic import write_bytes
+
     text = template_text(template.value)
     if str(file) == "-":
         streams.write(text.rstrip("\n"))
@@ -82,11 +94,16 @@ def init(
         raise IsADirectoryError(f"{file} is a folder; give the name of the case file, such as {file / 'case.toml'}")
     if file.exists() and not force:
         raise FileExistsError(f"{file} exists; --force overwrites it")
-    from thermoroll_cli.files.atomic import write_bytes
-
     write_bytes(file, text.encode())
     if not quiet:
         streams.note(f"wrote {file}; try: thermoroll run {file}")
+
+
+def template_text(name: str) -> str:
+    """The template `name` as the text of a case file."""
+    import importlib.resources
+
+    return (importlib.resources.files("thermoroll_cli.files") / "templates" / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def schema() -> None:

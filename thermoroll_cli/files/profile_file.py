@@ -15,6 +15,8 @@ import re
 import statistics
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from thermoroll_cli.files.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
@@ -176,14 +178,11 @@ def _in_order(points: Points) -> Points:
     """The part of `points` that spans most of y with y in order, increasing."""
     if len(points) < 2:
         return points
-    steps = [math.copysign(1.0, b[0] - a[0]) if b[0] != a[0] else 0.0 for a, b in itertools.pairwise(points)]
-    runs: list[Points] = []
-    for direction, group in itertools.groupby(range(len(steps)), key=steps.__getitem__):
-        places = list(group)
-        run = points[places[0] : places[-1] + 2]
-        runs.append(run if direction > 0.0 else run[::-1])
-    widest = max(runs, key=lambda run: run[-1][0] - run[0][0])
-    return widest if widest[-1][0] > widest[0][0] else []
+    directions = np.sign(np.diff([y for y, _ in points]))
+    turns = np.flatnonzero(np.diff(directions)) + 1
+    runs = [points[first : last + 1] for first, last in itertools.pairwise((0, *turns, len(points) - 1))]
+    rising = sorted(max(runs, key=lambda run: abs(run[-1][0] - run[0][0])))
+    return rising if rising[-1][0] > rising[0][0] else []
 
 
 def _lines(path: str | os.PathLike[str], name: str) -> list[str]:

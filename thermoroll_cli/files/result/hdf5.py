@@ -80,6 +80,7 @@ BODY_PARTS = {
 }
 """How the names of datasets of a body begin → part of `BodyStresses`, axes, and what is added to the meaning of a field."""
 
+POINTS = Field("points", "m", "x, y, z of the element centres")
 SIDES = {"lower": -1.0, "upper": 1.0}
 """Signs of the heights of layers in /mesh."""
 
@@ -157,7 +158,7 @@ def _write_state(group: h5py.Group, state: State) -> None:
         field = FIELDS.get(name) or Field(name, "", name)
         # The state is a label of three values; eight bytes for each would be a sixth of the file.
         stored = np.asarray(values, dtype=np.int8 if name == "state" else np.float64)
-        label(create(group, name, stored, scales), units=field.unit, long_name=field.meaning)
+        create(group, name, stored, scales, field)
 
 
 def _write_mesh(group: h5py.Group, state: State) -> None:
@@ -166,8 +167,7 @@ def _write_mesh(group: h5py.Group, state: State) -> None:
     points = _points(state.x, state.y, np.zeros(1))[:, :, 0]
     scales = [dimension_scale(group, name, np.arange(length), units="1", long_name=f"index along {name}")
               for name, length in zip("ijc", points.shape, strict=True)]
-    mesh = create(group, "points", points, scales, chunks=True, compression="gzip", compression_opts=1)
-    label(mesh, units="m", long_name="x, y, z of the element centres")
+    create(group, "points", points, scales, POINTS, chunks=True, compression="gzip", compression_opts=1)
 
 
 def _points(*axes: AnyArray) -> AnyArray:
@@ -184,20 +184,18 @@ def _write_body(file: h5py.File, body: str, stresses: BodyStresses, state: State
         for name, values in getattr(stresses, part).items():
             field = SUBSURFACE_FIELDS[name]
             layered = (1, *values.shape[1:]) if values.ndim > 1 else values.shape
-            dataset = create(group, prefix + name, values, [scales[axis] for axis in axes], chunks=layered)
-            label(dataset, units=field.unit, long_name=field.meaning + where)
+            field = dataclasses.replace(field, meaning=field.meaning + where)
+            create(group, prefix + name, values, [scales[axis] for axis in axes], field, chunks=layered)
     for name, values in stresses.strength.items():
-        dataset = create(group, name, values, [scales[axis] for axis in "zy"[: values.ndim]])
-        label(dataset, units=STRENGTH_FIELDS[name].unit, long_name=STRENGTH_FIELDS[name].meaning)
+        create(group, name, values, [scales[axis] for axis in "zy"[: values.ndim]], STRENGTH_FIELDS[name])
     group.attrs["plane_y"] = stresses.plane_y
     group.attrs.update({f"stressed_{name}": value for name, value in vars(stresses.most_stressed).items()})
     if stresses.hottest is not None:
         group.attrs.update({f"hottest_{name}": value for name, value in vars(stresses.hottest).items() if name != "z"})
     if stresses.fields:
         points = np.moveaxis(_points(state.x, state.y, SIDES[body] * stresses.depths), 2, 0)
-        mesh = create(file, f"mesh/subsurface_{body}", points, chunks=(1, *points.shape[1:]), compression="gzip",
-                       compression_opts=1)  # fmt: skip
-        label(mesh, units="m", long_name="x, y, z of the element centres on every layer")
+        create(file, f"mesh/subsurface_{body}", points, (), POINTS, chunks=(1, *points.shape[1:]), compression="gzip",
+               compression_opts=1)  # fmt: skip
 
 
 def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
@@ -226,14 +224,18 @@ def dimension_scale(group: h5py.Group, name: str, values: ArrayLike, **texts: st
 
 
 def create(
-    group: h5py.Group, name: str, content: AnyArray, scales: Sequence[h5py.Dataset] = (), **options: Any
+    group: h5py.Group, name: str, content: AnyArray, scales: Sequence[h5py.Dataset] = (), field: Field | None = None,
+    **options: Any,
 ) -> h5py.Dataset:
-    """A dataset over `scales` that does not depend on the time of writing and whose damage is noticed on reading."""
+    """A dataset over `scales`, labelled as its `field`, that does not depend on the time of writing and whose damage is noticed
+    on reading."""
     checked = content.ndim > 0 and content.size > 0
     options = {"chunks": content.shape if checked else None, "fletcher32": checked, **options}
     dataset = group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
     for dimension, scale in zip(dataset.dims, scales, strict=bool(scales)):
         dimension.attach_scale(scale)
+    if field is not None:
+        label(dataset, units=field.unit, long_name=field.meaning)
     return dataset
 
 
