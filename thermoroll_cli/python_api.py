@@ -16,8 +16,8 @@ from thermoroll_cli.files.result import hdf5
 from thermoroll_cli.plots import pictures
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
-from thermoroll_cli.problem.number_text import isothermal_text, listed_scalars, scalar_text
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, scalar_text
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
 

@@ -40,7 +40,7 @@ from scripts.benchmark.cases import (
 )
 from scripts.benchmark.taken_away import BASELINES
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 GRIDS = (16, 32, 64, 128, 256)
 PROCESS_GRIDS = (64, 128, 256, 512, 1024)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
 """(u_i − u_{i−1})/h at offsets −2 … 1."""

@@ -15,8 +15,7 @@ from thermoroll_cli.refinement.scalars import STICK
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 CASES = tuple(f"article_3_1_case_{k}" for k in (1, 2, 3, 4, 5))
 VARIANTS = (("whole elements", "0.45", DASHED), ("covered fractions", THIRD, "-"),

@@ -36,7 +36,7 @@ from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 Folder = pathlib.Path
 Rows = list[list[str]]

@@ -26,10 +26,10 @@ from scripts.stress.random_friction import random_friction, random_strength
 from scripts.stress.random_layers import random_layers
 from scripts.stress.random_profiles import random_profile_contact
 from scripts.stress.stress_cases import stress_case
-from thermoroll_cli.problem.error_scale import CREEPAGES, error_scale
 from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
 from thermoroll_cli.refinement.error_estimates import AREAS, INTEGRALS, MAXIMA, PRESSURES, STICK
 from thermoroll_cli.refinement.solve import solve
 

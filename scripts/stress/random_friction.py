@@ -8,8 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import random_contact
-from thermoroll_cli.problem.friction_law import FrictionLaw
-from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
+from thermoroll_cli.problem.problem import FrictionLaw, Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem, Profile
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 KINDS = ("crown", "cubic", "bumps", "kink")

@@ -17,7 +17,7 @@ from scripts.stress.random_friction import random_friction
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 CASES, GRID = 200, 32
 CONVERGED_SHARE, AGREE = 0.99, 1e-4

@@ -17,8 +17,8 @@ from pathlib import Path
 from scripts.stress.random_layers import random_layers
 from scripts.stress.stress import LARGE_WORK, Outcome, table, told
 from scripts.stress.stress_checks import solve_to_check, violations
-from thermoroll_cli.problem.error_scale import error_scale
 from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import solve
 
 CASES, GRID = 100, 32

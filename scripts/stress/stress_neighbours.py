@@ -16,10 +16,9 @@ import numpy as np
 
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
-from thermoroll_cli.problem.error_scale import error_scale
 from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.problem import Numerics, Problem
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import Numerics, Problem, Profile
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver, solve
 
 CASES, FIRST = 100, 7000

@@ -12,9 +12,8 @@ import pytest
 
 from tests.support.command_line import THERMAL, Called, call
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.error_scale import error_scale
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.number_text import rounded, with_error
+from thermoroll_cli.problem.scalar_errors import error_scale, rounded, with_error
 
 CASE = (
     THERMAL.replace("grid = 16", "grid = 20").replace("longitudinal = 0.003", "lateral = 0.001\nspin_rad_mm = 0.002")

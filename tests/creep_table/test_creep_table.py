@@ -40,8 +40,7 @@ from thermoroll_cli.creep_table.scaling import (
 from thermoroll_cli.creep_table.table_file import RESOLUTION, read_table, write_table
 from thermoroll_cli.creep_table.values import Axes
 from thermoroll_cli.files.result.hdf5 import ResultFileError
-from thermoroll_cli.problem.friction_law import FrictionLaw
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.sweeps.runner import Workers

@@ -12,7 +12,7 @@ from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli import Case, CaseError, CreepForceTable, solve
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.plots.pictures import figure
-from thermoroll_cli.problem.friction_law import FrictionLaw
+from thermoroll_cli.problem.problem import FrictionLaw
 from thermoroll_cli.refinement.plan import make_plan
 
 REFERENCE = Path(__file__).parents[1] / "reference"

@@ -10,7 +10,7 @@ import pytest
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import Profile
 
 WITHOUT = MECHANICAL.replace("upper_radius_y_mm = 30.0\n", "")
 POINTS = "points_mm = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"

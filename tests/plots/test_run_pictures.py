@@ -26,8 +26,8 @@ from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.plots.run_frame import WITH, WITHOUT, frame_of, limits_of, unit_for
 from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.names import QUANTITIES
-from thermoroll_cli.problem.number_text import scalar_text
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import scalar_text
 
 ALL = ["pressure", "traction", "heat_flux", "temperature", "centreline", "summary"]
 

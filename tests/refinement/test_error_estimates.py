@@ -13,10 +13,10 @@ from scripts.stress.estimate_coverage import DERIVED
 from scripts.stress.stress_cases import stress_case
 from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, STEEL, reference_problem, rolling
-from thermoroll_cli.problem.error_scale import absolute_error
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.refinement.error_estimates import estimate
 from thermoroll_cli.refinement.solve import solve
 

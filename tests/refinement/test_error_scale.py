@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from tests.support.scenes import STEEL, rolling
-from thermoroll_cli.problem.error_scale import TEMPERATURES, absolute_error, error_scale
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import TEMPERATURES, absolute_error, error_scale
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 

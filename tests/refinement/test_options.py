@@ -16,10 +16,9 @@ from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
 from thermoroll_cli.steady_state.iteration import iterate
-from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 CASE = reference_problem("article_3_1_case_5", 32)
 

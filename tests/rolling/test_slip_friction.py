@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.problem.friction_law import FrictionLaw
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction

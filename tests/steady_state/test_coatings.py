@@ -25,9 +25,8 @@ from thermoroll_cli.rolling.element_borders import known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 from thermoroll_cli.steady_state.pressure import PressureSolver
-from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 INDENTATION, ROLLING = reference("layered_indentation")["rows"], reference("layered_rolling")["linear"]
 STEEL, RIGID = Material(210e9, 0.3), Material(1e25, 0.0)

@@ -27,8 +27,7 @@ from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import DIFFERENCE_OFFSETS, RollingGradient
 from thermoroll_cli.rolling.rolling_solver import RollingSolver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.solver_options import Tolerances
+from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 
 CASES = ("polymer_lower", "free_rolling", "alu_ceramic_mixed")
 POLYMER, CERAMIC = Material(5e9, 0.4, 0.3, 100e-6, 0.15e-6), Material(310e9, 0.26, 30.0, 3.2e-6, 9.4e-6)

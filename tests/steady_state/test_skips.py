@@ -23,9 +23,8 @@ from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.solver_options import Tolerances
 
 CREEPAGE = (0.0016, 0.0004)
 

@@ -11,7 +11,7 @@ from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.problem.problem import Geometry, Heating
 from thermoroll_cli.refinement import limit
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 CASES = {case["Q_F_W"]: case for case in reference("heated_sphere")["cases"]}
 

@@ -18,7 +18,7 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.steady_state.friction import friction_at
+from thermoroll_cli.steady_state.iteration import friction_at
 
 K = 50.2
 AT_REST = Heating(peclet="stationary", deformation=False)

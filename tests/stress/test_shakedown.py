@@ -14,8 +14,8 @@ from tests.support.command_line import MECHANICAL, call
 from tests.support.strong import strong_circle
 from thermoroll_cli import read_result
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.stress.shakedown import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
 from thermoroll_cli.stress.smallest_ball import smallest_balls
+from thermoroll_cli.stress.strength import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "life_shakedown_fatigue.json").read_text())
 SQRT3 = math.sqrt(3.0)

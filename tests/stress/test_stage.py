@@ -16,7 +16,7 @@ from thermoroll_cli.problem.names import scalars_below
 from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.stress.invariants import von_mises
+from thermoroll_cli.stress.strength import von_mises
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 CONTACT = json.loads((REFERENCE / "subsurface_elastic.json").read_text())["cases"]

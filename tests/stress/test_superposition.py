@@ -16,7 +16,7 @@ from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.refinement.subsurface_stage import SurfaceLoad
-from thermoroll_cli.stress.invariants import first_principal, von_mises
+from thermoroll_cli.stress.strength import first_principal, von_mises
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, Sharpened, ThermalLayers, averaging
 
 FIELDS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_fields.json").read_text())

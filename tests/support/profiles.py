@@ -8,8 +8,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.support.scenes import elastic, reference, rolling
-from thermoroll_cli.problem.problem import Geometry, Problem
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import Geometry, Problem, Profile
 
 REFERENCES = reference("profiles")["cases"]
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.creep_table.values import TableValues
-    from thermoroll_cli.problem.friction_law import FrictionLaw
+    from thermoroll_cli.problem.problem import FrictionLaw
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 
@@ -194,7 +194,7 @@ def _report(built: TableValues, path: Path) -> Iterator[str]:
 
 def _law(kind: LawChoice, limit: float, half_slip: float) -> FrictionLaw:
     """The law of `kind`. Raises ValueError for constants that it cannot have."""
-    from thermoroll_cli.problem.friction_law import FrictionLaw
+    from thermoroll_cli.problem.problem import FrictionLaw
 
     if not (0.0 <= limit <= 1.0 and 0.0 < half_slip < math.inf):
         raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s")

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
-from thermoroll_cli.problem.number_text import computed, isothermal_text, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, scalar_text
 
 UNBOUNDED = "no limit: a free end"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""

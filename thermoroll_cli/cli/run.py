@@ -182,7 +182,7 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     from thermoroll_cli.cli.result_table import folded, scalar_table
     from thermoroll_cli.problem.names import ALL_SCALARS
-    from thermoroll_cli.problem.number_text import listed_scalars
+    from thermoroll_cli.problem.scalar_errors import listed_scalars
 
     width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result)
     title = f" ({case.settings.title})" if case.settings.title else ""

@@ -96,7 +96,7 @@ def _finite(value: Any) -> Any:
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     from thermoroll_cli.cli.result_table import align, folded, with_remarks
-    from thermoroll_cli.problem.number_text import number
+    from thermoroll_cli.problem.scalar_errors import number
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from thermoroll_cli.cli.result_table import align, folded, wrapped
-from thermoroll_cli.problem.number_text import number
+from thermoroll_cli.problem.scalar_errors import number
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Motion

@@ -16,7 +16,7 @@ from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.scaling import scales, slopes
 from thermoroll_cli.creep_table.table_file import read_table
 from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
-from thermoroll_cli.problem.friction_law import FrictionLaw
+from thermoroll_cli.problem.problem import FrictionLaw
 
 Outside = Literal["error", "saturation"]
 DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")

@@ -25,8 +25,7 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.problem import problem as si
-from thermoroll_cli.problem.friction_law import FrictionLaw
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import FrictionLaw, Profile
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
 

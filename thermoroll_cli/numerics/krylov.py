@@ -1,6 +1,5 @@
 """GMRES for one linear system, and for many small ones at once: Python's overhead then occurs once per iteration. Anderson's
-acceleration does the same for fixed points.
-"""
+acceleration does the same for fixed points."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ from thermoroll_cli.plots.run_frame import (
     unit_for,
 )
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
-from thermoroll_cli.problem.number_text import computed, isothermal_text, number, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, scalar_text
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""

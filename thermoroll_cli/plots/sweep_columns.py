@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
-from thermoroll_cli.problem.error_scale import absolute_error
 from thermoroll_cli.problem.names import UNITS
+from thermoroll_cli.problem.scalar_errors import absolute_error
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]

@@ -6,14 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from thermoroll_cli.problem.friction_law import FrictionLaw
-from thermoroll_cli.problem.profile import Profile
+import numpy as np
+
+from thermoroll_cli.arrays import Array
 
 Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 BodyName = Literal["lower", "upper"]
 KeptFields = Literal["plane", "von_mises", "full"]
+Interpolation = Literal["cubic", "linear"]
+LawName = Literal["exponential", "rational", "linear", "table"]
 BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
@@ -86,6 +89,35 @@ class Material:
 
 
 @dataclass(frozen=True)
+class Profile:
+    """Height of a surface over the lateral coordinate, positive out of the body, in m; beyond its ends there is no material.
+
+    Either `points` (y, height), y increasing, joined by a C² spline ("cubic") or by straight lines ("linear"); or, without
+    points, a crown of `length` that is flat over `flat` in the middle and falls to both ends by
+
+        drop · ln(1 − ((2|y| − flat)/(length − flat))²)
+
+    (Lundberg's crown without a flat part). The shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
+    shifted by `offset` along y. How it is evaluated: `surface`.
+    """
+
+    points: tuple[tuple[float, float], ...] = ()
+    interpolation: Interpolation = "cubic"
+    length: float = 0.0
+    drop: float = 0.0
+    flat: float = 0.0
+    offset: float = 0.0
+    tilt: float = 0.0
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest y with material, in m."""
+        half = 0.5 * self.length
+        low, high = (self.points[0][0], self.points[-1][0]) if self.points else (-half, half)
+        return low + self.offset, high + self.offset
+
+
+@dataclass(frozen=True)
 class Geometry:
     """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf."""
 
@@ -110,6 +142,59 @@ class Geometry:
     def curvature_y(self) -> float:
         """Relative curvature 1/R'_y = 1/R_y1 + 1/R_y2 in 1/m."""
         return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """Coefficient of friction over its value without slip, as a function f of the slip speed s in m/s.
+
+    | `kind` | f(s) |
+    | --- | --- |
+    | exponential | l + (1 − l) 2^(−s/h) (Polach 2005) |
+    | rational | l + (1 − l)/(1 + s/h) (CONTACT, Vollebregt & Schuttelaars 2012) |
+    | linear | l + (1 − l) max(0, 1 − s/2h) |
+    | table | linear between the points of `table`, constant beyond the last |
+
+    with the `limit` l and the slip speed `half_slip` h at which half of the loss has happened. With `memory` (m), friction
+    follows its law only while the surfaces slide: df/dt = −max(s, s₀)/d_c (f − f(s)) with d_c = `memory` and
+    s₀ = `memory_slip` (m/s), from f = 1 at the leading edge.
+    """
+
+    kind: LawName
+    limit: float = 1.0
+    half_slip: float = 1.0
+    table: tuple[tuple[float, float], ...] = ()
+    memory: float = 0.0
+    memory_slip: float = 1e-3
+
+    def factor(self, speed: Array) -> tuple[Array, Array]:
+        """f and df/ds (s/m) at slip speeds in m/s."""
+        loss, scaled = 1.0 - self.limit, speed / self.half_slip
+        if self.kind == "exponential":
+            falling = loss * np.exp2(-scaled)
+            return self.limit + falling, -np.log(2.0) / self.half_slip * falling
+        if self.kind == "rational":
+            falling = loss / (1.0 + scaled)
+            return self.limit + falling, -falling / (1.0 + scaled) / self.half_slip
+        if self.kind == "linear":
+            falls = scaled < 2.0
+            return np.where(falls, 1.0 - 0.5 * loss * scaled, self.limit), np.where(falls, -0.5 * loss / self.half_slip, 0.0)
+        speeds, factors = np.array(self.table).T
+        slopes = np.append(np.diff(factors) / np.diff(speeds), 0.0)
+        interval = np.clip(np.searchsorted(speeds, speed, side="right") - 1, 0, None)
+        return np.interp(speed, speeds, factors), slopes[interval]
+
+    @property
+    def lowest(self) -> float:
+        """The smallest factor at any slip speed."""
+        return min(factor for _, factor in self.table) if self.table else min(1.0, self.limit)
+
+    @property
+    def steepest(self) -> float:
+        """The largest |df/ds| at any slip speed, in s/m."""
+        if self.table:
+            return float(np.abs(self.factor(np.array([speed for speed, _ in self.table]))[1]).max())
+        return float(np.abs(self.factor(np.zeros(1))[1][0]))
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,7 @@ import scipy
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Geometry, Unsolvable
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import Geometry, Profile, Unsolvable
 
 GAP_SAMPLES = 2001
 """Places at which the smallest gap of two profiles is searched for, before it is refined."""

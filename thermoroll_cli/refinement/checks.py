@@ -11,7 +11,7 @@ from thermoroll_cli.refinement.scalars import power_balance_error
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
-from thermoroll_cli.steady_state.friction import friction_of, transmissible_force
+from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
 
 LOAD_ERROR = 1e-6
 """Over the load: the pressure is scaled to it, so that only rounding remains."""

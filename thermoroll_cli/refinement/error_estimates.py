@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.error_scale import CREEPAGES, FORCES, TEMPERATURES, error_scale
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.result import Peak
+from thermoroll_cli.problem.scalar_errors import CREEPAGES, FORCES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import input_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities

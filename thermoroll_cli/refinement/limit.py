@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.steady_state.solver_options import SolverOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 SEARCH_GRID = (32, 32)
 """Grid of the search: fine enough that the limit moves by less than the last step of the bracket on finer ones."""

@@ -21,9 +21,8 @@ from thermoroll_cli.refinement.refinement_level import RefinementLevel, refineme
 from thermoroll_cli.refinement.starts import Starts, followed_state, next_home
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions, Tolerances
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.solver_options import SolverOptions, Tolerances
 
 LARGEST_EXTENT = 12.0
 GROWTH = 1.25

@@ -25,10 +25,9 @@ from thermoroll_cli.numerics.grid import Domain, Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.neighbours import Neighbours
 from thermoroll_cli.refinement.refinement_level import FollowedState, RefinementLevel
-from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.steady_state.fixed_point import Fields, SteadyState, fixed_point, unknowns_of
-from thermoroll_cli.steady_state.friction import friction_before_heat
-from thermoroll_cli.steady_state.solver_options import Tolerances
+from thermoroll_cli.steady_state.iteration import friction_before_heat
 
 LEAST_COVER = 0.3
 """Elements that the isothermal contact covers by less start without pressure between dissimilar bodies: the solver adds an

@@ -21,8 +21,8 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
-from thermoroll_cli.stress.body_strength import StrengthCollector, depth_name, strength_scalars
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
+from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
 
 Collectors = dict[str, Collector]

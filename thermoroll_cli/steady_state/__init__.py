@@ -2,6 +2,6 @@
 
 `derived` are quantities of the problem alone: Hertz's contact, compliances, slip without traction. `heated_bodies` are the
 bodies as their thermal responses need them. `discretisation` holds the solvers of one grid, `pressure` and `traction` for its
-two contact problems. `iteration` is one pass through the article's Fig. 2, `fixed_point` iterates it with mixing;
-`heated_pressure` finds the pressure in balance with its own heat, `friction` is friction that depends on the temperature.
+two contact problems. `iteration` is one pass through the article's Fig. 2, with friction that depends on the temperature;
+`fixed_point` iterates it with mixing, where heat is strong from a pressure in balance with it.
 """

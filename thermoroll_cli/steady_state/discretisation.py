@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
+
 import numpy as np
 
 from thermoroll_cli.arrays import Array
@@ -9,11 +11,43 @@ from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
+from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import HeatResponses
 from thermoroll_cli.steady_state.pressure import PressureSolver
-from thermoroll_cli.steady_state.solver_options import SolverOptions
 from thermoroll_cli.steady_state.traction import TractionSolver
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Relative: residual of the tractions, residual gap over approach, change of the fields that act back on the contact.
+
+    Far below the discretisation error of any grid: a residual r moves forces and heat by r/3 at most."""
+
+    tangential: float = 1e-5
+    normal: float = 1e-7
+    coupling: float = 3e-6
+
+    def times(self, factor: float) -> Tolerances:
+        """All of them looser by `factor`."""
+        return Tolerances(factor * self.tangential, factor * self.normal, factor * self.coupling)
+
+
+@dataclass(frozen=True)
+class SolverOptions:
+    """Tolerances and variants of the solution of a problem that experiments and the refinement vary; all other numbers are
+    constants beside their use."""
+
+    tolerances: Tolerances = Tolerances()
+    rolling: RollingOptions = field(default_factory=RollingOptions)
+    sequence: bool = True
+    """Solve coarser grids first. They give the start, the estimates and the extrapolation."""
+    extrapolated: bool = True
+    """Extrapolate integrals from the last three grids."""
+    most_moves: int = 8
+    """Domains tried on one grid to follow a heated contact; iterations on one that proves too small end early."""
+    whole_elements: bool = False
+    """Hertz's pressure at the centres of whole elements, as in CONTACT, instead of its averages over covered parts."""
 
 
 class Discretisation:
@@ -31,8 +65,9 @@ class Discretisation:
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
-        before = None if coarser is None else coarser.pressure
-        self.pressure: PressureSolver = PressureSolver(derived, self.grid, None if followed else extent, self.options, before)
+        self.pressure: PressureSolver = PressureSolver(
+            derived, self.grid, None if followed else extent, self.options.tolerances.normal,
+            whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure)
         self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling,
                                                          derived.coatings)
         self.responses: HeatResponses = HeatResponses(self.grid)

@@ -13,7 +13,6 @@ from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.numerics.stencils import peak_inside, peak_value
 from thermoroll_cli.problem.contact import Pressure
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.solver_options import SolverOptions
 
 BORDER_PRESSURES, LOW_PRESSURE = 3.0, 0.02
 """Pressure in the outermost elements, over the isothermal one there and over the peak, above which the domain cuts the contact
@@ -28,11 +27,11 @@ class PressureSolver:
     `coarser` is the solver of the next coarser grid: its isothermal pressure is the start where there is no closed form."""
 
     def __init__(
-        self, derived: DerivedQuantities, grid: Grid, extent: float | None, options: SolverOptions,
+        self, derived: DerivedQuantities, grid: Grid, extent: float | None, tolerance: float, *, whole_elements: bool,
         coarser: PressureSolver | None = None,
     ) -> None:
         self.grid = grid
-        self._derived, self._extent, self._options = derived, extent, options
+        self._derived, self._extent, self._tolerance, self._whole_elements = derived, extent, tolerance, whole_elements
         self._coarser = coarser
         self.guess: Array | None = None
         """Pressure (Pa, (nx, ny)) from which the isothermal pressure starts, if it is predicted."""
@@ -61,7 +60,7 @@ class PressureSolver:
             if self._derived.coatings is not None:
                 # Below stiff layers a contact that is too wide shrinks by a ring of elements per active set.
                 start = start * (np.asarray(finer(coarse.covered)) > 0.5)
-        return self.solve(None, start, self._options.tolerances.normal,
+        return self.solve(None, start, self._tolerance,
                           mirrored=self._derived.kinematics.mirror_on(self.grid.ny, heated=True) is not None)
 
     def _hertz(self) -> Pressure:
@@ -75,7 +74,7 @@ class PressureSolver:
             pressure, covered = element_averages(hertz, *(
                 centre[0] + (np.arange(n + 1) - 0.5) * size
                 for centre, n, size in ((grid.x, grid.nx, grid.dx), (grid.y, grid.ny, grid.dy))))
-        if self._options.whole_elements:
+        if self._whole_elements:
             pressure = hertz.pressure(grid.x[:, None], grid.y[None, :])
             pressure *= self._derived.problem.normal_force / (float(pressure.sum()) * grid.element_area)
             covered = (pressure > 0.0).astype(float)

@@ -11,9 +11,8 @@ from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak
-from thermoroll_cli.stress.body_strength import StrengthCollector
-from thermoroll_cli.stress.invariants import first_principal, von_mises
 from thermoroll_cli.stress.peaks import peak_of, row_ranges
+from thermoroll_cli.stress.strength import StrengthCollector, first_principal, von_mises
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
 PRECISION = np.float32

@@ -18,8 +18,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Problem, Wear
-from thermoroll_cli.problem.profile import Profile
+from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Problem, Profile, Wear
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.surface import surfaces
 from thermoroll_cli.refinement.solve import Report, Solver

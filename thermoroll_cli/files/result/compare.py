@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.problem.error_scale import error_scale, mean_semi_axis, temperature_difference
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis, temperature_difference
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.files.atomic import replacing, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
-from thermoroll_cli.problem.number_text import computed, is_noise, isothermal_text, scalar_text
 from thermoroll_cli.problem.result import BodyStresses, Result, State
+from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, scalar_text
 
 Path = str | os.PathLike[str]
 

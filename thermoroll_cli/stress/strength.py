@@ -1,0 +1,243 @@
+"""Strength: equivalent stresses, the yield stress that keeps a body elastic after the first passages, and where cracks start.
+
+In steady rolling the residual stresses do not depend on x. By Melan's theorem a body shakes down if some residual stress
+brings all stress states below yield. The family ρ_xx(z), ρ_yy(z), ρ_xy(z) is exact where every y is rolled over, and a safe
+lower bound for a single track. With the deviator in the metric of von Mises,
+
+    q = (σzz − ½(σxx + σyy), (√3/2)(σxx − σyy), √3 σxy, √3 σxz, √3 σyz),      |q| = von Mises stress,
+
+the residual stresses shift the first three components, and the shear yield stress that a layer needs is k = R/√3 with the
+smallest ball R² = min over c of max |q₁₋₃ − c|² + q₄² + q₅² around its states, the unloaded one included.
+
+Alternating plasticity is excluded, whatever the residual stress, if k ≥ R₅/√3 with the smallest ball in all five components
+along each line of rolling. Dang Van's criterion (Dang Van et al. 1989) takes the centre of that ball as the mesoscopic
+residual stress: its stress is the largest of τ + a_DV σ_h along the line, with the Tresca shear stress τ of the deviator less
+the centre and the hydrostatic stress σ_h.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.numerics.convolution import unfolded
+from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
+from thermoroll_cli.problem.problem import Strength
+from thermoroll_cli.problem.result import Peak
+from thermoroll_cli.problem.scalar_errors import FORCES, absolute_error
+from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
+
+SQRT3 = math.sqrt(3.0)
+
+
+def von_mises(stress: AnyArray) -> AnyArray:
+    """√(½[(σxx−σyy)² + (σyy−σzz)² + (σzz−σxx)²] + 3[σxy² + σxz² + σyz²]) of stresses (6, …), xx yy zz xy xz yz."""
+    xx, yy, zz, xy, xz, yz = stress
+    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
+    return np.asarray(np.sqrt(0.5 * normal + 3.0 * (xy * xy + xz * xz + yz * yz)))
+
+
+def first_principal(stress: AnyArray) -> AnyArray:
+    """The largest principal stress (tension positive) of stresses (6, …).
+
+    The largest root of the characteristic polynomial by the cosine of its angle (Smith 1961), from the deviator."""
+    xx, yy, zz, xy, xz, yz = stress
+    mean = (xx + yy + zz) / 3.0
+    a, b, c = xx - mean, yy - mean, zz - mean
+    half_square = (a * a + b * b + c * c) / 6.0 + (xy * xy + xz * xz + yz * yz) / 3.0
+    radius = np.sqrt(half_square)
+    half_determinant = 0.5 * (a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz))
+    cube = np.maximum(radius * half_square, np.finfo(radius.dtype).tiny)
+    angle = np.arccos(np.clip(half_determinant / cube, -1.0, 1.0)) / 3.0
+    return np.asarray(mean + 2.0 * radius * np.cos(angle))
+
+
+def deviator(stress: AnyArray) -> Array:
+    """The five components q (…, 5) of stresses (6, …), xx yy zz xy xz yz; |q| is the von Mises stress."""
+    xx, yy, zz, xy, xz, yz = np.asarray(stress, dtype=float)
+    return np.stack([zz - 0.5 * (xx + yy), 0.5 * SQRT3 * (xx - yy), SQRT3 * xy, SQRT3 * xz, SQRT3 * yz], axis=-1)
+
+
+@dataclass(frozen=True)
+class LayerShakedown:
+    """Shear yield stress `k` (Pa) that one layer needs, and the `residual` stresses xx, yy, xy (Pa) for which this suffices."""
+
+    k: float
+    residual: tuple[float, float, float]
+
+
+def layer_shakedown(stress: AnyArray, *, mirrored: bool = False) -> LayerShakedown:
+    """Shakedown of one layer with stresses (6, nx, ny) in Pa; a `mirrored` state, even in y, is given for y > 0 only.
+
+    By symmetry ρ_xy = 0 in a mirrored state."""
+    q = deviator(stress).reshape(-1, 5)
+    free = 2 if mirrored else 3
+    unloaded = np.zeros((1, free + 1))
+    states = np.vstack([np.column_stack([q[:, :free], (q[:, free:] ** 2).sum(axis=1)]), unloaded])[None]
+    ball = smallest_balls(states[..., :free], states[..., free])
+    c1, c2, c3 = (*ball.centres[0], 0.0)[:3]
+    residual = c1 - c2 / SQRT3, c1 + c2 / SQRT3, -c3 / SQRT3
+    return LayerShakedown(math.sqrt(ball.squared_radii[0] / 3.0), residual)
+
+
+@dataclass(frozen=True)
+class LineFatigue:
+    """Lines of rolling of one layer: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, starting points for the next
+    layer."""
+
+    alternating_k: Array
+    dang_van: Array
+    balls: Balls
+
+
+def line_fatigue(stress: AnyArray, dang_van_coefficient: float, start: Balls | None = None) -> LineFatigue:
+    """Alternating plasticity and Dang Van's stress of every line of rolling of a layer with stresses (6, nx, ny) in Pa.
+
+    `dang_van_coefficient` weighs the hydrostatic stress, positive in tension; `start` are the balls of a layer nearby."""
+    history = deviator(stress).transpose(1, 0, 2)
+    history = np.concatenate([history, np.zeros_like(history[:, :1])], axis=1)
+    balls = smallest_balls(history, start=start)
+    hydrostatic = np.zeros(history.shape[:2])
+    hydrostatic[:, :-1] = np.asarray(stress[0] + stress[1] + stress[2], dtype=float).T / 3.0
+    shear = tresca_shear(history - balls.centres[:, None])
+    return LineFatigue(np.sqrt(balls.squared_radii / 3.0), (shear + dang_van_coefficient * hydrostatic).max(axis=1), balls)
+
+
+def tresca_shear(q: Array) -> Array:
+    """Half the difference of the largest and the smallest principal stress of deviators (…, 5).
+
+    The principal deviators are (2/3)|q| cos(θ + 2πn/3) with cos 3θ = 27 det/(2|q|³) (Lode's angle)."""
+    size = np.sqrt(np.einsum("...d,...d->...", q, q))
+    zz = q[..., 0] * (2.0 / 3.0)
+    half, difference = -q[..., 0] / 3.0, q[..., 1] / SQRT3
+    xx, yy = half + difference, half - difference
+    xy, xz, yz = (q[..., i] / SQRT3 for i in (2, 3, 4))
+    determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
+    cosine = 13.5 * determinant / np.maximum(size**3, np.finfo(float).tiny)
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0)) / 3.0
+    return np.asarray(size * np.sin(angle + math.pi / 3.0) / SQRT3)
+
+
+def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
+    """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
+
+    The surface is the first layer and serves only as a neighbour: with friction it converges more slowly and has a scalar of
+    its own. Both are nan if the values fall from the surface downwards, so that there is no maximum below it."""
+    top = int(np.argmax(values[1:])) + 1
+    if values[top] <= values[top - 1]:
+        return math.nan, math.nan
+    if top == len(values) - 1:
+        return float(values[top]), float(depths[top])
+    z, v = depths[top - 1 : top + 2] - depths[top], values[top - 1 : top + 2]
+    bend, slope, _ = np.polyfit(z, v, 2)
+    if bend >= 0.0:
+        return float(values[top]), float(depths[top])
+    shift = min(max(-0.5 * slope / bend, z[0]), z[2])
+    return float(v[1] + shift * (slope + bend * shift)), float(depths[top] + shift)
+
+
+@dataclass
+class StrengthCollector:
+    """Collects the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state."""
+
+    strength: Strength
+    depths: Array
+    columns: int
+    mirrored: bool
+    thermal: bool
+    shakedown_k: Array = field(init=False)
+    elastic_k: Array = field(init=False)
+    limit_k: Array = field(init=False)
+    residual: Array = field(init=False)
+    alternating_k: Array = field(init=False)
+    dang_van: Array = field(init=False)
+    _above: LineFatigue | None = None
+
+    def __post_init__(self) -> None:
+        layers = len(self.depths)
+        self.shakedown_k, self.elastic_k, self.limit_k = np.empty(layers), np.empty(layers), np.empty(layers)
+        self.residual = np.empty((layers, 3))
+        self.alternating_k, self.dang_van = np.empty((layers, self.columns)), np.empty((layers, self.columns))
+
+    def take(self, layer: int, elastic: AnyArray, total: AnyArray) -> None:
+        """One layer: elastic and total stresses (6, nx, columns) in Pa, the same array without thermal stresses."""
+        needed = layer_shakedown(total, mirrored=self.mirrored)
+        self.shakedown_k[layer], self.residual[layer] = needed.k, needed.residual
+        self.elastic_k[layer] = layer_shakedown(elastic, mirrored=self.mirrored).k if self.thermal else needed.k
+        self.limit_k[layer] = float(von_mises(total).max()) / math.sqrt(3.0)
+        start = None if self._above is None else self._above.balls
+        self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
+        self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
+
+    def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
+        """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one. Those below are nan
+        where values only fall from the surface."""
+        found = {}
+        for name, values in (("shakedown_k", self.shakedown_k), ("elastic_shakedown_k", self.elastic_k),
+                             ("alternating_k", self.alternating_k.max(axis=1)), ("dang_van_max", self.dang_van.max(axis=1))):
+            below, depth = largest_over_depth(self.depths[::every], values[::every])
+            found[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
+        return found
+
+    def scalars(self, body: str, every: int = 1) -> dict[str, float]:
+        """Scalars in the units of their names (`SUBSURFACE_SCALARS`)."""
+        scalars: dict[str, float] = {}
+        for name, (surface, below) in self.peaks(every).items():
+            strongest = stronger(surface, below)
+            scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6
+            if not name.startswith("elastic"):
+                scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6
+                scalars[f"{name}_surface_{body}_MPa"] = surface.value * 1e-6
+            if (depth := depth_name(name, body)) in SUBSURFACE_SCALARS:
+                scalars[depth] = strongest.z * 1e3
+        return scalars
+
+    def at_surface(self, body: str) -> set[str]:
+        """Names of the scalars whose largest value lies at the surface."""
+        names = set()
+        for name, (surface, below) in self.peaks().items():
+            names |= {f"{name}_surface_{body}_MPa"}
+            if stronger(surface, below) is surface:
+                names |= {f"{name}_{body}_MPa", depth_name(name, body)}
+        return names
+
+    def fields(self) -> dict[str, AnyArray]:
+        """The kept fields over z, or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
+        lines = {"alternating_k": self.alternating_k, "dang_van": self.dang_van}
+        return {
+            "shakedown_k": self.shakedown_k, "elastic_shakedown_k": self.elastic_k, "elastic_limit_k": self.limit_k,
+            **{f"residual_{name}": self.residual[:, i] for i, name in enumerate(("xx", "yy", "xy"))},
+            **{name: unfolded(values[:, None, :], 1)[:, 0] if self.mirrored else values for name, values in lines.items()},
+        }
+
+
+def stronger(surface: Peak, below: Peak) -> Peak:
+    """The larger of two peaks; the one below the surface if both are equal."""
+    return below if below.value >= surface.value else surface
+
+
+def depth_name(quantity: str, body: str) -> str:
+    """Name of the scalar that is the depth of a quantity."""
+    return f"{quantity.rsplit('_', 1)[0]}_depth_{body}_mm"
+
+
+def strength_scalars(
+    body: str, shear_yield: float, load: float, needed: float, error: float, summary: Mapping[str, Any]
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Shakedown factor and surface fatigue index of a body with a `shear_yield` stress k under a `load` W, and their errors.
+
+    `needed` is the shear yield stress needed for shakedown; both in MPa, W in N, the `error` of `needed` over the largest
+    pressure. `summary` has the scalars of the surface. The index is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util −
+    2πabk/(3W) for a Hertz contact): surface fatigue is predicted above zero."""
+    pressure = summary["pressure_max_MPa"]
+    # A force that is prescribed has no error.
+    uncertain = math.hypot(*(np.nan_to_num(absolute_error(force, summary)) for force in FORCES))
+    names = f"shakedown_factor_{body}", f"fatigue_index_surface_{body}"
+    values = shear_yield / needed, math.hypot(*(summary[force] for force in FORCES)) / load - shear_yield / pressure
+    errors = error * pressure / needed, uncertain / load + shear_yield / pressure * summary["error"]["pressure_max_MPa"]
+    return dict(zip(names, values, strict=True)), dict(zip(names, errors, strict=True))
