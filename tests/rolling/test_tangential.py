@@ -13,7 +13,6 @@ from tests.support.scenes import (
     CASES,
     elastic,
     ellipse,
-    on_grid,
     order,
     reference,
     reference_problem,
@@ -405,16 +404,21 @@ def test_without_poisson_effect_both_directions_are_alike():
 # --- the solver ---------------------------------------------------------------------------------------------------
 
 
-def test_any_start_leads_to_the_same_tractions():
-    """The solution is unique: from zero, from full slip against the creepage, from noise."""
-    problem = reference_problem("article_3_1_case_5_spin_reversed", 32)
+def cell_of(name, n):
+    """The tangential problem of a reference case on n × n elements, and its operator."""
+    problem = reference_problem(name, n)
     derived = DerivedQuantities(problem)
-    grid = derived.grid((32, 32), 2.2)
+    grid = derived.grid((n, n), 2.2)
     edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
     pressure, covered = element_averages(derived.hertz, *edges)
-    bound = problem.friction * pressure
-    cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
-    gradient = RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)
+    cell = TangentialProblem(problem.friction * pressure, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
+    return cell, RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)
+
+
+def test_any_start_leads_to_the_same_tractions():
+    """The solution is unique: from zero, from full slip against the creepage, from noise."""
+    cell, gradient = cell_of("article_3_1_case_5_spin_reversed", 32)
+    bound = cell.traction_bound
     noise = np.random.default_rng(5).normal(size=(2, 32, 32)) * bound
     against = -cell.rigid_slip / np.hypot(*cell.rigid_slip) * bound
     wanted = solve_cell(gradient, cell, 1e-9)
@@ -426,16 +430,11 @@ def test_any_start_leads_to_the_same_tractions():
 
 def test_a_solution_satisfies_slip_equation_and_friction_law():
     """On wholly covered elements: stick has no slip, slip has |τ| = μp along ṡ = ξ − ∂u/∂x, computed afresh."""
-    problem = on_grid(reference_problem("article_3_1_case_4", 48), 48)
-    derived = DerivedQuantities(problem)
-    grid = derived.grid((48, 48), 2.2)
-    edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
-    pressure, covered = element_averages(derived.hertz, *edges)
-    bound = problem.friction * pressure
-    cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
-    s = solve_cell(RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance), cell, 1e-9)
-    slip = cell.rigid_slip - RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)(s.traction)
-    whole = covered == 1.0
+    cell, gradient = cell_of("article_3_1_case_4", 48)
+    bound = cell.traction_bound
+    s = solve_cell(gradient, cell, 1e-9)
+    slip = cell.rigid_slip - gradient(s.traction)
+    whole = cell.covered == 1.0
     speed, scale = np.hypot(*slip), np.hypot(*cell.rigid_slip).max()
     stick, sliding = whole & s.stick, whole & ~s.stick
     assert stick.any() and sliding.any()
@@ -445,17 +444,12 @@ def test_a_solution_satisfies_slip_equation_and_friction_law():
     np.testing.assert_allclose(size[sliding], bound[sliding], rtol=1e-6)
     along = (s.traction * slip).sum(axis=0)
     assert (along[sliding] >= size[sliding] * speed[sliding] * (1 - 1e-6) - 1e-9 * scale * bound.max()).all()
-    assert not s.traction[:, covered == 0.0].any()
+    assert not s.traction[:, cell.covered == 0.0].any()
 
 
 def test_newton_residual_never_rises():
-    gradient_case = reference_problem("article_3_1_case_3", 32)
-    derived = DerivedQuantities(gradient_case)
-    grid = derived.grid((32, 32), 2.2)
-    edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
-    pressure, covered = element_averages(derived.hertz, *edges)
-    cell = TangentialProblem(gradient_case.friction * pressure, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
-    s = solve_cell(RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance), cell, 1e-8)
+    cell, gradient = cell_of("article_3_1_case_3", 32)
+    s = solve_cell(gradient, cell, 1e-8)
     assert s.converged and (np.diff(s.history) < 0.0).all()
     assert s.newton_steps <= 15
 
