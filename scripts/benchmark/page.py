@@ -88,9 +88,10 @@ def _frictionless(measured: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def _rows(measured: list[dict[str, Any]]) -> dict[str, Any]:
-    return _table("measured | CPU ms | beside | CPU ms | ratio (least … largest)", [
+    return _table("measured | CPU ms | beside | CPU ms | ratio (least … largest) | applications", [
         [r["name"], f"{r['ms']:.3g}", r["beside"], f"{r['beside_ms']:.3g}",
-         f"{r['ratio']:.2f} ({r['least']:.2f} … {r['largest']:.2f})"] for r in measured])
+         f"{r['ratio']:.2f} ({r['least']:.2f} … {r['largest']:.2f})",
+         f"{r['applications']:.2f}" if r.get("applications") else "–"] for r in measured])
 
 
 def _processes(measured: list[dict[str, Any]]) -> dict[str, Any]:

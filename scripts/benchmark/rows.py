@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
+import math
 import statistics
 from collections.abc import Callable, Iterable
 from functools import partial
@@ -12,10 +14,17 @@ import numpy as np
 
 from scripts.benchmark.cases import HOT, ROOT, log, problem_of, seconds
 from thermoroll_cli import Case
+from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.creep_table.values import Axes
-from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem, Strength, SubsurfaceRequest
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.wear.evolution import evolution
+
+PARTLY_SLIDING = 2e-3
+"""Creepage of the twin disc at which part of the contact sticks."""
+STRENGTH = Strength(300e6, 0.3)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -50,6 +59,22 @@ def sweep_of_rails() -> Row:
                   [_moving(problem, creepage_x=float(c)) for c in np.linspace(1e-3, 1e-2, 20)])
 
 
+def sweep_of_creepages() -> Row:
+    """60 creepages up to full sliding, isothermal."""
+    problem = problem_of("article_3_1_case_1", 64)
+    last = 2.0 * (problem.motion.creepage_x or 0.0)
+    return _swept("60 creepages, isothermal", [_moving(problem, creepage_x=float(c)) for c in last / 60 * np.arange(1, 61)])
+
+
+def sweep_of_wear() -> Row:
+    """The first steps of wear of a twin disc that slides in part, each of 2 % of the approach."""
+    problem = Case.read(ROOT / "cases" / "twin_disc_wear.toml").problem
+    wear = dataclasses.replace(problem.wear, step_fraction=0.02, depth=math.inf, distance=math.inf)  # type: ignore[type-var]
+    problem = dataclasses.replace(_moving(problem, creepage_x=PARTLY_SLIDING), numerics=Numerics((64, 64)), wear=wear)
+    states = itertools.islice(evolution(problem), 20)
+    return _swept("20 steps of wear", [state.result.problem for state in states if state.result is not None])
+
+
 def table_16() -> Row:
     """Creep forces of a table at its coarser accuracy."""
     return _table(16, 4e-3)
@@ -74,7 +99,34 @@ def subsurface() -> Row:
                partial(solve, problem), partial(solve, dataclasses.replace(problem, subsurface=None)))
 
 
-ROWS: list[Callable[[], Row]] = [sweep, sweep_of_loads, sweep_of_rails, table_16, table_32, heat, subsurface]
+def strength() -> Row:
+    """Shakedown, alternating plasticity and Dang Van stress of both bodies in 28 layers."""
+    problem = dataclasses.replace(Case.read(ROOT / "cases" / "hot_sliding.toml").problem, numerics=Numerics((128, 128)))
+    request = SubsurfaceRequest(layers=28)
+    strong = dataclasses.replace(request, lower_strength=STRENGTH, upper_strength=STRENGTH)
+    return Row("stresses in 28 layers with shakedown and fatigue, N = 128", "stresses alone",
+               partial(solve, dataclasses.replace(problem, subsurface=strong)),
+               partial(solve, dataclasses.replace(problem, subsurface=request)))
+
+
+def friction_law() -> Row:
+    """Friction that falls with slip, with memory, through a layer of dirt."""
+    problem = _on_case("eurosprinter", 128)
+    problems = [_moving(problem, creepage_x=float(c)) for c in np.geomspace(1e-3, 2e-2, 8)]
+    return Row("friction law with memory, N = 128", "constant friction", partial(_alone, problems),
+               partial(_alone, [dataclasses.replace(one, friction_law=None) for one in problems]), len(problems), len(problems))
+
+
+def layers() -> Row:
+    """A bonded coating."""
+    problem = _on_case("coated_ball", 128)
+    plain = {name: dataclasses.replace(getattr(problem, name), layers=()) for name in ("lower", "upper")}
+    return Row("bodies with layers, N = 128", "without layers", partial(solve, problem),
+               partial(solve, dataclasses.replace(problem, **plain)))
+
+
+ROWS: list[Callable[[], Row]] = [sweep, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear, table_16, table_32,
+                                 heat, subsurface, strength, friction_law, layers]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:
@@ -82,33 +134,43 @@ def measure(runs: int) -> list[dict[str, Any]]:
     out = []
     for make in ROWS:
         row = make()
-        row.work()  # buffers and imports of a first call belong to no measurement
+        # Buffers and imports of a first call belong to no measurement.
+        applications = [_applications(row.work()), _applications(row.plain())]
         pairs = [(seconds(row.work) / row.points, seconds(row.plain) / row.plain_points) for _ in range(runs)]
         ratios = [one / other for one, other in pairs]
         out.append({"name": row.name, "beside": row.beside, "ms": 1e3 * statistics.median(one for one, _ in pairs),
                     "beside_ms": 1e3 * statistics.median(other for _, other in pairs),
+                    "applications": applications[0] / applications[1] if all(applications) else None,
                     "ratio": statistics.median(ratios), "least": min(ratios), "largest": max(ratios)})
         log(f"  {out[-1]}")
     return out
 
 
-def _in_order(problems: Iterable[Problem]) -> None:
+def _applications(found: object) -> int:
+    """Applications of the operator of rolling in one or several results; 0 where there are none."""
+    results = found if isinstance(found, list) else [found]
+    return sum(level["applications"] + level.get("coupled_applications", 0)
+               for one in results if isinstance(one, Result) for level in one.work["levels"])
+
+
+def _in_order(problems: Iterable[Problem]) -> list[Result]:
+    contact_scales.cache_clear()
     solver = Solver()
-    for problem in problems:
-        solver.solve(problem)
+    return [solver.solve(problem) for problem in problems]
+
+
+def _alone(problems: Iterable[Problem]) -> list[Result]:
+    contact_scales.cache_clear()
+    return [solve(problem) for problem in problems]
 
 
 def _swept(what: str, problems: list[Problem]) -> Row:
-    def cold() -> None:
-        for one in problems:
-            solve(one)
-
-    return Row(f"point of a sweep over {what}, N = 64", "the same points from nothing", partial(_in_order, problems), cold,
-               len(problems), len(problems))
+    return Row(f"point of a sweep over {what}, N = 64", "the same points from nothing", partial(_in_order, problems),
+               partial(_alone, problems), len(problems), len(problems))
 
 
-def _on_case(name: str) -> Problem:
-    return dataclasses.replace(Case.read(ROOT / "cases" / f"{name}.toml").problem, numerics=Numerics((64, 64)))
+def _on_case(name: str, side: int = 64) -> Problem:
+    return dataclasses.replace(Case.read(ROOT / "cases" / f"{name}.toml").problem, numerics=Numerics((side, side)))
 
 
 def _moving(problem: Problem, **motion: float) -> Problem:
