@@ -49,6 +49,12 @@ SMOOTH_BORDER_SHARE = 0.5
 """Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""
 
 
+SHARED = 1e-4
+"""Relative difference from the largest value up to which elements share it."""
+MOST_SHARING = 16
+"""Largest number of such elements: more of them are a plateau, on which the first one is taken."""
+
+
 def peak_value(field: Array, *, averages: bool = True) -> float:
     """Maximum of a smooth field of shape (nx, ny), given by its element averages (pressure) or, without `averages`, by its
     values at the elements' centres (temperature): what is reported and written over pictures.
@@ -58,11 +64,19 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
     `MOST_PEAK_CURVATURE` times that of the field beside the largest element, so a drop on one side alone adds nothing.
     Temperatures rise slowly through the contact and fall behind it: along x their top is that of a cubic, unless there is a
     corner.
+    Of elements that share the largest value up to `SHARED` the highest top counts: rounding does not choose between them.
     """
-    i, j = np.unravel_index(int(np.argmax(field)), field.shape)
-    along = None if averages else _skew_rise(field[:, j], int(i))
-    along = _rise(field[:, j], int(i), averages) if along is None else along
-    return float(field[i, j]) + along + _rise(field[i, :], int(j), averages)
+    places = np.argwhere(field > (1.0 - SHARED) * field.max())
+    if not 0 < len(places) <= MOST_SHARING:
+        places = np.argwhere(field == field.max())[:1]
+    return max(_top(field, int(i), int(j), averages) for i, j in places)
+
+
+def _top(field: Array, i: int, j: int, averages: bool) -> float:
+    """Top of the parabolas through one of the largest elements."""
+    along = None if averages else _skew_rise(field[:, j], i)
+    along = _rise(field[:, j], i, averages) if along is None else along
+    return float(field[i, j]) + along + _rise(field[i, :], j, averages)
 
 
 def _rise(line: Array, k: int, averages: bool) -> float:
