@@ -172,3 +172,14 @@ def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
     # Coarser grids of a solution cost about a third of the finest one.
     assert sum(points) < 15 * sum(level["applications"] for level in one.work["levels"])
     assert result.problem.prescribed_force == problem.prescribed_force
+
+
+def test_forces_along_one_creep_curve_share_it() -> None:
+    inputs, solver = BRANCHES["input"], Solver()
+    first, second = (case({**inputs, "force_N": share * inputs["friction"] * inputs["normal_N"]}, 32) for share in (0.7, 0.72))
+    solver.solve(first)
+    followed = len(solver._followed)
+    warm, cold = solver.solve(second), Solver().solve(second)
+    assert followed >= 10 and len(solver._followed) - followed < followed / 2
+    for name in ("creep_force_max_N", "creepage_at_creep_force_max", "creepage_falling_branch"):
+        assert warm.hertz[name] == pytest.approx(cold.hertz[name], rel=1e-4)

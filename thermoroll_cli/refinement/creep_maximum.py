@@ -58,10 +58,13 @@ def under_creepage(problem: Problem, creepage: float) -> Problem:
     return replace(problem, motion=replace(motion, creepage_x=given[0], creepage_y=given[1], force_x=None, force_y=None))
 
 
-def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> CreepMaximum:
+def creep_maximum(
+    problem: Problem, solve: Callable[[Problem], Result], followed: dict[Problem, float] | None = None
+) -> CreepMaximum:
     """Follow the creep curve of `problem` to its maximum and, for a force below it, down the falling branch.
 
-    `solve` solves one problem; some twelve coarse solutions are taken. Heat counts only where friction depends on temperature.
+    `solve` solves one problem; some twelve coarse solutions are taken. `followed` keeps the forces of the problems of a curve:
+    neighbours that differ in the prescribed force alone have the same. Heat counts only where friction depends on temperature.
     Raises ArithmeticError where the curve has no maximum, or a solution on it fails."""
     x, y = direction_of(problem)
     wanted = problem.prescribed_force
@@ -69,12 +72,16 @@ def creep_maximum(problem: Problem, solve: Callable[[Problem], Result]) -> Creep
     heating = problem.heating if problem.friction_varies else replace(problem.heating, heat=False)
     coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent), heating=heating, subsurface=None)
 
+    followed = {} if followed is None else followed
+
     def force(creepage: float) -> float:
-        result = solve(under_creepage(coarse, creepage))
-        if not result.converged:
-            raise ArithmeticError(f"the creep curve was followed to a creepage of {creepage:.3g}, where {result.reason}")
-        scalars = result.coupled.scalars
-        return x * scalars["force_x_N"] + y * scalars["force_y_N"]
+        point = under_creepage(coarse, creepage)
+        if point not in followed:
+            result = solve(point)
+            if not result.converged:
+                raise ArithmeticError(f"the creep curve was followed to a creepage of {creepage:.3g}, where {result.reason}")
+            followed[point] = x * result.coupled.scalars["force_x_N"] + y * result.coupled.scalars["force_y_N"]
+        return followed[point]
 
     creepages = [FIRST * DerivedQuantities(problem).saturation_creepage]
     forces = [force(creepages[0])]

@@ -69,6 +69,7 @@ class Solver:
         self.threads = threads
         self.options = options or SolverOptions()
         self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, the later one first
+        self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
         """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
@@ -90,7 +91,7 @@ class Solver:
         """A prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
         coarse = Solver(self.threads, self.options)
         try:
-            maximum = creep_maximum(problem, lambda point: coarse.solve(point, search=False))
+            maximum = creep_maximum(problem, lambda point: coarse.solve(point, search=False), self._followed)
         except ArithmeticError as cause:
             result = self.solve(problem, report=report, search=False)
             return replace(result, warnings=(*result.warnings, f"the maximum of the creep curve was not found: {cause}"))
