@@ -72,9 +72,7 @@ class HeatedContactSolver:
     `applications` counts those of A − E.
     """
 
-    def __init__(
-        self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, normal_force: float,
-    ) -> None:
+    def __init__(self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, normal_force: float) -> None:
         self.applications = 0
         self._normal, self._expand, self._gap = normal, expand, gap
         self._load = normal_force / normal.grid.element_area

@@ -220,8 +220,8 @@ def ellipse_temperature(
 
 
 def ellipse_maximum(
-    semi_axis_x: float, semi_axis_y: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float, shape:
-    Shape = "uniform"
+    semi_axis_x: float, semi_axis_y: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float,
+    shape: Shape = "uniform"
 ) -> TemperatureMaximum:
     """Maximum temperature rise under an elliptic source, on y = 0 between its centre and trailing edge.
 
@@ -236,8 +236,8 @@ def ellipse_maximum(
 
 
 def circle_mean_temperature(
-    radius: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float, shape: Shape = "uniform", weight:
-    Shape = "uniform"
+    radius: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float, shape: Shape = "uniform",
+    weight: Shape = "uniform"
 ) -> float:
     """Mean temperature rise over a circular source, weighted with the profile `weight` (K).
 
@@ -313,8 +313,8 @@ def effusivity(conductivity: float, diffusivity: float) -> float:
 
 
 def band_temperature(
-    x: ArrayLike, half_length: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float, shape: BandShape
-    = "uniform"
+    x: ArrayLike, half_length: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float,
+    shape: BandShape = "uniform"
 ) -> Array:
     """Surface temperature rise of a fast band source, zero ahead of it (equations in the module's docstring).
 

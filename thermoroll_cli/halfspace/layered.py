@@ -54,9 +54,7 @@ def _matrices(youngs_modulus: float, poisson_ratio: float) -> tuple[float, Array
     return shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR
 
 
-def difference_compliance(
-    layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array
-) -> SurfaceCompliance:
+def difference_compliance(layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array) -> SurfaceCompliance:
     """k times (compliance of the layered half-space − compliance of a half-space of the top material), at `wave_numbers` (n,).
 
     `layers` from the surface down; `substrate` has Young's modulus (Pa) and Poisson's ratio."""

@@ -116,9 +116,7 @@ class Corner:
         ])
 
 
-def between_corners(
-    x: Array, y: Array, z: float, aspect: float, primitive: Callable[[Corner], Array]
-) -> Array:
+def between_corners(x: Array, y: Array, z: float, aspect: float, primitive: Callable[[Corner], Array]) -> Array:
     """1/2π times the differences of `primitive` (6, …) between the corners of the element, at the grid of offsets x × y."""
     if not (math.isfinite(z) and z >= 0.0):
         raise ValueError(f"the depth must be finite and not negative, not {z}")

@@ -58,9 +58,7 @@ EXACT = Steps(0.22, 0.32, 1.0)
 Function = Callable[[Array], Array]
 
 
-def outer_rule(
-    reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST
-) -> tuple[Array, Array]:
+def outer_rule(reach: float, length: float, peclet: tuple[float, float], steps: Steps = FAST) -> tuple[Array, Array]:
     """Nodes u and weights of ∫ … du: trapezoidal in v = ln u + c√π τ₁ erf(√u/τ₁), with steps as short as the drift requires.
 
     `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
@@ -85,9 +83,7 @@ def outer_rule(
     return u, steps.outer * u / slope(log_u)
 
 
-def inner_rule(
-    u: float, furthest: float, peclet: float, steps: Steps = FAST
-) -> tuple[Array, Array, Array, int, int]:
+def inner_rule(u: float, furthest: float, peclet: float, steps: Steps = FAST) -> tuple[Array, Array, Array, int, int]:
     """Nodes of ∫ … dt from 0 to u: trapezoidal in v = ζ + c t/u with t/(u−t) = e^ζ and c ∝ P√u.
 
     Returns t/(u−t), t, weights, and the first and last node that need a Gaussian of their own. Nodes end at `furthest`."""

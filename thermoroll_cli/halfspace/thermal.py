@@ -89,9 +89,7 @@ def temperature_at(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y:
     return temperature_at_depths(x, y, np.zeros(1), aspect, peclet_x, peclet_y)[0]
 
 
-def temperature_at_depths(
-    x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0
-) -> Array:
+def temperature_at_depths(x: Array, y: Array, depths: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Temperature in q dx/k at the depths z ≥ 0 (in dx) below the offsets x × y; shape (len(depths), len(x), len(y)).
 
     The integrand of T over time gains the factor exp(−z²/4τ²)."""
@@ -137,9 +135,7 @@ def angle_rule(reach: float, step: float = ANGLE_STEP) -> tuple[Array, Array, in
     return nodes, weights, last
 
 
-def advected_expansion(
-    x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0
-) -> Array:
+def advected_expansion(x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float = 0.0) -> Array:
     """Φ(P) = 2 ∫ τ gx gy dτ: exp(P·r/2) K0(|P|r/2)/2π integrated over the element, at offsets x × y.
 
     For P → 0 it is −ln(r)/2π plus (b/2π)(ln(4/P) − γ). Raises ValueError at P = 0, where it is infinite.
@@ -185,9 +181,7 @@ def stationary_displacement(x: Array, y: Array, aspect: float) -> Array:
     return between_corners(corner, x, y, aspect) / (-2.0 * math.pi)
 
 
-def between_corners(
-    corner: Callable[[Array, Array], Array], x: Array, y: Array, aspect: float
-) -> Array:
+def between_corners(corner: Callable[[Array, Array], Array], x: Array, y: Array, aspect: float) -> Array:
     """Differences of a primitive function of both coordinates over the element, at every offset."""
     left, right = (x - 0.5)[:, None], (x + 0.5)[:, None]
     low, high = (y - 0.5 * aspect)[None, :], (y + 0.5 * aspect)[None, :]
@@ -215,8 +209,7 @@ def extent(x: Array, y: Array, aspect: float) -> float:
 
 
 def time_integral(
-    x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: Array,
-    along: Spread | None = None,
+    x: Array, y: Array, aspect: float, peclet_x: float, peclet_y: float, power: int, depths: Array, along: Spread | None = None
 ) -> Array:
     """∫ τ^power exp(−z²/4τ²) gx gy dτ over all times, at offsets x × y and at each of `depths`; `along` replaces gx."""
     reaches = float(np.abs(x).max()) + 0.5, float(np.abs(y).max()) + 0.5 * aspect
@@ -236,8 +229,7 @@ def time_integral(
 
 
 def _time_rule(
-    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: Array,
-    onset: float,
+    reaches: tuple[float, float], aspect: float, peclets: tuple[float, float], power: int, depths: Array, onset: float
 ) -> tuple[Array, Array]:
     """Nodes, and for each depth weights, of ∫ τ^power exp(−z²/4τ²) … dτ: trapezoidal in u = ln(sτ) + sτ, with s ∝ P.
 

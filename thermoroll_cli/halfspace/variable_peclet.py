@@ -98,9 +98,7 @@ def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -
     return [int(k) for k in order[:count]], basis[:, :count], components * norms
 
 
-def truncated(
-    offsets: OffsetSamples, basis: Array, components: Array, tolerance: float
-) -> tuple[Array, Array, float]:
+def truncated(offsets: OffsetSamples, basis: Array, components: Array, tolerance: float) -> tuple[Array, Array, float]:
     """Fewest singular vectors within the tolerance: (samples, terms) matrices that make tables and weights, and the error.
 
     ``components`` are those of the kernel at all samples in ``basis``, as from `spanning_columns`. Samples of P count
@@ -307,14 +305,7 @@ def _sample(
     return peclets, columns - means, means
 
 
-def _combine(
-    half: Array,
-    aspect: float,
-    kind: ThermalKind,
-    peclets: Array,
-    means: Array,
-    coefficients: Array,
-) -> None:
+def _combine(half: Array, aspect: float, kind: ThermalKind, peclets: Array, means: Array, coefficients: Array) -> None:
     """Add combinations of the skeleton's full tables to ``half``, tables for Y ≥ 0 only."""
     nx, ny = (half.shape[1] + 1) // 2, half.shape[2]
     x, y = np.arange(1.0 - nx, nx), aspect * np.arange(float(ny))

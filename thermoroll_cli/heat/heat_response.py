@@ -76,9 +76,7 @@ class ThermalResponse(Protocol):
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it equals or approximates `temperature_gap`."""
 
-    def gap_patterns(
-        self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]
-    ) -> tuple[Array, Array] | None:
+    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> tuple[Array, Array] | None:
         """Low-rank difference u vᵀ between `temperature_gap` and `gap_symbol` on the `contact` (nx, ny), if there is one: it
         acts on fluxes summed over rows and adds the same to all rows. Returns the inverse of the symbol, `inverted`, applied to
         the n patterns u on the contact, or on one nearly the same, (n, nx, ny), and v, (ny, n)."""

@@ -113,8 +113,8 @@ FIRST_DIRECTIONS = 12
 
 
 def batch_gmres(
-    expensive: Callable[[AnyArray], AnyArray], cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray], precondition:
-    Callable[[Indices, AnyArray], AnyArray], right: AnyArray, tolerance: NDArray[np.float64], most: int
+    expensive: Callable[[AnyArray], AnyArray], cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray],
+    precondition: Callable[[Indices, AnyArray], AnyArray], right: AnyArray, tolerance: NDArray[np.float64], most: int
 ) -> tuple[AnyArray, AnyArray]:
     """Solve J_b d_b = r_b for all rows of `right` (B, P), each to its relative `tolerance` (B,): as `krylov.gmres` does.
 

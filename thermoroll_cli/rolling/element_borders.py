@@ -114,18 +114,9 @@ class EdgeCompliance:
     `layer` (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
 
     def __init__(
-        self,
-        covered: AnyArray,
-        contact: Mask,
-        dx: float,
-        dy: float,
-        compliance: ShearCompliance,
-        leading: AnyArray | None = None,
-        softest: tuple[float, float] = (math.inf, math.inf),
-        mirrored: bool = False,
-        neutral: AnyArray | None = None,
-        options: RollingOptions | None = None,
-        layer: AnyArray | None = None,
+        self, covered: AnyArray, contact: Mask, dx: float, dy: float, compliance: ShearCompliance,
+        leading: AnyArray | None = None, softest: tuple[float, float] = (math.inf, math.inf), mirrored: bool = False,
+        neutral: AnyArray | None = None, options: RollingOptions | None = None, layer: AnyArray | None = None,
     ) -> None:
         options = options or RollingOptions()
         share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
@@ -189,9 +180,7 @@ def _limited(k: AnyArray, along: float, across: float, options: RollingOptions) 
     return np.asarray(k / np.maximum(1.0, excess))
 
 
-def _border_normal(
-    c: AnyArray, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float
-) -> tuple[AnyArray, AnyArray]:
+def _border_normal(c: AnyArray, i: NDArray[np.intp], j: NDArray[np.intp], dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
     """Unit vector along the steepest change of the covered fraction (Sobel differences) at elements (i, j); `c` holds the
     fractions with one more row and column on all sides."""
     along_x, along_y = (d[i, j] for d in sobel(c, dx, dy))

@@ -63,9 +63,7 @@ class FreeShear:
     """u = A τ: (2, n, m) -> (2, n + 2·margin, m), `margin` more rows at either end; `symbols` on the plane
     `free_space(n + margin, m)`. `coupled` says whether the third symbol is different from zero."""
 
-    def __init__(
-        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int
-    ) -> None:
+    def __init__(self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int) -> None:
         self._shape = (2, shape[0] + 2 * margin, shape[1])
         # One set of buffers per component: both spectra exist at the same time.
         self._convolutions = [Convolution(*shape, margin, margin) for _ in range(2)]
@@ -123,9 +121,7 @@ class MirroredShear:
     """As `FreeShear` for tractions of opposite parity across y = 0, given on the m elements y > 0: half the work. `symbols`
     on the plane of both sides, `free_space(n + margin, 2 m)`."""
 
-    def __init__(
-        self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities
-    ) -> None:
+    def __init__(self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities) -> None:
         n, m = shape
         self._even = even = mirror.index(1)
         self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin)
@@ -186,14 +182,8 @@ class RollingGradient:
     """
 
     def __init__(
-        self,
-        shape: tuple[int, int],
-        dx: float,
-        dy: float,
-        compliance: ShearCompliance,
-        threads: int = 1,
-        mirror: Parities | None = None,
-        weights: tuple[float, ...] = UPSTREAM_WEIGHTS,
+        self, shape: tuple[int, int], dx: float, dy: float, compliance: ShearCompliance, threads: int = 1,
+        mirror: Parities | None = None, weights: tuple[float, ...] = UPSTREAM_WEIGHTS
     ) -> None:
         n, m = shape
         self.weights, self._dissipative = weights, dissipative_part(weights)

@@ -72,12 +72,7 @@ class RollingSolver:
         self._inverse = StickInverse(gradient.shape, gradient.dx, gradient.dy, gradient.compliance, gradient.mirror,
                                      gradient.weights)
 
-    def solve(
-        self,
-        problem: TangentialProblem,
-        starts: Sequence[Start],
-        tolerance: float = 1e-6,
-    ) -> TangentialSolution:
+    def solve(self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float = 1e-6) -> TangentialSolution:
         """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from.
 
         Without a start, or if that start fails, Newton begins from the tractions of full stick cut down to the bound. From

@@ -122,8 +122,7 @@ class _FreePeriodic:
 class _MirroredPeriodic:
     """As `_FreePeriodic` for pairs of opposite parity, given on one half."""
 
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols,
-                 mirror: Parities) -> None:
+    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols, mirror: Parities) -> None:
         even = mirror.index(1)
         self._plane = MirroredPlane(*shape, padded, even)
         self._own, self._other = (s.astype(np.complex128) for s in pair_symbols(*symbol, even))

@@ -150,8 +150,7 @@ def unknowns_of(contact: Contact) -> Fields:
 
 
 def fixed_point(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False,
-    predicted: bool = False,
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False, predicted: bool = False
 ) -> SteadyState:
     """Iterate from `start` until the fields that act back no longer change.
 
@@ -210,9 +209,7 @@ def _iterated(
         balanced=balanced, heat_reached=mixing.heat_reached)
 
 
-def _inside(
-    state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace
-) -> Tolerances:
+def _inside(state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace) -> Tolerances:
     """Tolerances of the problems inside the next iteration."""
     if not unknowns_of(state):
         return tolerances

@@ -137,9 +137,7 @@ class Sharpened:
 class ElasticLayers:
     """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load."""
 
-    def __init__(
-        self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float
-    ) -> None:
+    def __init__(self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float) -> None:
         self._transforms, self._poisson_ratio = transforms, poisson_ratio
         self._loads = [Sharpened(transforms, load) for load in (pressure, *(() if traction is None else traction))]
 
