@@ -168,7 +168,7 @@ def test_xdmf_points_into_the_result_in_the_order_of_its_fields(
     grid = ElementTree.parse(out).getroot().find("./Domain/Grid")
     assert grid is not None
     topology, points = grid.find("Topology"), grid.find("Geometry/DataItem")
-    assert topology is not None and topology.get("Dimensions") == "20 16"
+    assert topology is not None and topology.get("Dimensions") == "20 16 1"
 
     def resolve(item: ElementTree.Element | None) -> np.ndarray:
         assert item is not None and item.text is not None
@@ -188,7 +188,7 @@ def test_xdmf_points_into_the_result_in_the_order_of_its_fields(
     vectors = {attribute.get("Name"): attribute.find("DataItem") for attribute in found}
     assert set(vectors) == {"shear", "slip", "isothermal_shear", "isothermal_slip"}
     shear = vectors["shear"]
-    assert shear is not None and shear.get("Function") == "JOIN($0, $1, 0*$0)" and shear.get("Dimensions") == "20 16 3"
+    assert shear is not None and shear.get("Function") == "JOIN($0, $1, 0*$0)" and shear.get("Dimensions") == "20 16 1 3"
     for component, item in zip("xy", shear.findall("DataItem"), strict=True):
         np.testing.assert_array_equal(resolve(item), reference.coupled.fields[f"shear_{component}"])
     hottest = resolve(grid.find("Attribute[@Name='temperature_rise_lower']/DataItem")).argmax()

@@ -64,7 +64,9 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
 
 def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], points: str) -> ElementTree.Element:
     grid = ElementTree.SubElement(domain, "Grid", Name=title, GridType="Uniform")
-    ElementTree.SubElement(grid, "Topology", TopologyType=f"{len(shape)}DSMesh", Dimensions=" ".join(map(str, shape)))
+    # One layer in three dimensions: VTK reads vectors on a mesh of two dimensions as arrays of another length.
+    layered = (*shape, 1)[:3]
+    ElementTree.SubElement(grid, "Topology", TopologyType="3DSMesh", Dimensions=" ".join(map(str, layered)))
     _data_item(ElementTree.SubElement(grid, "Geometry", GeometryType="XYZ"), (*shape, 3), np.dtype(np.float32), points)
     return grid
 
@@ -77,8 +79,9 @@ def _add_field(grid: ElementTree.Element, name: str, values: AnyArray, where: st
 def _add_vector(grid: ElementTree.Element, name: str, shape: tuple[int, ...], where: str) -> None:
     """The vector with the components `where`_x and `where`_y, which readers put together; its third component is 0."""
     attribute = ElementTree.SubElement(grid, "Attribute", Name=name, AttributeType="Vector", Center="Node")
+    sides = " ".join(map(str, (*shape, 1, 3)))
     joined = ElementTree.SubElement(attribute, "DataItem", ItemType="Function", Function="JOIN($0, $1, 0*$0)",
-                                    Dimensions=" ".join(map(str, (*shape, 3))), NumberType="Float", Precision="8")  # fmt: skip
+                                    Dimensions=sides, NumberType="Float", Precision="8")  # fmt: skip
     for component in "xy":
         _data_item(joined, shape, np.dtype(np.float64), f"{where}_{component}")
 
