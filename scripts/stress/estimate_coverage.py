@@ -40,6 +40,7 @@ FINER = 5
 """The grid that stands for the truth is so many times as fine as the finest one. Below the surface its layers double, too."""
 EXACT = 2e-6
 """A smaller true error is none: such pairs would make the median of estimate over true error look large."""
+ROUNDING = 1e-12
 COVERED, SHORT, SHORT_BY_TEN, MEDIAN, FAMILY_MEDIAN = 0.95, 0.01, 1.0 / 2000.0, 8.0, 12.0
 DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2", "surface_temperature_max_lower_K",
            "surface_temperature_max_upper_K")
@@ -94,8 +95,8 @@ class Pair:
 
     @property
     def shortfall(self) -> float:
-        """True error over estimate."""
-        return self.true / self.estimate if self.estimate > 0.0 else (math.inf if self.true > 0.0 else 0.0)
+        """True error over estimate; what symmetry makes zero has an estimate of zero and rounding for an error."""
+        return 0.0 if self.true < ROUNDING else self.true / self.estimate if self.estimate > 0.0 else math.inf
 
 
 def pairs_of(population: str, seed: int, *grids: int, reference: int | None = None) -> Iterator[Pair]:

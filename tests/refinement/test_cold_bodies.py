@@ -22,6 +22,7 @@ def hybrid_bearing(**numerics: float) -> Problem:
 
 
 def test_a_body_that_only_cools_does_not_spoil_the_accuracy() -> None:
+    # 1e-3 is reached on 512 elements: exchanged heat is of first order at the border of its area, and so is its estimate.
     result = solve(hybrid_bearing(accuracy=3e-3))
     scalars = result.coupled.scalars
     assert result.converged, result.reason

@@ -19,6 +19,7 @@ def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     reference alone takes half a minute: `python -m scripts.stress.estimate_coverage` has it.)"""
     pairs = list(pairs_of("stress generator", seed, 32))
     assert len(pairs) >= 8
+    # Seed 491 is short by 2.7 times in a heat flux, seed 362 by 2.1 times: zones narrower than half an element.
     assert not [p for p in pairs if p.shortfall > 3.0]
 
 
@@ -27,10 +28,14 @@ def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     ("stress generator", 7362, 32, 26.0),  # the largest traction at the border of the patch of stick about the pole of spin
     ("stress generator", 6037, 64, 20.0),  # heat into a body that turns, which one with another temperature gives it
     ("stress generator", 4223, 64, 13.0),  # a small spin moment under strong heat
+    ("random contacts", 41033, 32, 31.0),  # a patch of stick a hundredth of the contact wide
+    ("stress generator", 41020, 32, 227.0),  # a patch of stick where a found creepage still falls with every grid
+    ("falling friction", 41000, 32, 4.8),  # mean friction of a zone of stick whose size is not known
+    ("strength and wear", 41003, 32, 197.0),  # shakedown governed by the surface on finer grids only
 ])
 def test_no_estimate_is_ten_times_too_small(population: str, seed: int, grid: int, once: float) -> None:
     """As these were `once`; now they are at most half as far off."""
-    assert max(p.shortfall for p in pairs_of(population, seed, grid)) < 0.5 * once
+    assert max(p.shortfall for p in pairs_of(population, seed, grid, reference=3 * grid)) < 0.5 * once
 
 
 def test_an_accuracy_that_was_missed_is_kept() -> None:

@@ -87,8 +87,9 @@ def test_true_errors_stay_below_twice_the_estimate() -> None:
 
 def test_estimates_are_not_inflated() -> None:
     everything = list(pairs())
-    # Milder cases than the random ones of `scripts.stress.estimate_coverage`, where the median is below 8.
-    assert np.median([p.estimate / max(p.true, 1e-12) for p in everything]) <= 10.0, table(everything)
+    # 8.6; 6.6 of the pairs that `scripts.stress.estimate_coverage` counts, with true errors above 2e-6. One scheme with few
+    # constants is wider for mild cases than weights fitted to each scalar, which were below 6.
+    assert np.median([p.estimate / max(p.true, 1e-12) for p in everything]) <= 9.0, table(everything)
 
 
 @pytest.mark.parametrize("name", SCALARS)
@@ -101,7 +102,7 @@ def test_the_area_of_hertz_is_known_to_be_exact() -> None:
     """Only a border that was located between elements scatters."""
     given = next(case["input"] for case in cases() if case["input"]["peclet"] is None)
     result = solve(problem_of(given, 64))
-    assert result.error["gamma_c"] <= 5e-5 and result.error["contact_area_mm2"] <= 5e-5
+    assert result.error["gamma_c"] <= 2.5e-5 and result.error["contact_area_mm2"] <= 2.5e-5
 
 
 def test_one_grid_alone_gives_no_estimate() -> None:

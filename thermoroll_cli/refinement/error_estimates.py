@@ -175,14 +175,10 @@ def _order(name: str, derived: DerivedQuantities) -> float:
     return ORDER_UNEVEN if derived.dissimilar or exchanged or name == "thermal_crown_ratio" else ORDER
 
 
-def _unresolved(
-    name: str, resolution: Resolution, levels: Levels, derived: DerivedQuantities, plan: Plan
-) -> float:
+def _unresolved(name: str, resolution: Resolution, levels: Levels, derived: DerivedQuantities, plan: Plan) -> float:
     """R of one scalar."""
     if name in STICK:
-        if resolution.sticking == 0.0:
-            return unseen_stick(resolution, levels, derived)
-        return resolution.border
+        return resolution.border if resolution.sticking else unseen_stick(resolution, levels, derived)
     if name in AREAS:
         hertzian = "normal (isothermal)" in plan.skipped and not plan.runs("deformation")
         return 0.0 if hertzian else resolution.border + _whole_elements(resolution, derived)
@@ -218,10 +214,8 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     a patch around the place without rigid slip. A creepage that is found is known up to its last change."""
     if not derived.kinematics.has_traction:
         return 0.0
-    problem, scales = derived.problem, derived.scales
-    if not problem.has_hertz_solution:
-        limits = np.full(2, derived.saturation_creepage)
-    else:
+    problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
+    if problem.has_hertz_solution:
         lower, upper = problem.lower, problem.upper
         constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
         limits = np.array(full_slip_creepages(derived.hertz, problem.friction, *constants))
@@ -316,16 +310,13 @@ def stress_estimates(
         layers = HALF_THE_LAYERS * abs(half_the_layers[name] - grids[-1][name]) / scale
         # At the border of the contact tractions change by μp over an element.
         border = derived.problem.friction / elements if surface and stress and derived.kinematics.has_traction else 0.0
-        errors[name] = estimate([grid[name] for grid in grids], scale, order=_stress_order(surface, derived),
-                                unresolved=layers + border, floor=FLOOR + left_out)
+        order = ORDER_AT_SURFACE if surface else ORDER_UNEVEN if derived.dissimilar else ORDER
+        errors[name] = estimate([grid[name] for grid in grids], scale, order=order, unresolved=layers + border,
+                                floor=FLOOR + left_out)
     for name in set(at_surface).intersection(errors):
         if not name.endswith("_MPa"):
             errors[name] += math.sqrt(errors[_value_of(name)])
     return errors
-
-
-def _stress_order(at_surface: bool, derived: DerivedQuantities) -> float:
-    return ORDER_AT_SURFACE if at_surface else ORDER_UNEVEN if derived.dissimilar else ORDER
 
 
 def _value_of(place: str) -> str:
