@@ -33,8 +33,8 @@ Settings = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Override a key of the case, for example load.normal_N=80. Of two keys that exclude each other "
-        "(grid and accuracy) this one stays. Repeatable.",
+        help="Override a key of the case, for example load.normal_N=80. It replaces a key that it excludes "
+        "(grid and accuracy). Repeatable.",
     ),
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")]

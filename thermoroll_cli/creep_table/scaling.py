@@ -109,7 +109,7 @@ def directions(v: Array | float, w: Array | float) -> Array:
 
 
 def coordinates(x: Array, y: Array, z: Array) -> TableCoordinates:
-    """Of X ≥ 0, Y ≥ 0 and Z. Zero creepage gets the direction of pure longitudinal creepage."""
+    """Coordinates of X ≥ 0, Y ≥ 0 and Z. Zero creepage gets the direction of pure longitudinal creepage."""
     plane = np.hypot(x, y)
     m = np.hypot(plane, z)
     return TableCoordinates(magnitude_coordinate(m), plane_coordinate(np.arctan2(y, x)), spin_coordinate(np.arctan2(z, plane)))

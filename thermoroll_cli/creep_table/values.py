@@ -77,8 +77,8 @@ class Axes:
 
 @dataclass(frozen=True)
 class Quality:
-    """Of forces over μW: estimated errors of the solver over all points, and differences between table and solver at `points`
-    random ones that are not in the table (nan: not measured)."""
+    """Errors of forces over μW: those of the solver, estimated over all points, and differences between table and solver at
+    `points` random ones that are not in the table (nan: not measured)."""
 
     solver_rms: float = math.nan
     solver_max: float = math.nan

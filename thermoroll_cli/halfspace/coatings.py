@@ -139,8 +139,8 @@ class Coatings:
     # --- borders -------------------------------------------------------------------------------------------------
 
     def near_border(self, dx: float, dy: float, interface: float = 0.0) -> NearBorder:
-        """What rules within an element of dx × dy (m): the surfaces' materials below thick layers, the substrates' below thin
-        ones. Between, neither does, and their mean is a guess."""
+        """Half-spaces that describe the bodies within an element of dx × dy (m): of the surfaces' materials for thick layers,
+        of the substrates' for thin ones. Between, neither is right, and their mean is a guess."""
         size = min(dx, dy)
         bodies, trust = [], 1.0
         for body in (self.lower, self.upper):

@@ -97,8 +97,8 @@ def last_steady_state(
             # With coarser grids before it, for its estimates of errors.
             bracket, estimated = replace(bracket, found=found), True
     if bracket.speed == problem.motion.speed:
-        reason = "" if estimated else ("a steady state was found on this grid alone, begun with those of lower speeds, which "
-                                       "does not tell how large its errors are: try a finer or coarser numerics.grid")
+        reason = "" if estimated else ("a steady state was found on this grid alone, begun with those of lower speeds, so its "
+                                       "errors are not known: try a finer or coarser numerics.grid")
         return replace(bracket.found, problem=problem, converged=estimated, reason=reason)
     reason = (f"no steady state found beyond V = {bracket.speed:.4g} m/s (asked for {problem.motion.speed:g} m/s); the fields "
               f"and scalars are those at {bracket.speed:.4g} m/s. At {bracket.high:.4g} m/s: {bracket.why}")

@@ -242,7 +242,7 @@ def _with_subsurface(plan: Plan, request: SubsurfaceRequest, derived: DerivedQua
 def _facts(derived: DerivedQuantities) -> dict[str, float]:
     scales, problem = derived.scales, derived.problem
     if not problem.has_hertz_solution:
-        # Of the coarse solution from which the domain follows.
+        # From the coarse solution that the domain follows from.
         size = {"contact_length_mm": 2e3 * scales.semi_axis_x, "contact_width_mm": 2e3 * scales.semi_axis_y,
                 "contact_centre_mm": 1e3 * scales.centre, "contact_pressure_MPa": scales.peak_pressure * 1e-6}
     else:

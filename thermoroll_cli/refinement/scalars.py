@@ -292,7 +292,8 @@ def entry_fields(heat: Heat) -> dict[str, Array]:
 
 
 def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[str, float]]:
-    """Of each patch, from −y to +y: where its pressure acts, its forces, area and largest pressure, in the units of the names.
+    """Scalars of each patch, from −y to +y: centre of its pressure, forces, area and largest pressure, in the units of the
+    names.
 
     Patches are separated by columns of elements without contact: the gap is a function of x plus one of y, so no patch lies
     beside another along x."""

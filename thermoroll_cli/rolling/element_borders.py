@@ -84,8 +84,8 @@ def continued_gradient(
     """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
     from the normal problem, as u_z inside the contact is what closes the gap.
 
-    The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Of the
-    directional kernels only the one across n changes, by dir·(I − n nᵀ) times the same."""
+    The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Only the
+    directional kernel across n changes, by dir·(I − n nᵀ) times the same."""
     c = compliance
     missing = isotropic - (found[0] + found[1]) / (2.0 * c.isotropic + c.directional)
     along, across = _slopes(pressure, dx, dy)

@@ -156,7 +156,7 @@ def fixed_point(
 
     The residual is the largest change of an unknown field over its scale, on the contact. An iteration has converged if its
     residual is below the tolerance and its own problems are solved. If mixing alone does not converge because of the heat, the
-    fixed point is restarted with iterations that each begin from a pressure in balance with its own heat (`heated_pressure`):
+    fixed point is restarted with iterations that each begin from a pressure in balance with its own heat (`heated_step`):
     this is more work, but also solves strong heat, if the contact slides. With `balanced` it starts this way at once. If
     nothing converges the best state is returned. `predicted` says whether the start was predicted from neighbouring problems.
     """

@@ -43,7 +43,7 @@ class Task(Protocol):
         """Key of the first item."""
 
     def items(self) -> Iterator[Item]:
-        """Do the work, item by item. What raises an OSError ends everything."""
+        """Do the work, item by item. An OSError ends the whole run."""
 
     def without(self, done: Callable[[str], bool]) -> Self | None:
         """The task without the items whose keys are `done`; None if nothing is left."""
