@@ -49,7 +49,8 @@ def case(inputs: dict, grid: int) -> Problem:
     return Problem(
         material, material, Geometry(*(float(r) * 1e-3 for r in inputs["radii_mm"])), inputs["normal_N"], friction,
         Motion(inputs["speed_m_s"], x if force is None else None, y, spin * 1e3, force_x=force, differential_slip=False),
-        Heating(heat=False), Numerics(grid=(grid, grid)), friction_law=law, layer=inputs.get("layer_um_GPa", 0.0) * 1e-15)
+        Heating(heat=False), Numerics(grid=(grid, grid)), friction_law=law, layer=inputs.get("layer_um_GPa", 0.0) * 1e-15,
+        layer_yield=inputs["yield_MPa"] * 1e6 if "yield_MPa" in inputs else None)
 
 
 @pytest.mark.parametrize("kind", LAWS)
@@ -96,7 +97,7 @@ def close_to_reference(result: Result, name: str) -> None:
         assert result.coupled.scalars[scalar] == pytest.approx(wanted["value"], abs=tolerance), scalar
 
 
-@pytest.mark.parametrize("name", sorted(set(FALLING["cases"]) - {"yield_perfect"}))
+@pytest.mark.parametrize("name", sorted(FALLING["cases"]))
 def test_falling_friction_agrees_with_fine_solutions(name: str) -> None:
     inputs = FALLING["cases"][name]["input"]
     result = solve(case(inputs, 128 if "layer_um_GPa" in inputs else 64))

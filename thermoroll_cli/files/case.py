@@ -241,7 +241,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
         friction_start=friction.temperature_start_K,
         friction_law=_friction_law(settings),
         wear=_wear(settings),
-        layer=0.0 if settings.layer is None else settings.layer.si("compliance_um_GPa"),
+        layer=0.0 if settings.layer is None else settings.layer.si("compliance_um_GPa") or 0.0,
+        layer_yield=None if settings.layer is None else settings.layer.si("yield_MPa"),
         subsurface=_subsurface(settings),
     )
 

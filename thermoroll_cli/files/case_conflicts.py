@@ -36,7 +36,7 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_law, _friction_limit, _thermal_constants, _layers, _layers_elsewhere,
+        _convexity, _profiles, _friction_law, _friction_limit, _layer, _thermal_constants, _layers, _layers_elsewhere,
         _bulk_temperatures, _recirculation, _strength, _subsurface, _wear)  # fmt: skip
     for check in checks:
         tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
@@ -155,6 +155,11 @@ def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conf
                            f"from 0 to load.friction_coefficient = {at_rest:g}")
             return
         speed_before = speed
+
+
+def _layer(layer: model.LayerTable) -> Iterator[Conflict]:
+    if layer.compliance_um_GPa is None and layer.yield_MPa is None:
+        yield Conflict(("layer",), "has no constant", "compliance_um_GPa, yield_MPa or both", at_key=True)
 
 
 def _friction_limit(force: model.ForceTable, load: model.LoadTable) -> Iterator[Conflict]:

@@ -337,7 +337,7 @@ class Problem:
     Above the temperature `friction_start` (K) `friction` falls by the share `friction_slope` per K of contact temperature, down
     to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`. `friction_law`
     multiplies it with a factor that falls with slip. `layer` is the tangential compliance h/G of a third body between the
-    surfaces, in m/Pa.
+    surfaces, in m/Pa, `layer_yield` the shear stress at which it deforms plastically, in Pa.
     """
 
     lower: Material
@@ -355,6 +355,7 @@ class Problem:
     friction_start: float = 0.0
     friction_law: FrictionLaw | None = None
     layer: float = 0.0
+    layer_yield: float | None = None
     subsurface: SubsurfaceRequest | None = None
     wear: Wear | None = None
 

@@ -202,7 +202,11 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW)."""
+    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), and for a layer that yields
+    between surfaces whose friction depends on slip."""
+    if problem.layer_yield is not None and problem.friction_law is not None:
+        raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
+                         "layer.yield_MPa")
     if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
         raise Unsolvable(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
                          f"{problem.traction_limit:g} N", "force")

@@ -66,8 +66,11 @@ class TractionSolver:
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar
+        bound = (problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure)
+        if problem.layer_yield is not None:
+            bound = np.minimum(bound, problem.layer_yield * window.cut(normal.covered))
         cell = TangentialProblem(
-            traction_bound=(problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure),
+            traction_bound=bound,
             covered=window.cut(normal.covered),
             rigid_slip=window.cut(rigid),
             element_area=self.grid.element_area * window.weight,
@@ -87,6 +90,10 @@ class TractionSolver:
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
         local = None
+        if problem.layer_yield is not None:
+            coefficient = problem.friction if friction is None else friction
+            pressure = np.where(normal.pressure > 0.0, normal.pressure, 1.0)
+            local = np.minimum(coefficient, problem.layer_yield * normal.covered / pressure)
         if solution.friction_factor is not None:
             cell = replace(cell, traction_bound=solution.bound)
             local = np.ones(self.grid.shape)
