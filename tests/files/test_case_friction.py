@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
-from thermoroll_cli import Case, CaseError, CreepForceTable, solve
+from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.plots.pictures import figure
-from thermoroll_cli.problem.problem import FrictionLaw
 from thermoroll_cli.refinement.plan import make_plan
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -27,6 +26,7 @@ LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s
     (LAW + "memory_um = -1.0\n", "friction.memory_um"),
     (LAW + "\n[layer]\ncompliance_um_GPa = -2.0\n", "layer.compliance_um_GPa"),
     (LAW + "\n[layer]\ncompliance_um_GPa = 2.0\n", "unless friction has memory"),
+    ("\n[layer]\n", "has no constant"),
     ("\n[friction]\nlimit_coefficient = 0.1\n", "law is missing"),
     ('\n[friction]\nlaw = "rational"\n', "needs limit_coefficient"),
     ('\n[friction]\nlaw = "stribeck"\n', "friction.law"),
@@ -57,13 +57,6 @@ def test_the_map_of_friction_lies_between_both_coefficients() -> None:
     drawn = np.asarray(picture.axes[0].get_images()[0].get_array())
     assert 0.1 <= drawn.min() < drawn.max() <= result.problem.friction
     assert figure(solve(Case.parse(MECHANICAL, overrides=[Override.parse("numerics.grid=16")]).problem), "friction") is None
-
-
-def test_tables_of_creep_forces_refuse_laws_by_name() -> None:
-    law = FrictionLaw("exponential", 0.3, 0.5)
-    table = CreepForceTable.read(EUROSPRINTER.with_name("creep_forces_circle.h5"))
-    with pytest.raises(ValueError, match="constant friction"):
-        table.forces(1e-3, 0.0, 0.0, semi_axes=(1e-3, 1e-3), shear_modulus=8e10, friction=law, load=1e3)
 
 
 def test_measured_creep_forces_of_a_locomotive() -> None:

@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem, Unsolvable
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 REFERENCE = Path(__file__).parents[1] / "reference"
 FALLING, WINKLER, SLOPE, BRANCHES = (json.loads((REFERENCE / f"friction_{name}.json").read_text())
@@ -102,6 +103,22 @@ def test_falling_friction_agrees_with_fine_solutions(name: str) -> None:
     inputs = FALLING["cases"][name]["input"]
     result = solve(case(inputs, 128 if "layer_um_GPa" in inputs else 64))
     close_to_reference(result, name)
+
+
+def test_a_layer_that_yields_carries_so_much() -> None:
+    """∬ min(μp, τ_c) below a Hertz pressure is μW (3k − k³)/2, k = τ_c/μp₀."""
+    inputs = FALLING["cases"]["yield_perfect"]["input"]
+    sliding = case({**inputs, "creepage": [0.5, 0.0, 0.0]}, 32)
+    hertz = DerivedQuantities(sliding).hertz
+    k = inputs["yield_MPa"] * 1e6 / (sliding.friction * hertz.peak_pressure)
+    carried = 0.5 * (3.0 * k - k**3) * sliding.traction_limit
+    state = solve(sliding).coupled
+    assert state.scalars["force_x_N"] == pytest.approx(carried, rel=1e-3)
+    assert (state.fields["shear_x"] <= inputs["yield_MPa"] * 1e6 * (1.0 + 1e-5)).all()
+    too_much = solve(case({**inputs, "force_N": 1.02 * carried}, 16))
+    assert not too_much.converged and "the layer yields" in too_much.reason
+    with pytest.raises(Unsolvable, match="is not computed with it"):
+        solve(replace(sliding, friction_law=LAWS["linear"]))
 
 
 @pytest.mark.parametrize("name", WINKLER["cases"])

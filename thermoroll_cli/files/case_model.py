@@ -214,7 +214,8 @@ class FrictionTable(Table):
 class LayerTable(Table):
     """A third body between the surfaces, which shears under the traction."""
 
-    compliance_um_GPa: float | None = quantity("um/GPa", "Thickness of the layer over its shear modulus", None, ge=1e-12, le=1e12)
+    compliance_um_GPa: float | None = quantity("um/GPa", "Thickness of the layer over its shear modulus", None, ge=1e-12,
+                                               le=1e12)
     yield_MPa: float | None = quantity("MPa", "Shear stress at which the layer deforms plastically", None, ge=1e-9, le=1e9)
 
 

@@ -202,8 +202,8 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), and for a layer that yields
-    between surfaces whose friction depends on slip."""
+    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), and for a layer that
+    yields between surfaces whose friction depends on slip."""
     if problem.layer_yield is not None and problem.friction_law is not None:
         raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
                          "layer.yield_MPa")
