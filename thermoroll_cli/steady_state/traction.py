@@ -16,6 +16,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
 from thermoroll_cli.numerics.convolution import Convolution, Parities, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Pressure, Traction
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
@@ -66,11 +67,9 @@ class TractionSolver:
         before = solver.gradient.applications
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar
-        bound = (problem.friction if friction is None else window.cut(friction)) * window.cut(normal.pressure)
-        if problem.layer_yield is not None:
-            bound = np.minimum(bound, problem.layer_yield * window.cut(normal.covered))
+        bound = _bound(problem, normal, friction)
         cell = TangentialProblem(
-            traction_bound=bound,
+            traction_bound=window.cut(bound),
             covered=window.cut(normal.covered),
             rigid_slip=window.cut(rigid),
             element_area=self.grid.element_area * window.weight,
@@ -91,9 +90,7 @@ class TractionSolver:
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
         local = None
         if problem.layer_yield is not None:
-            coefficient = problem.friction if friction is None else friction
-            pressure = np.where(normal.pressure > 0.0, normal.pressure, 1.0)
-            local = np.minimum(coefficient, problem.layer_yield * normal.covered / pressure)
+            local = bound / np.where(normal.pressure > 0.0, normal.pressure, 1.0)
         if solution.friction_factor is not None:
             cell = replace(cell, traction_bound=solution.bound)
             local = np.ones(self.grid.shape)
@@ -198,6 +195,12 @@ class TractionSolver:
             return self._solvers[window.mirror].gradient
         return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
                                self.options.difference_weights)
+
+
+def _bound(problem: Problem, normal: Pressure, friction: Array | None) -> Array:
+    """Largest traction in Pa, (nx, ny): Coulomb's, or where a layer between the bodies yields."""
+    bound = (problem.friction if friction is None else friction) * normal.pressure
+    return bound if problem.layer_yield is None else np.minimum(bound, problem.layer_yield * normal.covered)
 
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
