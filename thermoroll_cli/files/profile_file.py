@@ -181,7 +181,8 @@ def _in_order(points: Points) -> Points:
     directions = np.sign(np.diff([y for y, _ in points]))
     turns = (np.flatnonzero(np.diff(directions)) + 1).tolist()
     runs: list[Points] = [points[first : last + 1] for first, last in itertools.pairwise((0, *turns, len(points) - 1))]
-    rising = sorted(max(runs, key=lambda run: abs(run[-1][0] - run[0][0])))
+    lengths = [abs(run[-1][0] - run[0][0]) for run in runs]
+    rising = sorted(runs[int(np.argmax(lengths))])
     return rising if rising[-1][0] > rising[0][0] else []
 
 
