@@ -10,8 +10,8 @@ from scipy.interpolate import CubicSpline
 from scipy.special import erfc, iv, ivp, kv, kvp
 
 from tests.support.scenes import reference
+from thermoroll_cli.heat.frictional_heat import match
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.partition import match
 from thermoroll_cli.heat.recirculation import (
     RecirculatingResponse,
     Roller,

@@ -12,8 +12,8 @@ from tests.support.cases import findings, parse
 from tests.support.command_line import THERMAL
 from tests.support.scenes import STEEL, article_4_1, order, rolling, solved
 from thermoroll_cli.exact.moving_sources import band_temperature, circle_mean_temperature, effusivity
+from thermoroll_cli.heat.frictional_heat import match
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
-from thermoroll_cli.heat.partition import match
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion

@@ -55,7 +55,6 @@ class HeatedContact:
     residual: float
     applications: int
     active_sets: int
-    steps: int
     reached: float
     converged: bool
     raised: bool = False
@@ -112,7 +111,7 @@ class HeatedContactSolver:
             pressure *= self._load / float(pressure.sum())
             closing = self._closing(pressure, heat)
         expansion = self._expand(pressure) * heat
-        return HeatedContact(pressure, expansion, error, self.applications - before, sets, 1, heat, converged)
+        return HeatedContact(pressure, expansion, error, self.applications - before, sets, heat, converged)
 
     def _closing(self, pressure: Array, heat: float) -> Array:
         """(A − E) p in m."""
@@ -151,23 +150,19 @@ class HeatedContactSolver:
         `SMALLEST_STEP` beyond it, or `MOST_APPLICATIONS` were used up."""
         before = self.applications
         found = self.solve(pressure, tolerance)
-        sets, steps = found.active_sets, 1
         if found.converged:
             return found
         if found.residual <= INTERMEDIATE_RESIDUAL:
             # The gap is closed and only border elements keep changing: raising the heat would not help.
             found = self.solve(pressure, INTERMEDIATE_RESIDUAL)
-            sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
-                return replace(found, applications=self.applications - before, active_sets=sets, steps=steps)
+                return replace(found, applications=self.applications - before)
         reached = self.solve(pressure, INTERMEDIATE_RESIDUAL, 0.0)
-        sets, steps = sets + reached.active_sets, steps + 1
         step = 0.25
         while (reached.reached < 1.0 and step >= SMALLEST_STEP and reached.converged
                and self.applications - before < MOST_APPLICATIONS):
             heat = min(1.0, reached.reached + step)
             found = self.solve(reached.pressure, INTERMEDIATE_RESIDUAL, heat)
-            sets, steps = sets + found.active_sets, steps + 1
             if found.converged:
                 reached, step = found, STEP_GROWTH * step
             else:
@@ -175,6 +170,6 @@ class HeatedContactSolver:
         if reached.reached == 1.0:
             # The final tolerance is not part of the continuation: if it is missed, the heat has been reached all the same.
             found = self.solve(reached.pressure, tolerance)
-            sets, steps, reached = sets + found.active_sets, steps + 1, found if found.converged else reached
-        return replace(reached, applications=self.applications - before, active_sets=sets, steps=steps,
+            reached = found if found.converged else reached
+        return replace(reached, applications=self.applications - before,
                        converged=reached.converged and reached.reached == 1.0, raised=True)

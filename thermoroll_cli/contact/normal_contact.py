@@ -12,7 +12,7 @@ have to be extrapolated over two elements, and a thermal bulge curves it too muc
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,20 +38,16 @@ BORDER_ITERATIONS = 60
 
 @dataclass(frozen=True)
 class NormalSolution:
-    """`pressure` in Pa and `gap`, `displacement` in m on the grid; `approach` in m; `residual` is the rms of the remaining
-    gap on the contact over the approach; `touches_rim` is whether the contact reaches the edge of the domain."""
+    """`pressure` in Pa and `gap`, `displacement` in m on the grid, `approach` in m, the mask of
+    the `contact`."""
 
     pressure: Array
     displacement: Array
     gap: Array
     approach: float
     contact: Mask
-    residual: float
     iterations: int
-    applications: int
     converged: bool
-    touches_rim: bool
-    history: tuple[float, ...] = field(default=())
 
 
 @dataclass(frozen=True)
@@ -62,7 +58,6 @@ class _Iterate:
     error: float
     scale: float
     iterations: int
-    history: list[float]
 
 
 @dataclass(frozen=True)
@@ -75,7 +70,6 @@ class RefinedContact:
     displacement: Array
     gap: Array
     approach: float
-    iterations: int
 
 
 class NormalSolver:
@@ -152,8 +146,8 @@ class NormalSolver:
         goal = max(reduction * error, tolerance)
         direction = residual
         rz_old = 0.0
-        history: list[float] = []
-        while error > goal and len(history) < max_iterations:
+        iterations = 0
+        while error > goal and iterations < max_iterations:
             z = self.precondition(residual, free)
             rz = float(np.vdot(residual, z))
             if rz <= 0.0:  # the circulant inverse is only nearly positive: plain CG for this step
@@ -168,8 +162,8 @@ class NormalSolver:
             pressure = pressure + step * direction
             displacement = displacement + step * image
             residual, approach, error = residual_of(displacement)
-            history.append(error)
-        return _Iterate(pressure, displacement, approach, error, scale, len(history), history)
+            iterations += 1
+        return _Iterate(pressure, displacement, approach, error, scale, iterations)
 
     def solve(
         self, gap: Array, normal_force: float, pressure: Array, tolerance: float = 1e-9, max_iterations: int = 400
@@ -179,7 +173,6 @@ class NormalSolver:
         `pressure` is the first guess; where it is positive is the first guess of the contact. On the active set A p = δ − h
         is solved under ∬p = W in the subspace of constant load; then p < 0 is dropped, h < 0 added, and so on.
         """
-        before = self.applications
         load = normal_force / self.grid.element_area
         contact = pressure > 0.0
         if not contact.any():
@@ -188,7 +181,6 @@ class NormalSolver:
         pressure = np.where(contact, pressure, 0.0)
         pressure *= load / pressure.sum()
         displacement = self.displacement(pressure)
-        history: list[float] = []
         iterations, stalled = 0, 0
         target = FIRST_REDUCTION
         converged = False
@@ -198,7 +190,6 @@ class NormalSolver:
                                               max_iterations - iterations, target)
             pressure, displacement, approach = state.pressure, state.displacement, state.approach
             iterations += state.iterations
-            history.extend(state.history)
             error, scale = state.error, state.scale
             opening = displacement + gap - approach
             drop = contact & (pressure < 0.0)
@@ -226,10 +217,8 @@ class NormalSolver:
             displacement = self.displacement(pressure)
         displacement = self.displacement(pressure)
         opening = displacement + gap - approach
-        return NormalSolution(
-            pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, residual=float(error),
-            iterations=iterations, applications=self.applications - before, converged=converged,
-            touches_rim=_touches_rim(contact), history=tuple(history))
+        return NormalSolution(pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, iterations,
+                              converged)
 
     def refine(self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9) -> RefinedContact:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
@@ -244,7 +233,7 @@ class NormalSolver:
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
         wanted = normal_force / self.grid.element_area - float(fixed.sum())
-        unrefined = RefinedContact(solution.pressure, covered, solution.displacement, solution.gap, solution.approach, 0)
+        unrefined = RefinedContact(solution.pressure, covered, solution.displacement, solution.gap, solution.approach)
         if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
@@ -262,11 +251,7 @@ class NormalSolver:
             return unrefined
         opening = np.maximum(state.displacement + gap - state.approach, 0.0)
         return RefinedContact(state.pressure, covered, state.displacement, np.where(covered > 0.0, 0.0, opening),
-                              state.approach, state.iterations)
-
-
-def _touches_rim(contact: Mask) -> bool:
-    return bool(contact[0].any() or contact[-1].any() or contact[:, 0].any() or contact[:, -1].any())
+                              state.approach)
 
 
 Index = NDArray[np.intp]

@@ -25,11 +25,8 @@ class BorderHalfSpaces(Protocol):
 
 class Layers(Protocol):
     """Additional tangential compliance by layers on two half-spaces (`coatings.Coatings`)."""
-
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
-
     def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
-
     def near_border(self, dx: float, dy: float, interface: float = 0.0) -> BorderHalfSpaces: ...
 
 

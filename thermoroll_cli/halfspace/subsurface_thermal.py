@@ -63,7 +63,6 @@ def outer_rule(reach: float, length: float, peclet: tuple[float, float], steps: 
 
     `reach` is the farthest offset downstream, `length` the shorter side of the element. Before the first node no heat has left
     the element; beyond the last, less than TOLERANCE follows."""
-
     along = math.hypot(*peclet)
     shortest = length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * along * length))
     edge = (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 4.0 * along * reach)) / (2.0 * along)
@@ -239,7 +238,6 @@ class _Superposition:
 
     def _inner(self, u: float, weight: float, depths: Array) -> _Inner:
         """The inner rule at one u, with all factors of gx gy in its weights."""
-
         furthest = (self._reach() + 2.0 * GAUSSIAN_CUTOFF * math.sqrt(u)) / self.peclet[0]
         odds, t, dt, first, last = inner_rule(u, furthest, self.peclet[0], self.steps)
         # a = z √(t/(4u(u−t))); `odds` is t/(u−t) to full precision at both ends.
@@ -300,7 +298,6 @@ class _Superposition:
 def _cell(centres: Array, length: float, u: float) -> Array:
     """A Gaussian of variance 2u integrated over the element, and its first two derivatives: (3, …) as `centres`, whose last
     axis ascends in steps of `length`."""
-
     edges = np.concatenate([centres - 0.5 * length, centres[..., -1:] + 0.5 * length], axis=-1)
     width = 2.0 * math.sqrt(u)
     scaled = edges / width

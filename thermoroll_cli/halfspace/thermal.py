@@ -235,7 +235,6 @@ def _time_rule(
 
     Steps are proportional to τ while the Gaussians only spread, and constant once they drift.
     """
-
     speeds = abs(peclets[0]), abs(peclets[1])
     first = onset * min(
         length / (2.0 * GAUSSIAN_CUTOFF + math.sqrt(4.0 * GAUSSIAN_CUTOFF**2 + 2.0 * speed * length))

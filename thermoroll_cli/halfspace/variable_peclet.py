@@ -137,8 +137,7 @@ class VariablePecletKernel:
     ``error`` is the larger of two, measured at all samples (``truncation``) and at some Péclet numbers between: the
     error of any coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients
     relative to the sum of their magnitudes, which bounds the error of a response. It is computed on first access, from
-    the tables' entries at the ``offsets``, because it costs more than the tables. ``samples`` is the number of Péclet numbers
-    sampled, ``skeleton`` the number of full tables computed.
+    the tables' entries at the ``offsets``, because it costs more than the tables.
     """
 
     kind: ThermalKind
@@ -148,8 +147,6 @@ class VariablePecletKernel:
     truncation: float
     offsets: OffsetSamples
     entries: Array
-    samples: int
-    skeleton: int
     weight_series: Array
     offset_series: Array
 
@@ -239,8 +236,6 @@ def variable_peclet_kernel(
         truncation=truncation,
         offsets=offsets,
         entries=tables[:, rows[:, None], places].reshape(len(tables), -1),
-        samples=degree + 1,
-        skeleton=len(skeleton),
         weight_series=to_series @ weights,
         offset_series=(to_series @ offset)[:, None],
     )

@@ -158,7 +158,6 @@ class Convolution:
         """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
 
         Raises ValueError where the convolution was planned with extra rows, which such a table does not reach."""
-
         nx, ny = self.nx, self.ny
         if self.before or self.after or table.shape != (2 * nx - 1, 2 * ny - 1):
             raise ValueError(f"a table of shape {(2 * nx - 1, 2 * ny - 1)} is needed, got {table.shape}")

@@ -22,7 +22,7 @@ SYMMETRY_TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Surface:
-    """One body's surface over y (m): `shape(y, n)` is the height out of the body (n = 0), its slope or second derivative."""
+    """One body's surface over y (m): `shape(y, n)` is the height out of the body (n = 0) or its slope (1)."""
 
     shape: Callable[[Array, int], Array]
     ends: tuple[float, float] = (-math.inf, math.inf)
@@ -36,10 +36,6 @@ class Surface:
     def slope(self, y: Array) -> Array:
         """Slope of the height; that of the end beyond it."""
         return self.shape(np.clip(np.asarray(y, dtype=float), *self.ends), 1)
-
-    def second_derivative(self, y: Array) -> Array:
-        """Second derivative of the height in 1/m, −1/R for a convex radius; that of the end beyond it."""
-        return self.shape(np.clip(np.asarray(y, dtype=float), *self.ends), 2)
 
     def holds(self, y: Array) -> NDArray[np.bool_]:
         """Whether there is material at y."""
@@ -112,24 +108,17 @@ def is_symmetric(geometry: Geometry) -> bool:
 @lru_cache(maxsize=64)
 def _surface(radius: float, profile: Profile | None) -> Surface:
     if profile is None:
-        return Surface(lambda y, n: _circle(radius, y, n))
+        return Surface(lambda y, n: np.asarray(-y / radius if n else -0.5 * y**2 / radius))
     shape = _interpolated(profile) if profile.points else _crown(profile)
 
     def placed(y: Array, n: int) -> Array:
         own = y - profile.offset
-        tilted = (profile.tilt * own, profile.tilt, 0.0)[n]
-        return np.asarray(shape(own, n) + tilted)
+        return np.asarray(shape(own, n) + (profile.tilt if n else profile.tilt * own))
 
     return Surface(placed, profile.ends)
 
 
-def _circle(radius: float, y: Array, n: int) -> Array:
-    """The parabola of a lateral radius."""
-    return np.asarray((-0.5 * y**2 / radius, -y / radius, np.full(np.shape(y), -1.0 / radius))[n])
-
-
 def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
-
     y, z = np.array(profile.points).T
     if profile.interpolation == "cubic":
         spline = scipy.interpolate.CubicSpline(y, z)
@@ -138,7 +127,7 @@ def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
 
     def linear(at: Array, n: int) -> Array:
         piece = np.clip(np.searchsorted(y, at, side="right") - 1, 0, len(slopes) - 1)
-        return (np.interp(at, y, z), slopes[piece], np.zeros(np.shape(at)))[n]
+        return np.asarray(slopes[piece] if n else np.interp(at, y, z))
 
     return linear
 
@@ -150,12 +139,9 @@ def _crown(profile: Profile) -> Callable[[Array, int], Array]:
         # t: distance into the crowned part over its width; left: 1 − t², which must not vanish at the very end.
         t = np.maximum(np.abs(y) - 0.5 * profile.flat, 0.0) / side
         left = np.maximum((1.0 - t) * (1.0 + t), 1e-300)
-        sign = np.sign(y)
-        if n == 0:
-            # Infinitely deep at the very end: it never touches.
-            return np.asarray(np.where(t < 1.0, profile.drop * np.log(left), -math.inf))
-        if n == 1:
-            return np.asarray(-2.0 * profile.drop * t * sign / (left * side))
-        return np.asarray(np.where(t > 0.0, -2.0 * profile.drop * (1.0 + t * t) / (left**2 * side**2), 0.0))
+        if n:
+            return np.asarray(-2.0 * profile.drop * t * np.sign(y) / (left * side))
+        # Infinitely deep at the very end: it never touches.
+        return np.asarray(np.where(t < 1.0, profile.drop * np.log(left), -math.inf))
 
     return crown

@@ -181,14 +181,13 @@ ROUNDS = 2
 @dataclass(frozen=True)
 class BatchSolution:
     """`traction` (Pa), `slip` s/V, both (B, 2, n, m), `stick` (B, n, m), `residual` and `converged` (B,), each as in
-    `TangentialSolution`; `newton_steps` (B,)."""
+    `TangentialSolution`."""
 
     traction: AnyArray
     slip: AnyArray
     stick: Mask
     residual: AnyArray
     converged: Mask
-    newton_steps: AnyArray
 
 
 @dataclass
@@ -218,9 +217,9 @@ class BatchSolver:
         self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse,
         options: RollingOptions | None = None,
     ) -> None:
-        self._options = options or RollingOptions()
         shape, compliance = gradient.shape, gradient.compliance
-        self._newton = newton = Newton(replace(problem, rigid_slip=np.zeros((2, *shape))), gradient, inverse, self._options)
+        self._newton = newton = Newton(replace(problem, rigid_slip=np.zeros((2, *shape))), gradient, inverse,
+                                        options or RollingOptions())
         self._shape = shape
         self._contact = newton.contact
         on = shape, gradient.dx, gradient.dy, compliance, gradient.weights, newton.contact
@@ -250,7 +249,6 @@ class BatchSolver:
         shrink = np.where(size > bound, bound / np.where(size > 0.0, size, 1.0), 1.0) * self._contact
         traction = starts * shrink[:, None]
         state = self._iterate(traction, self._slip(traction, rigid), bound, reference)
-        steps = np.zeros(len(rigid), dtype=int)
         for _ in range(ROUNDS):
             active = np.flatnonzero(state.norm > tolerance)
             last = np.full(len(rigid), np.nan)
@@ -264,13 +262,12 @@ class BatchSolver:
                 forcing = np.maximum(np.where(np.isnan(forcing), loosest, forcing), FINEST_FORCING)
                 last[active] = part.norm
                 state.put(active, self._step(part, rigid[active], bound, forcing, reference[active]))
-                steps[active] += 1
                 stuck = state.norm[active] >= last[active]
                 active = active[(state.norm[active] > tolerance) & ~stuck]
             # The slip so far was combined from images in single precision.
             state = self._iterate(state.traction, self._slip(state.traction, rigid), bound, reference)
         return BatchSolution(state.traction, np.where(state.stick[:, None], 0.0, state.slip) * self._contact,
-                             state.stick & newton.contact, state.norm, state.norm <= 2.0 * tolerance, steps)
+                             state.stick & newton.contact, state.norm, state.norm <= 2.0 * tolerance)
 
     def _references(self, rigid: AnyArray) -> AnyArray:
         """Scale of the residuals, as in `Newton`."""

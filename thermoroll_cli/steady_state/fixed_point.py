@@ -286,7 +286,7 @@ class _Mixing:
     """Anderson's mixing of all unknowns, each relative to its scale; friction is kept within its limits."""
 
     def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool) -> None:
-        self._discretisation, self._pace = discretisation, pace
+        self._discretisation = discretisation
         # Steps to a balance of pressure and heat need no damping.
         self._anderson = Anderson(MIXING_DEPTH, 1.0 if balanced else pace.first_damping)
         self._balanced = balanced
@@ -300,9 +300,7 @@ class _Mixing:
         if not unknowns:
             return after
         if self._balanced and before.expansion is not None:
-            tolerance = max(NORMAL_SHARE * residual, CLOSEST_BALANCE)
-
-            step = heated_step(self._discretisation, before, after, tolerance)
+            step = heated_step(self._discretisation, before, after, max(NORMAL_SHARE * residual, CLOSEST_BALANCE))
             self.heat_reached = step.reached
             self.unbalanced += not step.converged
             self.raised += step.raised
