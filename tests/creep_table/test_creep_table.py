@@ -33,12 +33,11 @@ from thermoroll_cli.creep_table.scaling import (
     plane_angle,
     plane_coordinate,
     scales,
-    slopes,
     spin_angle,
     spin_coordinate,
 )
-from thermoroll_cli.creep_table.table_file import RESOLUTION, read_table, write_table
-from thermoroll_cli.creep_table.values import Axes
+from thermoroll_cli.creep_table.table import RESOLUTION, Axes, read_table, write_table
+from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.hdf5 import ResultFileError
 from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
@@ -104,7 +103,7 @@ def test_against_contact(case: str, circle: CreepForceTable) -> None:
 
 
 def test_slopes_at_zero_are_kalkers(circle: CreepForceTable) -> None:
-    c = slopes(1.0, circle.values.poisson_ratio)
+    c = creepage_coefficients(1.0, circle.values.poisson_ratio)
     small = 1e-6
     found = circle.forces(*(small * np.eye(3)), semi_axes=(1.0, 1.0), shear_modulus=1.0, friction=1.0, load=1.0)
     np.testing.assert_allclose(found.force_x / small, [c.c11, 0.0, 0.0], rtol=5e-3, atol=1e-6)
@@ -409,4 +408,4 @@ def test_bad_files(tiny: Path, tmp_path: Path) -> None:
 
 def test_scales_follow_kalkers_coefficients() -> None:
     for ratio in (0.05, 1.0, 20.0):
-        assert all(scale > 0.0 for scale in scales(slopes(ratio, 0.28)))
+        assert all(scale > 0.0 for scale in scales(creepage_coefficients(ratio, 0.28)))

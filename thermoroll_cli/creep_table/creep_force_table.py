@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
-from thermoroll_cli.creep_table.scaling import scales, slopes
-from thermoroll_cli.creep_table.table_file import read_table
-from thermoroll_cli.creep_table.values import LARGEST_MAGNITUDE, TableValues
+from thermoroll_cli.creep_table.scaling import scales
+from thermoroll_cli.creep_table.table import LARGEST_MAGNITUDE, TableValues, read_table
+from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.problem.problem import FrictionLaw
 
 Outside = Literal["error", "saturation"]
@@ -155,6 +155,6 @@ class CreepForceTable:
         """X/ξ', Y/η', Z/φ' as (3, n) for ratios (n,) or one for all: between many different ones by interpolation."""
         nu = self.values.poisson_ratio
         if len(ratio) <= 8:
-            return np.array([scales(slopes(float(r), nu)) for r in ratio]).T
+            return np.array([scales(creepage_coefficients(float(r), nu)) for r in ratio]).T
         return self._interpolant.scales_of(ratio)
 

@@ -18,8 +18,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales, slopes
-from thermoroll_cli.creep_table.values import TableValues
+from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales
+from thermoroll_cli.creep_table.table import TableValues
+from thermoroll_cli.exact.kalker import creepage_coefficients
 
 REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
 """Signs of the columns F_x, F_y, M_z, γ_st, and |F| on its own."""
@@ -80,7 +81,7 @@ def _inner(continued: Array) -> Array:
 def _slopes_along_u(values: Array, aspect_ratio: float, poisson_ratio: float) -> Array:
     """Slopes per interval at the values (5, T, A, B) along u: at zero those of Kalker's coefficients."""
     _, t, a, b = values.shape
-    c = slopes(aspect_ratio, poisson_ratio)
+    c = creepage_coefficients(aspect_ratio, poisson_ratio)
     per_x, per_y, per_z = scales(c)
     x, y, z = directions(np.linspace(0.0, 1.0, a)[:, None], np.linspace(-1.0, 1.0, b)[None])
     linear = np.stack([c.c11 / per_x * x, c.c22 / per_y * y - c.c23 / per_z * z, c.c23 / per_y * y + c.c33 / per_z * z])
@@ -126,8 +127,7 @@ class Interpolant:
 
     def __call__(self, aspect_ratio: Array, scaled: Array) -> Array:
         """`QUANTITIES` (4, n) at X ≥ 0, Y ≥ 0, Z of `scaled` (3, n), for ratios a/b (n,) or one for all (1,)."""
-        found = coordinates(*scaled)
-        place = np.stack([found.u, found.v, found.w + 1.0], axis=1) * self._steps
+        place = (coordinates(*scaled).T + np.array([0.0, 0.0, 1.0])) * self._steps
         if self._along_ratio is None or len(aspect_ratio) == 1:
             out = self._of_ratio(float(aspect_ratio[0]))(place).T
         else:
@@ -153,7 +153,7 @@ class Interpolant:
         """X/ξ', Y/η', Z/φ' as (3, n) for many ratios a/b within the table, to 1e-4 between fine nodes."""
         if self._fine is None:
             nodes = np.linspace(self._ratios[0], self._ratios[-1], FINE)
-            known = np.array([scales(slopes(float(np.exp(node)), self._poisson)) for node in nodes])
+            known = np.array([scales(creepage_coefficients(float(np.exp(node)), self._poisson)) for node in nodes])
             self._fine = nodes, np.log(known)
         nodes, logs = self._fine
         where = np.log(aspect_ratio)

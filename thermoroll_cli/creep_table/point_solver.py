@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from scipy.special import elliprd
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.creep_table.scaling import scales, slopes
+from thermoroll_cli.creep_table.scaling import scales
+from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.numerics.grid import interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.batch_solver import BatchSolver
@@ -64,7 +65,7 @@ class EllipseSolver:
 
     def __init__(self, aspect_ratio: float, poisson_ratio: float, accuracy: float = STANDARD_ACCURACY) -> None:
         nx, ny = grid_for(aspect_ratio, accuracy)
-        self.scales = scales(slopes(aspect_ratio, poisson_ratio))
+        self.scales = scales(creepage_coefficients(aspect_ratio, poisson_ratio))
         self._grids = [_OneGrid(aspect_ratio, poisson_ratio, shape) for shape in ((nx // 2, ny // 2), (nx, ny))]
 
     @property

@@ -16,12 +16,11 @@ creepage and pure spin.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.exact.kalker import CreepageCoefficients, creepage_coefficients
+from thermoroll_cli.exact.kalker import CreepageCoefficients
 
 LAW = "2"
 """Raised whenever a table of another scaling would be misread."""
@@ -35,20 +34,6 @@ forces across change within a few degrees."""
 SPIN_WAVES = (0.1, 0.12)
 """Amplitudes of the waves of once and twice a turn by which directions are sparser towards no spin: with this density at β."""
 SATURATION, SATURATION_SPIN = 3.0, 2.5
-
-
-@dataclass(frozen=True)
-class TableCoordinates:
-    """Magnitude `u` (0 … 1), and directions `v` (0 … 1 for α = 0 … 90°) and `w` (−1 … 1 for β = −90° … 90°)."""
-
-    u: Array
-    v: Array
-    w: Array
-
-
-def slopes(aspect_ratio: float, poisson_ratio: float) -> CreepageCoefficients:
-    """The forces' slopes at zero creepage."""
-    return creepage_coefficients(aspect_ratio, poisson_ratio)
 
 
 def scales(coefficients: CreepageCoefficients) -> tuple[float, float, float]:
@@ -108,8 +93,9 @@ def directions(v: Array | float, w: Array | float) -> Array:
     return np.stack(np.broadcast_arrays(np.cos(beta) * np.cos(alpha), np.cos(beta) * np.sin(alpha), np.sin(beta)))
 
 
-def coordinates(x: Array, y: Array, z: Array) -> TableCoordinates:
-    """Coordinates of X ≥ 0, Y ≥ 0 and Z. Zero creepage gets the direction of pure longitudinal creepage."""
+def coordinates(x: Array, y: Array, z: Array) -> Array:
+    """(u, v, w) as (3, n): u in 0 … 1, v in 0 … 1 for α = 0 … 90°, w in −1 … 1 for β = −90° … 90°, at X ≥ 0, Y ≥ 0 and Z. Zero
+    creepage gets the direction of pure longitudinal creepage."""
     plane = np.hypot(x, y)
-    m = np.hypot(plane, z)
-    return TableCoordinates(magnitude_coordinate(m), plane_coordinate(np.arctan2(y, x)), spin_coordinate(np.arctan2(z, plane)))
+    size = magnitude_coordinate(np.hypot(plane, z))
+    return np.stack([size, plane_coordinate(np.arctan2(y, x)), spin_coordinate(np.arctan2(z, plane))])

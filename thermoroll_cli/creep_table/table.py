@@ -1,0 +1,194 @@
+"""Tables of creep forces: their axes, the solved values and their errors, as HDF5 files that open in xarray, and as CSV."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import os
+from dataclasses import dataclass, field
+
+import h5py
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.creep_table.point_solver import QUANTITIES
+from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
+from thermoroll_cli.exact.kalker import creepage_coefficients
+from thermoroll_cli.files.atomic import replacing
+from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, label, opened, stamp
+
+LARGEST_MAGNITUDE = 1e4
+"""Stands for full sliding, u = 1: what is left of the elastic creep there is of the order of its inverse."""
+
+DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0,
+                   20.0)
+"""Closest where forces change most with a/b: around 1/2, where spin turns from hindering to helping the lateral force."""
+DEFAULT_MAGNITUDES, DEFAULT_DIRECTIONS, DEFAULT_SPINS = 25, 13, 41
+DEFAULT_POISSON = 0.28
+FEWEST = 5
+"""Nodes that a cubic spline with free ends needs."""
+
+FORMAT_VERSION = 1
+KIND = "creep_force_table"
+RESOLUTION = 2.0**-15
+"""Resolution of stored forces over μW: a twentieth of the errors of a table."""
+DIMENSIONS = ("aspect_ratio", "magnitude", "direction", "spin_direction")
+LONG_NAMES = {
+    "force_x": "F_x/(μW)",
+    "force_y": "F_y/(μW)",
+    "spin_moment": "M_z/(μW sqrt(ab))",
+    "stick_fraction": "stick area / contact area",
+    "solver_error": "estimated error of the forces over μW",
+}
+
+
+@dataclass(frozen=True)
+class Axes:
+    """`aspect_ratios` a/b, increasing; numbers of evenly spaced `magnitudes` u, `directions` v and `spins` w (`scaling`)."""
+
+    aspect_ratios: tuple[float, ...] = DEFAULT_ASPECTS
+    magnitudes: int = DEFAULT_MAGNITUDES
+    directions: int = DEFAULT_DIRECTIONS
+    spins: int = DEFAULT_SPINS
+
+    def __post_init__(self) -> None:
+        ratios = self.aspect_ratios
+        if not ratios or not all(math.isfinite(r) and r > 0.0 for r in ratios):
+            raise ValueError(f"aspect ratios a/b must be positive and finite, got {_listed(ratios)}")
+        if any(later <= earlier for earlier, later in itertools.pairwise(ratios)):
+            raise ValueError(f"aspect ratios a/b must increase, got {_listed(ratios)}")
+        for name in ("magnitudes", "directions", "spins"):
+            if getattr(self, name) < FEWEST:
+                raise ValueError(f"at least {FEWEST} {name} are needed, got {getattr(self, name)}")
+        if self.spins % 2 == 0:
+            raise ValueError(f"the number of spins must be odd, so that no spin is among them, got {self.spins}")
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """Shape of the values of one ellipse."""
+        return self.magnitudes, self.directions, self.spins
+
+    @property
+    def points(self) -> int:
+        """To be solved for one ellipse: not those without creepage."""
+        return (self.magnitudes - 1) * self.directions * self.spins
+
+    @property
+    def u(self) -> Array:
+        return np.linspace(0.0, 1.0, self.magnitudes)
+
+    @property
+    def v(self) -> Array:
+        return np.linspace(0.0, 1.0, self.directions)
+
+    @property
+    def w(self) -> Array:
+        return np.linspace(-1.0, 1.0, self.spins)
+
+    def scaled(self, first: int, last: int) -> Array:
+        """(X, Y, Z) of the points first … last − 1 of one ellipse, (3, n)."""
+        with np.errstate(divide="ignore"):
+            sizes = np.minimum(magnitude(self.u[1:-1]), LARGEST_MAGNITUDE)
+        sizes = np.append(sizes, LARGEST_MAGNITUDE)
+        level, v, w = np.unravel_index(np.arange(first, last), (self.magnitudes - 1, self.directions, self.spins))
+        return np.asarray(sizes[level] * directions(self.v[v], self.w[w]))
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Errors of forces over μW: those of the solver, estimated over all points, and differences between table and solver at
+    `points` random ones that are not in the table (nan: not measured)."""
+
+    solver_rms: float = math.nan
+    solver_max: float = math.nan
+    points: int = 0
+    rms: float = math.nan
+    largest: float = math.nan
+
+
+@dataclass(frozen=True)
+class TableValues:
+    """`values` (ellipses, 4, magnitudes, directions, spins) of `QUANTITIES`, nan where a point has no solution (a hole);
+    `errors` of the forces, the same without the quantities; Poisson's ratio and the accuracy that was asked for."""
+
+    axes: Axes
+    poisson_ratio: float
+    accuracy: float
+    values: Array
+    errors: Array
+    quality: Quality = field(default_factory=Quality)
+
+    @property
+    def holes(self) -> int:
+        return int(np.isnan(self.values[:, 0]).sum())
+
+
+def _listed(values: tuple[float, ...]) -> str:
+    return ", ".join(f"{value:g}" for value in values) or "none"
+
+
+def write_table(path: str | os.PathLike[str], table: TableValues, *, command_line: str) -> None:
+    """Write `table` to `path`, complete or not at all. Raises WriteError."""
+    with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
+        stamp(file, FORMAT_VERSION, kind=KIND, scaling=LAW, command_line=command_line)
+        file.attrs["poisson_ratio"] = table.poisson_ratio
+        file.attrs["accuracy"] = table.accuracy
+        file.attrs["holes"] = table.holes
+        for name, value in vars(table.quality).items():
+            file.attrs[f"quality_{name}"] = value
+        axes = table.axes
+        nodes = (np.array(axes.aspect_ratios), axes.u, axes.v, axes.w)
+        long_names = ("a/b, a along rolling", "u of the magnitude m", "v of the angle alpha", "w of the spin angle beta")
+        scales = [dimension_scale(file, name, values, units="1", long_name=long_name)
+                  for name, values, long_name in zip(DIMENSIONS, nodes, long_names, strict=True)]
+        columns = dict(zip(QUANTITIES, np.moveaxis(table.values, 1, 0), strict=True)) | {"solver_error": table.errors}
+        for name, values in columns.items():
+            # Zeros behind the digits that matter: half the size when compressed. Towards zero, so that forces keep the bound.
+            stored = (np.trunc(values / RESOLUTION) * RESOLUTION).astype(np.float32)
+            item = create(file, name, stored, scales, chunks=(1, *values.shape[1:]), compression="gzip", shuffle=True)
+            label(item, units="1", long_name=LONG_NAMES[name])
+
+
+def read_table(path: str | os.PathLike[str]) -> TableValues:
+    """The table at `path`. Raises ResultFileError: missing, foreign, cut short, damaged, of another version, or with axes that
+    do not increase."""
+    with opened(path, KIND, FORMAT_VERSION) as file:
+        return _read(path, file)
+
+
+def _read(path: str | os.PathLike[str], file: h5py.File) -> TableValues:
+    if (scaling := file.attrs["scaling"].decode()) != LAW:
+        raise ResultFileError(f"{path}: table of scaling {scaling}; this version reads {LAW}: build it again with thermoroll "
+                              "table")
+    ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
+    axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
+    for name, found, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
+        if not np.allclose(found, own, atol=1e-12):
+            raise ValueError(f"the axis {name} does not increase evenly")
+    values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
+    errors = file["solver_error"][()].astype(float)
+    if values.shape != (len(ratios), len(QUANTITIES), *axes.shape):
+        raise ValueError("values and axes have different lengths")
+    quality = {name: file.attrs[f"quality_{name}"] for name in vars(Quality())}
+    quality = {name: int(value) if name == "points" else float(value) for name, value in quality.items()}
+    poisson_ratio, accuracy = (float(file.attrs[name]) for name in ("poisson_ratio", "accuracy"))
+    return TableValues(axes, poisson_ratio, accuracy, values, errors, Quality(**quality))
+
+
+def write_csv(path: str | os.PathLike[str], table: TableValues) -> None:
+    """A line per point, with its scaled creepages; holes are empty. Raises WriteError."""
+    axes = table.axes
+    sizes, unit = np.append(magnitude(axes.u[:-1]), math.inf), directions(axes.v[:, None], axes.w[None])[:, None]
+    with np.errstate(invalid="ignore"):
+        scaled = np.where(unit == 0.0, 0.0, unit * sizes[:, None, None])
+    angles = (np.degrees(plane_angle(axes.v)), np.degrees(spin_angle(axes.w)))
+    places = np.meshgrid(sizes, *angles, indexing="ij")
+    with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", newline="") as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(["aspect_ratio", "xi", "eta", "phi", "magnitude", "alpha_deg", "beta_deg", *QUANTITIES])
+        for values, ratio in zip(table.values, axes.aspect_ratios, strict=True):
+            per = np.array(scales(creepage_coefficients(ratio, table.poisson_ratio)))
+            columns = [np.full(axes.shape, ratio), *(scaled / per[:, None, None, None]), *places, *values]
+            for cells in np.stack(columns, axis=-1).reshape(-1, len(columns)):
+                writer.writerow(["" if math.isnan(cell) else f"{cell:.7g}" for cell in cells])
