@@ -16,7 +16,7 @@ from scripts.benchmark.cases import HOT, ROOT, log, problem_of, seconds
 from thermoroll_cli import Case
 from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
-from thermoroll_cli.creep_table.table import Axes
+from thermoroll_cli.creep_table.table_file import Axes
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve

@@ -36,7 +36,7 @@ from thermoroll_cli.creep_table.scaling import (
     spin_angle,
     spin_coordinate,
 )
-from thermoroll_cli.creep_table.table import RESOLUTION, Axes, read_table, write_table
+from thermoroll_cli.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.hdf5 import ResultFileError
 from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from thermoroll_cli.creep_table.build import TablePlan
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
-    from thermoroll_cli.creep_table.table import TableValues
+    from thermoroll_cli.creep_table.table_file import TableValues
     from thermoroll_cli.problem.problem import FrictionLaw
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
@@ -66,7 +66,7 @@ def build(
     Solves every point of a grid over a/b, magnitude and direction of the creepages, and as many random points again to state
     the table's errors. A table for Poisson's ratio 0.28 comes with the program: see `query`.
     """
-    from thermoroll_cli.creep_table.table import write_csv
+    from thermoroll_cli.creep_table.table_file import write_csv
 
     plan = _plan(aspect, nodes, poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
@@ -108,7 +108,7 @@ def query(
     asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
     """
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
-    from thermoroll_cli.creep_table.table import write_csv
+    from thermoroll_cli.creep_table.table_file import write_csv
 
     found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
     if csv is not None:
@@ -136,7 +136,7 @@ def query(
 def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
     from thermoroll_cli.creep_table.build import build_table, finish, journal_path
-    from thermoroll_cli.creep_table.table import read_table, write_table
+    from thermoroll_cli.creep_table.table_file import read_table, write_table
     from thermoroll_cli.sweeps.runner import Workers
 
     options.check_writable(path.resolve().parent)
@@ -159,7 +159,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
 def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
     """The plan of the table. Ends the program (usage) where that makes no sense."""
     from thermoroll_cli.creep_table.build import TablePlan
-    from thermoroll_cli.creep_table.table import DEFAULT_ASPECTS, Axes
+    from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes
 
     counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
     ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS

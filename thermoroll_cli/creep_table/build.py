@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.point_solver import BATCH, FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
 from thermoroll_cli.creep_table.scaling import LAW
-from thermoroll_cli.creep_table.table import DEFAULT_POISSON, Axes, Quality, TableValues
+from thermoroll_cli.creep_table.table_file import DEFAULT_POISSON, Axes, Quality, TableValues
 from thermoroll_cli.sweeps.journal import Journal, Record
 from thermoroll_cli.sweeps.runner import Item, Workers, run
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.interpolation import Interpolant
 from thermoroll_cli.creep_table.scaling import scales
-from thermoroll_cli.creep_table.table import LARGEST_MAGNITUDE, TableValues, read_table
+from thermoroll_cli.creep_table.table_file import LARGEST_MAGNITUDE, TableValues, read_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.problem.problem import FrictionLaw
 

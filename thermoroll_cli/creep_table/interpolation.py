@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales
-from thermoroll_cli.creep_table.table import TableValues
+from thermoroll_cli.creep_table.table_file import TableValues
 from thermoroll_cli.exact.kalker import creepage_coefficients
 
 REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
