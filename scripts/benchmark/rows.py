@@ -45,6 +45,20 @@ def sweep() -> Row:
     return _swept("30 speeds, coupled", [_moving(problem, speed=float(v)) for v in np.linspace(10.0, 200.0, 30)])
 
 
+def sweep_of_hot_loads() -> Row:
+    """20 loads of the coupled case."""
+    problem = problem_of(HOT, 64)
+    return _swept("20 loads, coupled", [dataclasses.replace(problem, normal_force=problem.normal_force * float(f))
+                                        for f in np.linspace(0.7, 1.3, 20)])
+
+
+def sweep_of_hot_creepages() -> Row:
+    """20 creepages of the coupled case."""
+    problem = problem_of(HOT, 64)
+    return _swept("20 creepages, coupled", [_moving(problem, creepage_x=(problem.motion.creepage_x or 0.0) * float(f))
+                                            for f in np.linspace(0.3, 1.5, 20)])
+
+
 def sweep_of_loads() -> Row:
     """20 loads on a profile, coupled."""
     problem = _on_case("crowned_roller")
@@ -125,8 +139,9 @@ def layers() -> Row:
                partial(solve, dataclasses.replace(problem, **plain)))
 
 
-ROWS: list[Callable[[], Row]] = [sweep, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear, table_16, table_32,
-                                 heat, subsurface, strength, friction_law, layers]
+ROWS: list[Callable[[], Row]] = [
+    sweep, sweep_of_hot_loads, sweep_of_hot_creepages, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear,
+    table_16, table_32, heat, subsurface, strength, friction_law, layers]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:
