@@ -17,9 +17,9 @@ from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.rolling.element_borders import EdgeCompliance, continued_gradient, known_gradient
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.window import Window
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
+from thermoroll_cli.steady_state.traction import Window
 
 REFERENCES = json.loads((Path(__file__).parents[2] / "scripts" / "benchmark" / "references.json").read_text())["cases"]
 SPINNING = {"spin_ellipse_0.5": 0.5, "spin_ellipse_2": 2.0}

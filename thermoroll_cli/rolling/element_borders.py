@@ -101,8 +101,6 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
     return sobel(framed(pressure**2), dx, dy)
 
 
-
-
 class EdgeCompliance:
     """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
 
