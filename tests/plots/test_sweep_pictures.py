@@ -18,8 +18,7 @@ from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forc
 from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.plots.sweep_columns import with_value, words_of
-from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, write_sweep_figure
+from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of, write_sweep_figure
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
 

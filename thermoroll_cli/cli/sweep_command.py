@@ -155,7 +155,7 @@ def _written(value: Value) -> str:
 
 def _theories(text: str) -> tuple[str, ...]:
     """The theories to compare with. Ends the program (usage) for an unknown one."""
-    from thermoroll_cli.plots.sweep_columns import THEORIES
+    from thermoroll_cli.plots.sweep_figures import THEORIES
 
     names = options.words(text)
     if unknown := next((name for name in names if name not in THEORIES), None):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
-from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt, find_objects, label
 
 from thermoroll_cli.plots import style
@@ -154,19 +152,21 @@ def lives_everywhere(quantity: Quantity) -> bool:
 
 def shape_of(frame: RunFrame, whole: bool) -> float:
     """Height over width of a map as it is drawn."""
-    left, right, bottom, top = frame.domain if whole else frame.window
-    x, y = frame.lengths
-    # Normalised coordinates are drawn as if they were lengths of one unit.
-    aspect = (top - bottom) / (right - left) * (y.factor / x.factor if frame.normalised else 1.0)
-    aspect = 1.0 / aspect if frame.turned else aspect
-    return min(max(aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
+    aspect = _aspect(frame, whole)
+    return min(max(1.0 / aspect if frame.turned else aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
 
 
 def scale_note(frame: RunFrame, whole: bool) -> str:
     """A note where lengths along both axes of a map are not drawn alike."""
-    left, right, bottom, top = frame.domain if whole else frame.window
-    alike = frame.normalised or 1.0 / LONGEST_ASPECT <= (top - bottom) / (right - left) <= LONGEST_ASPECT
+    alike = frame.normalised or 1.0 / LONGEST_ASPECT <= _aspect(frame, whole) <= LONGEST_ASPECT
     return "" if alike else "axes not to scale"
+
+
+def _aspect(frame: RunFrame, whole: bool) -> float:
+    """Length along y over that along x. Normalised coordinates are drawn as if they were lengths of one unit."""
+    left, right, bottom, top = frame.domain if whole else frame.window
+    x, y = frame.lengths
+    return (top - bottom) / (right - left) * (y.factor / x.factor if frame.normalised else 1.0)
 
 
 def colours_of(quantity: Quantity, low: float, high: float) -> Colours:
@@ -239,44 +239,36 @@ def _outline(frame: RunFrame, state: DrawnState) -> Path | None:
 
 
 def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
-    """Arrows along the shear traction on a lattice of each patch. The longest one of every patch spans most of a spacing.
-
-    `size` is that of the axes in inches: the lattice is square on paper and symmetrical about the middle of the patch."""
-    state = drawn.state
+    """Arrows along the shear traction at some elements of each patch, about as far apart along x as along y on axes of `size`
+    (inches). The longest one of every patch spans most of that distance."""
+    state, (left, right, bottom, top) = drawn.state, frame.window
     components = [np.nan_to_num(np.asarray(state.fields[name], dtype=float)) for name in TRACTION.fields]
-    outline = _outline(frame, drawn)
-    for places, spacing in (_lattice(frame, box, size) for box in _patches(drawn)):
-        values = [RegularGridInterpolator((state.x, state.y), component, bounds_error=False, fill_value=0.0)(places)
-                  for component in components]
-        u, v = values[::-1] if frame.turned else values
-        length = np.hypot(u, v)
-        shown = length > FAINT * max(float(length.max()), 1e-300)
-        paper = _turned(frame, places)
-        if outline is not None:
-            shown &= outline.contains_points(paper)
-        unit = 0.9 * spacing / max(float(length.max()), 1e-300)
-        axes.quiver(*paper[shown].T, u[shown] * unit, v[shown] * unit, **ARROW)
-
-
-def _patches(drawn: DrawnState) -> Iterator[tuple[float, float, float, float]]:
-    """Smallest and largest x, y (m) of each area of contact."""
-    state, (dx, dy) = drawn.state, drawn.half
-    for rows, columns in find_objects(label(state.fields["state"] > 0)[0]):
-        yield (float(state.x[rows][0]) - dx, float(state.x[rows][-1]) + dx,
-               float(state.y[columns][0]) - dy, float(state.y[columns][-1]) + dy)
-
-
-def _lattice(
-    frame: RunFrame, box: tuple[float, float, float, float], size: tuple[float, float]
-) -> tuple[Array, float]:
-    """Places (n, 2) in m of the arrows in a box, and their distance in inches."""
-    left, right, bottom, top = frame.window
+    covered = state.fields.get("covered", state.fields["state"] > 0)
     width, height = size[::-1] if frame.turned else size
-    paper = ((box[1] - box[0]) / (right - left) * width, (box[3] - box[2]) / (top - bottom) * height)
-    spacing = min(max(math.sqrt(paper[0] * paper[1] / ARROWS), CLOSEST), WIDEST)
-    x, y = (low + (np.arange(n := max(1, round(length / spacing))) + 0.5) / n * (high - low)
-            for low, high, length in zip(box[::2], box[1::2], paper, strict=True))
-    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2), min(spacing, *paper)
+    element = (2.0 * drawn.half[0] / (right - left) * width, 2.0 * drawn.half[1] / (top - bottom) * height)
+    for patch in _patches(drawn):
+        sides = [(part.stop - part.start) * step for part, step in zip(patch, element, strict=True)]
+        spacing = min(max(math.sqrt(sides[0] * sides[1] / ARROWS), CLOSEST), WIDEST)
+        chosen = np.ix_(*(_spread(part, round(spacing / step)) for part, step in zip(patch, element, strict=True)))
+        u, v = (component[chosen].ravel() for component in components)
+        length = np.hypot(u, v)
+        largest = max(float(length.max()), 1e-300)
+        shown = (length > FAINT * largest) & (covered[chosen].ravel() > 0.5)
+        places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1).reshape(-1, 2)
+        arrows = np.stack([u, v])[:, shown] * 0.9 * min(spacing, *sides) / largest
+        axes.quiver(*_turned(frame, places[shown]).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
+
+
+def _patches(drawn: DrawnState) -> list[tuple[slice, slice]]:
+    """Rows and columns of each area of contact."""
+    return list(find_objects(label(drawn.state.fields["state"] > 0)[0]))
+
+
+def _spread(part: slice, step: int) -> range:
+    """Places in the middle of `part`, each `step` from the next."""
+    step, length = max(step, 1), part.stop - part.start
+    beyond = length - 1 - (max(length // step, 1) - 1) * step
+    return range(part.start + beyond // 2, part.stop - beyond // 2, step)
 
 
 def extremes(panel: Panel, scale: AxisScale) -> str:
@@ -297,7 +289,7 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     if len(frame.states) > 1:
         handles.append(_handle(WITHOUT, *CONTACT, style.DASHED))
     if arrows:
-        several = max(len(list(_patches(state))) for state in frame.states) > 1
+        several = max(len(_patches(state)) for state in frame.states) > 1
         words = "traction on the upper body" + (", scaled in each patch" if several else "")
         handles.append(Line2D([], [], linestyle="none", marker=ARROW_MARKER, markersize=11.0, color="white",
                               markeredgecolor="black", markeredgewidth=0.5, label=words))
