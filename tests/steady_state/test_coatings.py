@@ -26,10 +26,10 @@ from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
-from thermoroll_cli.steady_state.pressure import PressureSolver
 
 INDENTATION, ROLLING = reference("layered_indentation")["rows"], reference("layered_rolling")["linear"]
 STEEL, RIGID = Material(210e9, 0.3), Material(1e25, 0.0)
+TOLERANCE = SolverOptions().tolerances.normal
 POLYMER_LAYER = Layer(1e-4, 3e9, 0.4)
 ROLLS = Motion(1.0, 0.0, 0.0, differential_slip=False)
 
@@ -214,15 +214,13 @@ def test_layers_do_not_make_the_normal_problem_hard(ratio: float) -> None:
     plain = pressed(Material(100e9, 0.3), RIGID, 0.1, 100.0)
     applications = []
     for problem in (layered, plain):
-        derived, options = DerivedQuantities(problem), SolverOptions()
-        coarse, fine = (PressureSolver(derived, Discretisation(derived, (n, n), 2.2).grid, 2.2, options) for n in (32, 64))
-        assert coarse.isothermal.converged
+        before = Discretisation(DerivedQuantities(problem), (32, 32), 2.2)
+        coarse, fine = before.pressure, Discretisation(before.derived, (64, 64), 2.2, coarser=before).pressure
         if problem.has_hertz_solution:
-            finer = Prolongation(coarse.grid, fine.grid)
-            whole = coarse.solve(None, coarse.isothermal.pressure, options.tolerances.normal, mirrored=True)
-            found = fine.solve(None, np.asarray(finer(whole.start)), options.tolerances.normal, mirrored=True)
+            whole = coarse.solve(None, coarse.isothermal.pressure, TOLERANCE, mirrored=True)
+            found = fine.solve(None, np.asarray(Prolongation(coarse.grid, fine.grid)(whole.start)), TOLERANCE, mirrored=True)
         else:
-            fine = PressureSolver(derived, fine.grid, 2.2, options, coarser=coarse)
+            assert coarse.isothermal.converged
             found = fine.isothermal
         assert found.converged
         applications.append(fine.solver.applications)

@@ -22,7 +22,7 @@ from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import framed, highest
+from thermoroll_cli.numerics.stencils import around, framed, highest
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
@@ -82,7 +82,7 @@ class NormalSolver:
 
         nx, ny = grid.shape
         self.grid = grid
-        self.contact_modulus, self._border_trust = contact_modulus, 1.0
+        self.contact_modulus, self._border_trust, self._coated = contact_modulus, 1.0, coatings is not None
         self.applications = 0
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
@@ -207,7 +207,7 @@ class NormalSolver:
             contact = contact & ~drop
             if stalled < PATIENCE or not drop.any():
                 contact |= add
-            pressure = np.where(contact, pressure, 0.0)
+            pressure = np.where(contact, _handed_over(pressure, drop, contact) if self._coated else pressure, 0.0)
             if pressure.any():
                 pressure *= load / pressure.sum()
             else:
@@ -252,6 +252,13 @@ class NormalSolver:
         opening = np.maximum(state.displacement + gap - state.approach, 0.0)
         return RefinedContact(state.pressure, covered, state.displacement, np.where(covered > 0.0, 0.0, opening),
                               state.approach)
+
+
+def _handed_over(pressure: Array, drop: Mask, contact: Mask) -> Array:
+    """`pressure` with the tension of the elements that `drop` shared by the elements of the `contact` around each: stiff layers
+    feel a border's load and moment from afar, and the next contact begins that much closer."""
+    sharing = around(contact.astype(float))
+    return pressure + around(np.where(drop & (sharing > 0.0), pressure / np.maximum(sharing, 1.0), 0.0))
 
 
 Index = NDArray[np.intp]

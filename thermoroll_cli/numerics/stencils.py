@@ -31,6 +31,13 @@ def highest(field: AnyArray) -> AnyArray:
     return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
+def around(field: AnyArray) -> AnyArray:
+    """Sum of `field` (nx, ny) over each element and its eight neighbours."""
+    padded = framed(field)
+    rows = padded[:-2] + padded[1:-1] + padded[2:]
+    return np.asarray(rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:])
+
+
 def sobel(padded: AnyArray, dx: float, dy: float) -> tuple[AnyArray, AnyArray]:
     """Sobel differences along x and y (eight times the slope), (nx, ny), of a field given with one more row and column on all
     sides, (nx+2, ny+2)."""
