@@ -59,10 +59,6 @@ class HeatedContact:
     converged: bool
     raised: bool = False
 
-    @property
-    def contact(self) -> Mask:
-        return self.pressure > 0.0
-
 
 class HeatedContactSolver:
     """Contact under `normal_force` (N) of surfaces `gap` apart (m, (nx, ny), any constant), which expand by `expand`(p) (m,

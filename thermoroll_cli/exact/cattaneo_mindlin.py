@@ -78,13 +78,8 @@ def cattaneo_mindlin(radius: float, peak_pressure: float, friction: float, force
     limit = friction * 2.0 / 3.0 * math.pi * radius**2 * peak_pressure
     if not abs(force_x) <= limit:
         raise ValueError(f"force_x = {force_x!r} exceeds the friction limit {limit!r}: the contact slides")
-    return CattaneoMindlin(
-        radius=radius,
-        stick_radius=radius * math.cbrt(1.0 - abs(force_x) / limit),
-        peak_traction=friction * peak_pressure,
-        force_x=force_x,
-        force_limit=limit,
-    )
+    stick_radius = radius * math.cbrt(1.0 - abs(force_x) / limit)
+    return CattaneoMindlin(radius, stick_radius, friction * peak_pressure, force_x, force_limit=limit)
 
 
 def full_slip_displacement(

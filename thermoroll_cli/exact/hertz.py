@@ -219,13 +219,8 @@ def line_contact(curvature: float, contact_modulus: float, load_per_length: floa
     """
     check_positive(curvature=curvature, contact_modulus=contact_modulus, load_per_length=load_per_length)
     half_width = math.sqrt(4.0 * load_per_length / (math.pi * contact_modulus * curvature))
-    return LineContact(
-        half_width=half_width,
-        peak_pressure=0.5 * contact_modulus * half_width * curvature,
-        curvature=float(curvature),
-        contact_modulus=float(contact_modulus),
-        load_per_length=float(load_per_length),
-    )
+    peak_pressure = 0.5 * contact_modulus * half_width * curvature
+    return LineContact(half_width, peak_pressure, float(curvature), float(contact_modulus), float(load_per_length))
 
 
 ROW_POINTS = 6

@@ -47,11 +47,8 @@ class ShearCompliance:
     @classmethod
     def of(cls, *bodies: tuple[float, float], layer: float = 0.0) -> ShearCompliance:
         """From (shear modulus in Pa, Poisson ratio) of each body, and the compliance of the layer in m/Pa."""
-        return cls(
-            sum((1.0 - nu) / (2.0 * np.pi * g) for g, nu in bodies),
-            sum(nu / (2.0 * np.pi * g) for g, nu in bodies),
-            layer,
-        )
+        isotropic = sum((1.0 - nu) / (2.0 * np.pi * g) for g, nu in bodies)
+        return cls(isotropic, sum(nu / (2.0 * np.pi * g) for g, nu in bodies), layer)
 
     def near_border(self, dx: float, dy: float) -> ShearCompliance:
         """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""

@@ -229,16 +229,9 @@ def variable_peclet_kernel(
     to_series = _to_series(degree)
     rows, places = (np.rint(offsets.x).astype(int) + nx - 1, np.rint(offsets.y / aspect).astype(int) + ny - 1)
     return VariablePecletKernel(
-        kind=kind,
-        aspect=aspect,
-        peclet_max=peclet_max,
-        tables=tables,
-        truncation=truncation,
-        offsets=offsets,
+        kind, aspect, peclet_max, tables, truncation, offsets,
         entries=tables[:, rows[:, None], places].reshape(len(tables), -1),
-        weight_series=to_series @ weights,
-        offset_series=(to_series @ offset)[:, None],
-    )
+        weight_series=to_series @ weights, offset_series=(to_series @ offset)[:, None])
 
 
 def _nodes(degree: int) -> Array:

@@ -84,8 +84,6 @@ class DerivedQuantities:
     def undeformed_gap(self, x: Array, y: Array) -> Array:
         """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across replaces y²/2R'_y:
         (n, m)."""
-        if self.problem.has_hertz_solution:
-            return self.hertz.undeformed_gap(x[:, None], y[None, :])
         return undeformed_gap(self.problem.geometry, x, y)
 
     @cached_property

@@ -87,10 +87,6 @@ class Discretisation:
         other._transforms_before = other._transforms_of_solvers
         return other
 
-    def has_grid_of(self, other: Discretisation) -> bool:
-        """True if both have the same grid, so that fields of one are fields of the other."""
-        return self.pressure is other.pressure
-
     @property
     def isothermal_pressure(self) -> Pressure:
         """Pressure on bodies that only their load deforms."""

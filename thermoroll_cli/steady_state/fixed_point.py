@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.heated_contact import HeatedContactSolver
+from thermoroll_cli.contact.heated_contact import HeatedContact, HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
 from thermoroll_cli.numerics.krylov import Anderson
 from thermoroll_cli.problem.contact import Contact
@@ -102,19 +102,10 @@ alternates between border elements."""
 Fields = dict[str, Any]
 """Arrays (nx, ny) by the names of `UNKNOWNS`."""
 
-
-def _approach(derived: DerivedQuantities) -> float:
-    return derived.scales.approach
-
-
-def _coefficient(derived: DerivedQuantities) -> float:
-    return derived.problem.friction
-
-
 UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
-    "expansion": _approach,
-    "shear_displacement": _approach,
-    "friction": _coefficient,
+    "expansion": lambda derived: derived.scales.approach,
+    "shear_displacement": lambda derived: derived.scales.approach,
+    "friction": lambda derived: derived.problem.friction,
 }
 """Fields of `Contact` that an iteration computes, each with the scale of its changes. A further unknown is a field there, a
 line in `iterate` and a line here."""
@@ -319,23 +310,9 @@ class _Mixing:
         return replace(state, friction=friction)
 
 
-@dataclass(frozen=True)
-class HeatedStep:
-    """`pressure` of whole elements (Pa) and `expansion` (m), (nx, ny), the start of the next iteration; `reached` is the share
-    of the heat at which such a state was found, `applications` the cost; `raised` says whether the heat was raised from
-    zero."""
-
-    pressure: Array
-    expansion: Array
-    reached: float
-    applications: int
-    converged: bool
-    raised: bool
-
-
-def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedStep:
-    """Pressure and expansion in balance, from the iteration that led from `before` to `after`, solved to `tolerance` of the
-    elastic displacement."""
+def heated_step(discretisation: Discretisation, before: Contact, after: Contact, tolerance: float) -> HeatedContact:
+    """Pressure of whole elements and expansion in balance, the start of the next iteration, from the one that led from `before`
+    to `after`; solved to `tolerance` of the elastic displacement."""
     assert before.expansion is not None and after.expansion is not None
     normal, heat = after.normal, discretisation.heat(after)
     contact = normal.contact
@@ -355,5 +332,4 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap, discretisation.derived.problem.normal_force)
     found = solver.continued(normal.pressure, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.
-    reached = found.reached if found.reached > 0.0 else 1.0
-    return HeatedStep(found.pressure, found.expansion + rest, reached, found.applications, found.converged, found.raised)
+    return replace(found, expansion=found.expansion + rest, reached=found.reached if found.reached > 0.0 else 1.0)
