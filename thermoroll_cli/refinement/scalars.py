@@ -14,7 +14,8 @@ from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficient
 from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
-from thermoroll_cli.problem.problem import Heating
+from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.problem import BODIES, Heating
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.refinement.wear_of_passage import wear_scalars
 from thermoroll_cli.rolling.element_borders import stick_share
@@ -31,41 +32,29 @@ COOLED = 1e-12
 
 
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
-    """The scalars of `HERTZ_SCALARS`: known before anything is solved."""
+    """The scalars of `HERTZ_SCALARS`: known before anything is solved; nan where there is no ellipse."""
     problem = derived.problem
-    return {
-        **_ellipse(derived),
+    scalars = dict.fromkeys(HERTZ_SCALARS, math.nan) | {
         "friction_limit_N": problem.traction_limit,
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
-        **_kalker(derived),
         # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
         "speed_solved_m_s": problem.motion.speed,
-        **dict.fromkeys(("creep_force_max_N", "creepage_at_creep_force_max", "creepage_falling_branch"), math.nan),
     }
-
-
-def _ellipse(derived: DerivedQuantities) -> dict[str, float]:
-    """Hertz's contact; nothing (nan) where there is none."""
-    if not derived.problem.has_hertz_solution:
-        return dict.fromkeys(("hertz_a_mm", "hertz_b_mm", "hertz_p0_MPa"), math.nan)
-    hertz = derived.hertz
-    return {
-        "hertz_a_mm": hertz.semi_axis_x * 1e3,
-        "hertz_b_mm": hertz.semi_axis_y * 1e3,
-        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
-    }
-
-
-def _kalker(derived: DerivedQuantities) -> dict[str, float]:
-    """Kalker's coefficients, which are those of ellipses, and the shear modulus that goes with them."""
-    if not derived.problem.has_hertz_solution:
-        return dict.fromkeys(("kalker_C11", "kalker_C22", "kalker_C23", "shear_modulus_GPa"), math.nan)
-    lower, upper, hertz = derived.problem.lower, derived.problem.upper, derived.hertz
+    if not problem.has_hertz_solution:
+        return scalars
+    hertz, lower, upper = derived.hertz, problem.lower, problem.upper
     shear_modulus, poisson_ratio = combined_constants(
         lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
     kalker = creepage_coefficients(hertz.semi_axis_x / hertz.semi_axis_y, poisson_ratio)
-    return {"kalker_C11": kalker.c11, "kalker_C22": kalker.c22, "kalker_C23": kalker.c23,
-            "shear_modulus_GPa": shear_modulus * 1e-9}
+    return scalars | {
+        "hertz_a_mm": hertz.semi_axis_x * 1e3,
+        "hertz_b_mm": hertz.semi_axis_y * 1e3,
+        "hertz_p0_MPa": hertz.peak_pressure * 1e-6,
+        "kalker_C11": kalker.c11,
+        "kalker_C22": kalker.c22,
+        "kalker_C23": kalker.c23,
+        "shear_modulus_GPa": shear_modulus * 1e-9,
+    }
 
 
 def _reference(discretisation: Discretisation) -> tuple[float, float]:
@@ -146,9 +135,9 @@ def power_balance_error(tangential: Traction, element_area: float) -> float:
 
 def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:
     """Fields and scalars of one state. `expansion` is the thermal displacement that goes with its heat (None: not
-    computed); temperatures are computed when asked for."""
-    speed = discretisation.derived.problem.motion.speed
-    normal, tangential = contact.normal, contact.tangential
+    computed); temperatures are computed when asked for. Scalars that do not apply are nan."""
+    problem, grid = discretisation.derived.problem, discretisation.grid
+    normal, tangential, speed = contact.normal, contact.tangential, problem.motion.speed
     inside = normal.contact
     flux = discretisation.heat_flux(tangential)
     fields: dict[str, NDArray[Any]] = {
@@ -167,33 +156,28 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     }
     if contact.local_friction is not None:
         fields["friction_coefficient"] = contact.local_friction * inside
-    scalars = scalars_of(discretisation, contact) | _friction_scalars(discretisation, contact)
-    scalars |= wear_scalars(discretisation.derived.problem, fields, discretisation.grid.dx, discretisation.grid.dy)
+    scalars = dict.fromkeys(SCALARS, math.nan)
+    scalars |= scalars_of(discretisation, contact) | _friction_scalars(discretisation, contact)
+    scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
-    rises = (math.nan, math.nan)
-    scalars["partition_mean"] = math.nan
-    scalars |= dict.fromkeys((*HEAT_FLOWS, *TRACK_SCALARS), math.nan)
     if temperatures:
-        heat = discretisation.heat(contact)
-        lower, upper = heat.temperatures()
+        heat, heating = discretisation.heat(contact), problem.heating
+        rises = heat.temperatures()
         scalars["partition_mean"] = heat.mean_share
-        scalars |= heat_flows(discretisation.derived.problem.heating, heat, inside, discretisation.grid.element_area)
+        scalars |= heat_flows(heating, heat, inside, grid.element_area)
         if heat.into.exchanged is not None:
             fields["heat_flux_lower"] = heat.into.lower
-        fields["temperature_rise_lower"], fields["temperature_rise_upper"] = lower, upper
-        rises = (_hottest(lower), _hottest(upper))
+        for body, rise, bulk in zip(BODIES, rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
+            fields[f"temperature_rise_{body}"] = rise
+            scalars[f"temperature_rise_max_{body}_K"] = _hottest(rise)
+            scalars[f"surface_temperature_max_{body}_K"] = bulk + _hottest(rise)
         if any(heat.tracks):
-            scalars |= track_scalars(discretisation.derived, heat, (lower, upper), inside)
+            scalars |= track_scalars(discretisation.derived, heat, rises, inside)
             fields |= entry_fields(heat)
-    heating = discretisation.derived.problem.heating
-    for body, rise, bulk in zip(("lower", "upper"), rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
-        scalars[f"temperature_rise_max_{body}_K"] = rise
-        scalars[f"surface_temperature_max_{body}_K"] = bulk + rise
-    scalars["thermal_displacement_max_um"] = math.nan
     if expansion is not None:
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
-    return State(fields, scalars, discretisation.grid.x, discretisation.grid.y)
+    return State(fields, scalars, grid.x, grid.y)
 
 
 def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
@@ -201,26 +185,21 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
     an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only. That of
     a layer does not count: it grows with every refinement, and a layer needs memory."""
     derived, grid = discretisation.derived, discretisation.grid
-    problem, law = derived.problem, derived.problem.friction_law
-    slips = contact.normal.contact & ~contact.tangential.stick
-    pressure = contact.normal.pressure * slips
-    mean = criterion = math.nan
+    problem, law, scalars = derived.problem, derived.problem.friction_law, {}
+    pressure = contact.normal.pressure * (contact.normal.contact & ~contact.tangential.stick)
     if contact.local_friction is not None and pressure.any():
-        mean = float((contact.local_friction * pressure).sum() / pressure.sum())
+        scalars["friction_mean"] = float((contact.local_friction * pressure).sum() / pressure.sum())
     if law is not None:
         bodies = replace(derived.shear_compliance, layer=0.0)
         own = RollingGradient((1, 1), grid.dx, grid.dy, bodies).self_gradient[0]
-        criterion = contact.normal.peak * problem.friction * law.steepest * problem.motion.speed * own
-    return {"friction_mean": mean, "falling_friction_criterion": criterion}
+        steepness = problem.friction * law.steepest * problem.motion.speed * own
+        scalars["falling_friction_criterion"] = contact.normal.peak * steepness
+    return scalars
 
 
 def _hottest(rise: Array) -> float:
     """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
     return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0
-
-
-HEAT_FLOWS = ("heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
-"""Scalars that `heat_flows` computes."""
 
 
 def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float) -> dict[str, float]:
@@ -232,16 +211,8 @@ def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float)
     if heating.conducts:
         alone = heat if not heat.flux.any() else divide(heating, heat.response, np.zeros(heat.flux.shape), contact)
         conducted = abs(float(alone.into.lower.sum())) * element_area
-    into = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
-    return dict(zip(HEAT_FLOWS, (*into, conducted), strict=True))
-
-
-TRACK_SCALARS = (
-    *(f"{name}_{body}_{unit}" for name, unit in (("bulk_temperature", "K"), ("entry_temperature_max", "K"),
-      ("flash_temperature_max", "K"), ("warm_up_time", "s")) for body in ("lower", "upper")),
-    "recirculation_bulge_um", "thermal_crown_ratio",
-)
-"""Names of the scalars that `track_scalars` computes."""
+    lower, upper = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
+    return {"heat_into_lower_W": lower, "heat_into_upper_W": upper, "heat_conducted_W": conducted}
 
 
 ROUNDING = 1e-12

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,7 +29,7 @@ def sliding_work(problem: Problem, fields: Mapping[str, AnyArray], dx: float) ->
 def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy: float) -> dict[str, Any]:
     """Area (µm²) and largest depth (nm) that each body loses per passage, and volume per distance rolled (mm³/m)."""
     if problem.wear is None:
-        return {name.format(body): math.nan for name in NAMES for body in BODIES}
+        return {}
     work = sliding_work(problem, fields, dx)
     found: dict[str, Any] = {}
     for body in BODIES:
