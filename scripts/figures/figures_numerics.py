@@ -50,11 +50,6 @@ def problem_of(name: str, grid: int, **changes: Any) -> Problem:
     return dataclasses.replace(problem, numerics=Numerics(grid=(grid, grid), extent=problem.numerics.extent))
 
 
-def order(sizes: Any, errors: Any) -> float:
-    """Slope p of errors ~ N^−p."""
-    return float(-np.polyfit(np.log(sizes), np.log(np.abs(errors)), 1)[0])
-
-
 # --- normal contact --------------------------------------------------------------------------------------------------
 
 
