@@ -47,7 +47,7 @@ def noted() -> int:
 
 
 def safe_point() -> None:
-    """Raises Interrupted if a signal has come. Once: what is done on the way out is not disturbed."""
+    """Raises Interrupted if a signal has come. Only once, so that cleaning up is not disturbed."""
     global _raised
     if _noted and not _raised:
         _raised = True
@@ -61,7 +61,7 @@ def stoppable() -> Iterator[None]:
     global _noted, _raised
     _noted, _raised = 0, False
     previous: dict[signal.Signals, Any] = {}
-    with contextlib.suppress(ValueError):  # not the main thread: whoever embeds us handles signals
+    with contextlib.suppress(ValueError):  # not the main thread: the embedding program handles signals
         previous[signal.SIGALRM] = signal.signal(signal.SIGALRM, note_signal)
         for number in SIGNALS:
             if signal.getsignal(number) not in (signal.SIG_IGN, None):

@@ -1,4 +1,4 @@
-"""Entry point: runs the command line and turns whatever happens into a message and an exit code."""
+"""Entry point: runs the command line and turns every outcome into a message and an exit code."""
 
 from __future__ import annotations
 

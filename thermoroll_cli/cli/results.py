@@ -1,4 +1,4 @@
-"""`thermoroll plot`, `compare` and `export`: what is done with result files."""
+"""`thermoroll plot`, `compare` and `export`: commands on result files."""
 
 from __future__ import annotations
 
@@ -158,7 +158,7 @@ def _line(history: str, formats: Sequence[ExportFormat]) -> tuple[float, float]:
 
 
 def _stem(result: Path, folder: Path | None) -> Path:
-    """Path without suffix of what is made from `result`."""
+    """Path without suffix of the files made from `result`."""
     return (result.parent if folder is None else folder) / result.stem
 
 

@@ -100,7 +100,7 @@ def _stored_case(path: Path, overrides: Sequence[Override]) -> Case:
 
 
 def _attempt(case: Case, wishes: _Wishes) -> int:
-    """Run one case; what goes wrong with it does not stop the others."""
+    """Run one case; its errors do not stop the others."""
     from thermoroll_cli.files.case import CaseError
 
     try:

@@ -1,4 +1,4 @@
-"""`thermoroll show`: what a case means and what solving it would take."""
+"""`thermoroll show`: the meaning of a case, and the time and memory of solving it."""
 
 from __future__ import annotations
 

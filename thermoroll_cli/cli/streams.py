@@ -74,7 +74,7 @@ def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> 
 
 
 def abandon_output() -> None:
-    """Send what is still buffered for standard output nowhere: writing it at exit would fail again, with a trace."""
+    """Discard the buffer of standard output: writing it at exit would fail again, with a trace."""
     if sys.stdout is not None:
         with contextlib.suppress(OSError, ValueError), open(os.devnull, "wb") as nowhere:
             os.dup2(nowhere.fileno(), sys.stdout.fileno())
@@ -94,7 +94,7 @@ def width() -> int:
 
 
 def coloured(stream: TextIO | None) -> bool:
-    """Whether to colour what goes to `stream` (https://no-color.org)."""
+    """Whether to write colours to `stream` (https://no-color.org)."""
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
 
 

@@ -79,8 +79,8 @@ def write_bytes(path: str | os.PathLike[str], content: bytes | memoryview) -> No
 
 @contextlib.contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
-    """The name of a temporary file beside `path`: what is written there replaces `path` at the end. Whatever interrupts the
-    writing (a full disk, Ctrl-C), the temporary file is removed again. Raises WriteError."""
+    """The name of a temporary file beside `path`: it replaces `path` at the end. If writing is interrupted (a full disk,
+    Ctrl-C), the temporary file is removed. Raises WriteError."""
     target = pathlib.Path(os.path.realpath(path))
     # The name does not derive from the target's: that one may already be as long as the file system allows.
     temporary = target.with_name(f".thermoroll-{_node()}-{os.getpid()}-{secrets.token_hex(4)}.part")

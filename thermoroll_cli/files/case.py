@@ -144,8 +144,7 @@ class Case:
 
 @dataclass(frozen=True)
 class Input:
-    """A key with its `value` in the unit of the key, and in SI: `si` is None for what is no number, `unit` empty for what
-    has none."""
+    """A key with its `value` in the unit of the key, and in SI: `si` is None if it is no number, `unit` may be empty."""
 
     key: str
     value: Any

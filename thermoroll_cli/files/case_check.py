@@ -1,4 +1,4 @@
-"""From parsed TOML to valid settings, with every error of the case found in one go, and what its author probably meant."""
+"""From parsed TOML to valid settings, with all errors of the case at once, and suggestions of what was meant."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from thermoroll_cli.problem.problem import STANDARD_ACCURACY
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
 
-# The unit part of a key: what follows the quantity's name in a case file, and what people write in its place.
+# The unit at the end of a key: those of case files, and others that people write.
 _UNIT = re.compile(
     r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
     r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",
@@ -174,7 +174,7 @@ class _Checker:
         self.findings.append(self.source.finding(path, message, **details))
 
     def _resolved(self) -> Settings:
-        """The settings with what is left out decided: nothing depends on defaults any more."""
+        """The settings with all defaults filled in."""
         sections = dict(self.sections)
         if sections["thermal"] is None:
             sections["thermal"] = model.ThermalTable(heat=heat_is_on(sections))

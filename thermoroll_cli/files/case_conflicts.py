@@ -209,7 +209,7 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
             if ratio > STIFF_ON_SOFT or 1.0 / ratio > SOFT_ON_STIFF:
                 kind, most = ("stiffer", STIFF_ON_SOFT) if ratio > 1.0 else ("softer", SOFT_ON_STIFF)
                 yield Conflict((*place, "youngs_modulus_GPa"),
-                               f"the layer is {max(ratio, 1.0 / ratio):.4g} times {kind} than what is below it",
+                               f"the layer is {max(ratio, 1.0 / ratio):.4g} times {kind} than the material below it",
                                f"at most {most:g} times {kind}")
             below = layer
 

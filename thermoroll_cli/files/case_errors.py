@@ -42,7 +42,7 @@ class Place:
 class Places:
     """The places of the keys of a TOML text: `found`, by path, in which a number counts the tables `[[name]]` from 0.
 
-    Text is searched line by line for `key =` below its `[header]`; what cannot be followed has no place. `duplicate` is the
+    Text is searched line by line for `key =` below its `[header]`; keys that it cannot follow have no place. `duplicate` is the
     path of the first key or table that stands there twice, with its first and second place.
     """
 
@@ -108,7 +108,7 @@ def _span(line: int, match: re.Match[str], group: int, before: int = 0) -> Span:
 
 @dataclass(frozen=True)
 class Finding:
-    """One error: where it is, which key and value, what is allowed, what would help.
+    """One error: its place, the key and value, the allowed values, and a hint.
 
     `source` names the file (or `--set`), `span` the place in it (None: nowhere in particular), `line_text` the whole
     line the span lies on.
@@ -190,7 +190,7 @@ _SLIPS = {
     r"^\s*\w+\s*:": "TOML writes key = value",
     r"^\s*\[[^]]*$": "a table header ends with ]",
 }
-"""Lines that are not TOML → what helps."""
+"""Lines that are not TOML → hint."""
 
 
 def syntax_error(name: str, text: str, message: str) -> Finding:

@@ -228,7 +228,7 @@ class RollingTable(Table):
 
 
 class CreepageTable(Table):
-    """Relative motion of the bodies over the rolling speed; what is left out is 0 (or follows from a force)."""
+    """Relative motion of the bodies over the rolling speed; a creepage left out is 0 (or follows from a force)."""
 
     longitudinal: float | None = quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
     lateral: float | None = quantity("1", "Lateral creepage", None, ge=-1e6, le=1e6)
@@ -297,7 +297,7 @@ class SubsurfaceTable(Table):
                                       le=1e9)
     layers: int | None = Field(
         default=None, ge=2, le=400,
-        description="Layers from the surface down; default as many as a ratio of 1.157 from one to the next takes",
+        description="Layers from the surface down; by default each is 1.157 times as deep as the one before",
     )  # fmt: skip
     thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")
     fields: Literal["plane", "von_mises", "full"] = Field(
@@ -351,7 +351,7 @@ class Head(Table):
     """Keys above all tables."""
 
     title: Annotated[str, BeforeValidator(_one_line), Allowed("up to 200 characters on one line")] = Field(
-        default="", description="What the case is, for pictures and tables", max_length=200
+        default="", description="Title of the case, for pictures and tables", max_length=200
     )
 
 
@@ -419,7 +419,7 @@ MOVED = {
 
 
 def key_unit(field: FieldInfo) -> str:
-    """The unit of a key; empty for what has none."""
+    """The unit of a key; empty if it has none."""
     extra = field.json_schema_extra
     unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
     return "" if unit == "1" else unit

@@ -1,4 +1,4 @@
-"""The text of a case and what overrides it, before anything is checked."""
+"""The text of a case and the settings that override it, before anything is checked."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ STANDARD_INPUT = "-"
 
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LOOSE_NUMBER = re.compile(r"[-+]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?|(?i:inf(?:inity)?))")
-# tomllib takes quadratic time over a key of many parts.
+# tomllib needs quadratic time for a key of many parts.
 _ENDLESS_KEY = re.compile(r"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){33}")
 _SHOWN_VALUE_LENGTH = 40
 
 @dataclass(frozen=True)
 class Override:
-    """A key given beside the case file: `text` is how it was written there, `origin` what errors call that place."""
+    """A key given beside the case file: `text` is its spelling there, `origin` the name of that place in errors."""
 
     path: KeyPath
     value: Any
@@ -43,7 +43,7 @@ class Override:
 
     @classmethod
     def parse(cls, text: str) -> Override:
-        """`key=value` with a dotted key and a TOML value; what is not a TOML value is taken as text.
+        """`key=value` with a dotted key and a TOML value; anything else is a text.
 
         Raises ValueError if there is no key or no `=`.
         """

@@ -20,7 +20,7 @@ from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_
 Path = str | os.PathLike[str]
 
 class OutsideError(ValueError):
-    """The line asked for lies outside what was computed."""
+    """The requested line lies outside the computed domain."""
 
 
 # --- XDMF ------------------------------------------------------------------------------------------------------------

@@ -64,7 +64,7 @@ PROGRAM = "thermoroll"
 
 LAYOUT = ("v108", "v108")
 """HDF5 1.8's layout on disk, which every reader of today knows. Unlike the older default it carries checksums: damage
-becomes an error message, where the HDF5 library would otherwise crash or hang on what it misreads."""
+becomes an error message, where the HDF5 library would otherwise crash or hang."""
 
 BLOCK_SIZE = 4 * 1024 * 1024
 """Step by which the file in memory grows: large enough that big files are not copied over and over."""
@@ -78,7 +78,7 @@ BODY_PARTS = {
     "below_stressed_": ("below_stressed", "z", " below the largest von Mises stress"),
     "below_hottest_": ("below_heated", "z", " below the hottest point of the surface"),
 }
-"""How the names of datasets of a body begin → part of `BodyStresses`, axes, and what is added to the meaning of a field."""
+"""How the names of datasets of a body begin → part of `BodyStresses`, axes, and words added to the meaning of a field."""
 
 POINTS = Field("points", "m", "x, y, z of the element centres")
 SIDES = {"lower": -1.0, "upper": 1.0}
@@ -86,7 +86,7 @@ SIDES = {"lower": -1.0, "upper": 1.0}
 
 
 class ResultFileError(OSError):
-    """A file is not a result of this program, or not a whole one. The message names it and says what is wrong."""
+    """A file is not a result of this program, or not a whole one. The message names it and its fault."""
 
 
 # --- writing ---------------------------------------------------------------------------------------------------------
@@ -163,7 +163,7 @@ def _write_state(group: h5py.Group, state: State) -> None:
 
 def _write_mesh(group: h5py.Group, state: State) -> None:
     """Coordinates of every point, (nx, ny, 3). XDMF's rectilinear meshes want x as the fastest index and these
-    fields have it slowest, so ParaView needs the points spelt out; compressed they take a few kilobytes."""
+    fields have it slowest, so ParaView needs explicit points; compressed they have a few kilobytes."""
     points = _points(state.x, state.y, np.zeros(1))[:, :, 0]
     scales = [dimension_scale(group, name, np.arange(length), units="1", long_name=f"index along {name}")
               for name, length in zip("ijc", points.shape, strict=True)]
@@ -277,8 +277,8 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
 @contextlib.contextmanager
 def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5py.File]:
-    """The HDF5 file of this `kind` at `path`, to be read inside. Raises ResultFileError for another file, and for whatever
-    goes wrong inside: what damage raises depends on which byte is wrong."""
+    """The HDF5 file of this `kind` at `path`, to be read inside. Raises ResultFileError for another file, and for
+    every error inside: the exception that damage causes depends on which byte is wrong."""
     path = pathlib.Path(path)
     if fault := _fault(path):
         raise ResultFileError(f"{path}: {fault}")

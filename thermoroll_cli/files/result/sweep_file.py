@@ -37,7 +37,7 @@ class SweepColumns:
 
 def is_sweep_file(path: pathlib.Path) -> bool:
     """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind. A damaged file is
-    none; whoever reads it says what is wrong."""
+    none; reading it reports the fault."""
     if path.suffix.lower() == ".csv":
         return True
     try:
