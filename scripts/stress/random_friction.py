@@ -16,7 +16,7 @@ WELL_POSED = 0.6
 """Criterion of falling friction without memory up to which there is one solution."""
 STEEPEST = 10.0
 """Criterion with memory, at most."""
-LAYER_SHARE, MEMORY_SHARE, WARM_SHARE = 0.3, 0.5, 0.3
+LAYER_SHARE, MEMORY_SHARE, WARM_SHARE, COMPLIANT_SHARE = 0.3, 0.5, 0.3, 0.5
 
 
 def random_friction(seed: int) -> Problem:
@@ -48,6 +48,23 @@ def random_friction(seed: int) -> Problem:
             size = max(size, layer * derived.hertz.peak_pressure * problem.friction * (1.0 - limit))
         law = replace(law, memory=size * 10.0 ** rng.uniform(0.0, 1.0), memory_slip=1e-3 * problem.motion.speed)
     return replace(problem, friction_law=law)
+
+
+def random_yield(seed: int) -> Problem:
+    """The contact of `seed` with a layer that yields at 0.2 to 0.95 of the largest Coulomb bound; half of them also shear
+    elastically. A force is at most nine tenths of what the layer carries, μW (3k − k³)/2."""
+    rng = np.random.default_rng([19, seed])
+    problem = random_contact(110000 + seed)
+    derived = DerivedQuantities(problem)
+    share = float(rng.uniform(0.2, 0.95))
+    bound = problem.friction * derived.hertz.peak_pressure
+    layer = 0.0
+    if rng.random() < COMPLIANT_SHARE:
+        layer = 10.0 ** float(rng.uniform(-1.0, 0.5)) * derived.saturation_creepage * derived.hertz.semi_axis_x / bound
+    motion, carried = problem.motion, 0.45 * (3.0 * share - share**3) * problem.traction_limit
+    if motion.force_x is not None:
+        motion = replace(motion, force_x=math.copysign(min(abs(motion.force_x), carried), motion.force_x))
+    return replace(problem, motion=motion, layer=layer, layer_yield=share * bound)
 
 
 def random_strength(seed: int) -> Problem:
