@@ -176,7 +176,9 @@ def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
     if "thermal" not in sections or not heat_is_on(sections):
         return
     reason = "heat is on" if sections["thermal"] is not None else "the other thermal constants are given"
-    for path, constants in _materials(sections):
+    layers = ((((*path, "layers", number), layer) for path, body_material in _materials(sections)
+               for number, layer in enumerate(body_material.layers or ())))
+    for path, constants in chain(_materials(sections), layers):
         missing = [key for key in THERMAL_CONSTANTS if getattr(constants, key) is None]
         if missing:
             yield Conflict(path, f"{reason}, but missing: {', '.join(missing)}",
@@ -201,7 +203,7 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
                 yield Conflict((*place, "thickness_um"), "the layer is as thick as the smallest radius of its body",
                                f"less than {1e3 * min(radii):g}")
             given = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is not None]
-            if given and len(given) < len(THERMAL_CONSTANTS):
+            if given and len(given) < len(THERMAL_CONSTANTS) and not ("thermal" in sections and heat_is_on(sections)):
                 missing = [key for key in THERMAL_CONSTANTS if key not in given]
                 yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
                                f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
@@ -219,10 +221,14 @@ def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
     coated = [(*path, "layers") for path, body_material in _materials(sections) if body_material.layers]
     if not coated:
         return
-    if "thermal" in sections and heat_is_on(sections):
-        given = sections["thermal"] is not None
-        yield Conflict(("thermal", "heat") if given else coated[0], "heat is not computed for bodies with layers",
-                       "heat = false in [thermal], or no layers", other=coated[0], at_key=True)
+    thermal = sections.get("thermal")
+    if thermal is not None and thermal.heat and thermal.peclet == "sliding":
+        yield Conflict(("thermal", "peclet"), "sources with the slip velocity are not computed for bodies with layers",
+                       '"rolling" or "stationary", or no layers', other=coated[0])
+    for body in BODIES if thermal is not None and thermal.heat else ():
+        if getattr(getattr(thermal, body), "recirculate", False):
+            yield Conflict(("thermal", body, "recirculate"), "heat that returns is not computed for bodies with layers",
+                           f"false, with {body}.bulk_temperature_K for a warm body, or no layers", other=coated[0])
     if sections.get("subsurface") is not None:
         yield Conflict(("subsurface",), "stresses below the surface are not computed for bodies with layers",
                        "no [subsurface], or no layers", other=coated[0], at_key=True)

@@ -45,37 +45,86 @@ def halfspace_compliance(youngs_modulus: float, poisson_ratio: float) -> Surface
                              np.array(1.0 / shear_modulus))
 
 
-def _matrices(youngs_modulus: float, poisson_ratio: float) -> tuple[float, Array, Array, Array, Array]:
-    """Shear modulus, D_u, D_s, and the impedances of downward and of upward solutions."""
-    shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
-    displacement = np.array([[1.0, 0.0], [-1.0, 4.0 * poisson_ratio - 3.0]])
-    stress = shear_modulus * np.array([[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
-    downward = stress @ np.linalg.inv(displacement)
-    return shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR
+@dataclass(frozen=True)
+class _Constants:
+    """Shear modulus, D_u, D_s, and the impedances of downward and of upward solutions, of one material."""
+
+    shear_modulus: float
+    displacement: Array
+    stress: Array
+    down: Array
+    up: Array
+
+    @classmethod
+    def of(cls, youngs_modulus: float, poisson_ratio: float) -> _Constants:
+        shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
+        displacement = np.array([[1.0, 0.0], [-1.0, 4.0 * poisson_ratio - 3.0]])
+        stress = shear_modulus * np.array([[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
+        downward = stress @ np.linalg.inv(displacement)
+        return cls(shear_modulus, displacement, stress, downward, -MIRROR @ downward @ MIRROR)
+
+
+@dataclass(frozen=True)
+class _Reflections:
+    """A layer on what lies below it, at all wave numbers: N at its lower face, `decay` e^{−kh} across it, the `reflection` of
+    downward solutions at its lower face (without decay), their `echo` as displacements at its upper face."""
+
+    own: _Constants
+    propagation: Array
+    decay: Array
+    reflection: Array
+    echo: Array
+
+
+def _reflections(layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array) -> list[_Reflections]:
+    """All layers, from the surface down."""
+    count = wave_numbers.size
+    found: list[_Reflections] = []
+    impedance = np.broadcast_to(_Constants.of(*substrate).down, (count, 2, 2))
+    for layer in reversed(layers):
+        own = _Constants.of(layer.youngs_modulus, layer.poisson_ratio)
+        phase = wave_numbers * layer.thickness
+        propagation = np.tile(np.eye(2), (count, 1, 1))
+        propagation[:, 0, 1] = phase
+        downward, upward = own.displacement @ propagation, MIRROR @ own.displacement
+        reflection = -np.linalg.inv(upward) @ np.linalg.solve(own.up - impedance, own.down - impedance) @ downward
+        echo = upward @ propagation @ reflection * np.exp(-2.0 * phase)[:, None, None]
+        impedance = own.down + (own.up - own.down) @ echo @ np.linalg.inv(own.displacement + echo)
+        found.insert(0, _Reflections(own, propagation, np.exp(-phase)[:, None, None], reflection, echo))
+    return found
 
 
 def difference_compliance(layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array) -> SurfaceCompliance:
     """k times (compliance of the layered half-space − compliance of a half-space of the top material), at `wave_numbers` (n,).
 
     `layers` from the surface down; `substrate` has Young's modulus (Pa) and Poisson's ratio."""
-    count = wave_numbers.size
-    antiplane_below, _, _, below, _ = _matrices(*substrate)
-    impedance = np.broadcast_to(below, (count, 2, 2))
-    antiplane = np.full(count, antiplane_below)
+    antiplane = np.full(wave_numbers.size, _Constants.of(*substrate).shear_modulus)
     for layer in reversed(layers):
-        shear_modulus, displacement, stress, down, up = _matrices(layer.youngs_modulus, layer.poisson_ratio)
-        phase = wave_numbers * layer.thickness
-        twice = np.exp(-2.0 * phase)
-        propagation = np.tile(np.eye(2), (count, 1, 1))
-        propagation[:, 0, 1] = phase
-        reflection = -np.linalg.inv(MIRROR @ displacement) @ np.linalg.solve(up - impedance, down - impedance)
-        echo = MIRROR @ displacement @ propagation @ reflection @ displacement @ propagation * twice[:, None, None]
-        impedance = down + (up - down) @ echo @ np.linalg.inv(displacement + echo)
-        mismatch = (shear_modulus - antiplane) / (shear_modulus + antiplane) * twice
+        shear_modulus = 0.5 * layer.youngs_modulus / (1.0 + layer.poisson_ratio)
+        mismatch = (shear_modulus - antiplane) / (shear_modulus + antiplane) * np.exp(-2.0 * wave_numbers * layer.thickness)
         antiplane = shear_modulus * (1.0 - mismatch) / (1.0 + mismatch)
-    compliance = -0.5 * (np.eye(2) - np.linalg.solve(down, up)) @ echo @ np.linalg.inv(stress + up @ echo)
+    top = _reflections(layers, substrate, wave_numbers)[0]
+    own, echo = top.own, top.echo
+    compliance = -0.5 * (np.eye(2) - np.linalg.solve(own.down, own.up)) @ echo @ np.linalg.inv(own.stress + own.up @ echo)
     across = 2.0 * mismatch / (1.0 - mismatch) / shear_modulus
     return SurfaceCompliance(compliance[:, 0, 0], compliance[:, 0, 1], compliance[:, 1, 1], across)
+
+
+def layer_waves(
+    layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array
+) -> tuple[list[tuple[Array, Array]], Array]:
+    """Coefficients of downward and upward solutions in each layer, and of those in the substrate: (n, 2, 2) each, the last axis for
+    unit tractions (T, S)/2k on the surface."""
+    found: list[tuple[Array, Array]] = []
+    face = np.empty(0)
+    for number, layer in enumerate(_reflections(layers, substrate, wave_numbers)):
+        own = layer.own
+        down = np.asarray(np.linalg.solve(own.displacement + layer.echo, face) if number
+                          else np.linalg.inv(own.stress + own.up @ layer.echo))
+        up = np.asarray(layer.reflection @ down * layer.decay)
+        face = own.displacement @ layer.propagation @ down * layer.decay + MIRROR @ own.displacement @ up
+        found.append((down, up))
+    return found, np.asarray(np.linalg.inv(_Constants.of(*substrate).displacement) @ face)
 
 
 STEP = 0.02

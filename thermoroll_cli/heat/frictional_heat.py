@@ -174,6 +174,11 @@ class Heat:
             return np.zeros(self.flux.shape), np.zeros(self.flux.shape)
         return self.response.temperatures(self.into)
 
+    def interface_temperatures(self) -> tuple[Array | None, Array | None]:
+        """Temperature rise below the uppermost layer of the lower and of the upper body in K, None without layers."""
+        found = getattr(self.response, "interface_temperatures", None)
+        return (None, None) if found is None else found(self.into)
+
 
 def divide(
     heating: Heating, response: ThermalResponse, flux: Array, contact: Mask, slope: Array | None = None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +16,38 @@ from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
 
+class LayeredHeat(Protocol):
+    """Contribution of layers to the response of a half-space of the top material (`layered_thermal.LayeredHeat`)."""
+
+    def table(
+        self, quantity: Literal["temperature", "interface", "expansion"], shape: tuple[int, int], sizes: tuple[float, float],
+        speed: tuple[float, float], *, slope: bool = False,
+    ) -> Array:
+        """The influence table of a flux of 1 W/m², (2nx−1, 2ny−1)."""
+
+
 @dataclass(frozen=True)
 class HeatedBody:
     """Constants of one body's thermal response: conductivity k, (1 + ν)α, diffusivity κ, and the velocity (m/s) at which its
-    material passes through the contact."""
+    material passes through the contact. Below `layers` the constants are those of the top material."""
 
     conductivity: float
     free_expansion: float
     diffusivity: float
     speed_x: float
     speed_y: float = 0.0
+    layers: LayeredHeat | None = None
+
+    def layered_table(
+        self, quantity: Literal["temperature", "interface", "expansion"], grid: Grid, *, slope: bool = False
+    ) -> Array:
+        """Contribution of the layers per flux (`LayeredHeat.table`)."""
+        assert self.layers is not None
+        return self.layers.table(quantity, grid.shape, (grid.dx, grid.dy), (self.speed_x, self.speed_y), slope=slope)
+
+
+Likeness = tuple[float, float, LayeredHeat | None]
+"""V dx/κ along x and y, and layers: bodies with the same ones have proportional responses."""
 
 
 @dataclass(frozen=True)
@@ -157,8 +179,8 @@ class HeatResponse:
         self.bodies = (lower, upper)
         self.tables = 0
         self._convolution: Convolution | None = None
-        self._temperature: dict[tuple[float, float], Spectrum] = {}
-        self._slope: dict[tuple[float, float], Spectrum] = {}
+        self._temperature: dict[Likeness, Spectrum] = {}
+        self._slope: dict[Likeness, Spectrum] = {}
         self._expansion: dict[tuple[float, float], Spectrum] = {}
         self._gap: Spectrum | None = None
 
@@ -175,7 +197,7 @@ class HeatResponse:
     @property
     def matched_share(self) -> float | None:
         lower, upper = self.bodies
-        if _peclets(self.grid, lower) != _peclets(self.grid, upper):
+        if _likeness(self.grid, lower) != _likeness(self.grid, upper):
             return None
         return lower.conductivity / (lower.conductivity + upper.conductivity)
 
@@ -209,6 +231,20 @@ class HeatResponse:
         return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
                 self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
 
+    def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
+        """Temperature rise in K below the uppermost layer of the lower and of the upper body, None without layers."""
+        changes = slopes(heat.total) if heat.slope is None else heat.slope
+        found = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
+            self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))
+        lower, upper = found
+        return lower, upper
+
+    def _below(self, body: HeatedBody, flux: Array, slope: Array) -> Array:
+        convolution = self.convolution
+        hat = convolution.forward(flux) * convolution.spectrum(body.layered_table("interface", self.grid))
+        hat += convolution.forward(slope) * convolution.spectrum(body.layered_table("interface", self.grid, slope=True))
+        return convolution.inverse(hat)
+
     def temperature_gap(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
         convolution, spectrum = self.gap_symbol()
@@ -241,16 +277,22 @@ class HeatResponse:
         return rise
 
     def _temperature_spectrum(self, body: HeatedBody) -> Spectrum:
-        grid, key = self.grid, _peclets(self.grid, body)
+        grid, key = self.grid, _likeness(self.grid, body)
         if key not in self._temperature:
             self.tables += 1
-            self._temperature[key] = self.convolution.spectrum(self._kept.temperature(grid, key))
+            table = self._kept.temperature(grid, key[:2])
+            if body.layers is not None:
+                table = table + body.layered_table("temperature", grid) * (body.conductivity / grid.dx)
+            self._temperature[key] = self.convolution.spectrum(table)
         return self._temperature[key]
 
     def _slope_spectrum(self, body: HeatedBody) -> Spectrum:
-        grid, key = self.grid, _peclets(self.grid, body)
+        grid, key = self.grid, _likeness(self.grid, body)
         if key not in self._slope:
-            self._slope[key] = self.convolution.spectrum(self._kept.slope(grid, key))
+            table = self._kept.slope(grid, key[:2])
+            if body.layers is not None:
+                table = table + body.layered_table("temperature", grid, slope=True) * (body.conductivity / grid.dx)
+            self._slope[key] = self.convolution.spectrum(table)
         return self._slope[key]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
@@ -261,9 +303,12 @@ class HeatResponse:
             weights: dict[tuple[float, float], float] = {}
             for body, share in zip(self.bodies, shares, strict=True):
                 factor = share * body.free_expansion * grid.dx**2 / body.conductivity
-                key = _peclets(grid, body)
+                key = _likeness(grid, body)[:2]
                 weights[key] = weights.get(key, 0.0) + factor
             total = np.zeros((2 * grid.nx - 1, 2 * grid.ny - 1))
+            for body, share in zip(self.bodies, shares, strict=True):
+                if body.layers is not None and share:
+                    total += share * body.layered_table("expansion", grid)
             for key, factor in weights.items():
                 if factor:
                     self.tables += 1
@@ -278,6 +323,5 @@ def thermal_admittance(grid: Grid, body: HeatedBody, speed: float) -> float:
     return body.conductivity * math.sqrt(1.0 + abs(speed) * size / body.diffusivity)
 
 
-def _peclets(grid: Grid, body: HeatedBody) -> tuple[float, float]:
-    """V dx/κ along x and y, the arguments of the tables."""
-    return body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity
+def _likeness(grid: Grid, body: HeatedBody) -> Likeness:
+    return body.speed_x * grid.dx / body.diffusivity, body.speed_y * grid.dx / body.diffusivity, body.layers

@@ -149,6 +149,7 @@ SCALARS = _scalars(
            without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True),
     *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature"),
+    *_of_both("temperature_interface_max_{}_K", "hottest place below the uppermost layer", "temperature", listed=True),
     *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
     *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
     *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),

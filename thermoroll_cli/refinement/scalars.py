@@ -167,10 +167,14 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         scalars |= heat_flows(heating, heat, inside, grid.element_area)
         if heat.into.exchanged is not None:
             fields["heat_flux_lower"] = heat.into.lower
-        for body, rise, bulk in zip(BODIES, rises, (heating.bulk_lower, heating.bulk_upper), strict=True):
+        for body, rise, inner, bulk in zip(
+            BODIES, rises, heat.interface_temperatures(), (heating.bulk_lower, heating.bulk_upper), strict=True
+        ):
             fields[f"temperature_rise_{body}"] = rise
             scalars[f"temperature_rise_max_{body}_K"] = _hottest(rise)
             scalars[f"surface_temperature_max_{body}_K"] = bulk + _hottest(rise)
+            if inner is not None:
+                scalars[f"temperature_interface_max_{body}_K"] = bulk + _hottest(inner)
         if any(heat.tracks):
             scalars |= track_scalars(discretisation.derived, heat, rises, inside)
             fields |= entry_fields(heat)

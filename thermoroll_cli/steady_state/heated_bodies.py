@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.layered_thermal import LayeredHeat, thermal_constants
 from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, InfluenceTables, ThermalResponse
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
@@ -45,9 +46,11 @@ def peclet_numbers(derived: DerivedQuantities) -> tuple[float, float]:
 
 
 def _heated(body: Material, speed_x: float, speed_y: float) -> HeatedBody:
-    if body.conductivity is None or body.expansion is None or body.diffusivity is None:
-        raise ValueError("thermal constants are missing")
-    return HeatedBody(body.conductivity, (1.0 + body.poisson_ratio) * body.expansion, body.diffusivity, speed_x, speed_y)
+    """The half-space of the top material, with the layers."""
+    top = body.layers[0] if body.layers else body
+    conductivity, diffusivity, expansion = thermal_constants(top)
+    return HeatedBody(conductivity, (1.0 + top.poisson_ratio) * expansion, diffusivity, speed_x, speed_y,
+                      LayeredHeat(body) if body.layers else None)
 
 
 def _rounded(creepage: float) -> float:
