@@ -302,8 +302,6 @@ def test_layers_of_a_case() -> None:
         ("[geometry]", "[thermal]\nheat = false\n[subsurface]\n[geometry]", "subsurface", "not computed"),
         ("[geometry]", "[wear]\ndistance_km = 1.0\nlower.specific_wear_rate_mm3_Nm = 1e-7\n[geometry]", "wear.distance_km",
          "does not thin layers"),
-        ("[[material.layers]]", "conductivity_W_mK = 50\nexpansion_um_mK = 11\ndiffusivity_mm2_s = 10\n[[material.layers]]",
-         "material.layers", "heat is not computed"),
     ],
 )  # fmt: skip
 def test_errors_of_layers(old: str, new: str, key: str, message: str) -> None:

@@ -113,8 +113,8 @@ def difference_compliance(layers: Sequence[Layer], substrate: tuple[float, float
 def layer_waves(
     layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array
 ) -> tuple[list[tuple[Array, Array]], Array]:
-    """Coefficients of downward and upward solutions in each layer, and of those in the substrate: (n, 2, 2) each, the last axis for
-    unit tractions (T, S)/2k on the surface."""
+    """Coefficients of downward and upward solutions in each layer, and of those in the substrate: (n, 2, 2) each, the last axis
+    for unit tractions (T, S)/2k on the surface."""
     found: list[tuple[Array, Array]] = []
     face = np.empty(0)
     for number, layer in enumerate(_reflections(layers, substrate, wave_numbers)):

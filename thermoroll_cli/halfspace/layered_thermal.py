@@ -142,7 +142,7 @@ def _drift(kx: Array, ky: Array, speed: tuple[float, float]) -> Complex:
     return np.asarray(1j * (kx * speed[0] + ky * speed[1]))
 
 
-@lru_cache(maxsize=12)
+@lru_cache(maxsize=48)
 def _table(
     body: LayeredHeat, quantity: LayeredQuantity, shape: tuple[int, int], sizes: tuple[float, float],
     speed: tuple[float, float], slope: bool,

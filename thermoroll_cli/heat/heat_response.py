@@ -16,7 +16,7 @@ from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
 
-class LayeredHeat(Protocol):
+class LayerTables(Protocol):
     """Contribution of layers to the response of a half-space of the top material (`layered_thermal.LayeredHeat`)."""
 
     def table(
@@ -36,17 +36,17 @@ class HeatedBody:
     diffusivity: float
     speed_x: float
     speed_y: float = 0.0
-    layers: LayeredHeat | None = None
+    layers: LayerTables | None = None
 
     def layered_table(
         self, quantity: Literal["temperature", "interface", "expansion"], grid: Grid, *, slope: bool = False
     ) -> Array:
-        """Contribution of the layers per flux (`LayeredHeat.table`)."""
+        """Contribution of the layers per flux (`LayerTables.table`)."""
         assert self.layers is not None
         return self.layers.table(quantity, grid.shape, (grid.dx, grid.dy), (self.speed_x, self.speed_y), slope=slope)
 
 
-Likeness = tuple[float, float, LayeredHeat | None]
+Likeness = tuple[float, float, LayerTables | None]
 """V dx/κ along x and y, and layers: bodies with the same ones have proportional responses."""
 
 
@@ -223,21 +223,24 @@ class HeatResponse:
         """As `ThermalResponse`. Exchanged heat is constant in each element: it may change its sign from one to the next, and
         with slopes surfaces would get colder than their surroundings."""
         lower, upper = self.bodies
-        # The laws of slip zones may give negative heat at one end of an element; it must not be where material enters.
-        entered_behind = min(lower.speed_x, upper.speed_x) < 0.0
-        changes = slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
-        flux, slope = (self.convolution.forward(field) for field in (heat.total, changes))
+        flux, slope = (self.convolution.forward(field) for field in (heat.total, self._changes(heat)))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
         return (self._rise(lower, flux, slope, heat.share, exchanged, 1.0),
                 self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
 
     def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
         """Temperature rise in K below the uppermost layer of the lower and of the upper body, None without layers."""
-        changes = slopes(heat.total) if heat.slope is None else heat.slope
+        changes = self._changes(heat)
         found = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
             self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))
         lower, upper = found
         return lower, upper
+
+    def _changes(self, heat: DividedHeat) -> Array:
+        """Change of the heat flux through each element along x."""
+        # The laws of slip zones may give negative heat at one end of an element; it must not be where material enters.
+        entered_behind = min(body.speed_x for body in self.bodies) < 0.0
+        return slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
 
     def _below(self, body: HeatedBody, flux: Array, slope: Array) -> Array:
         convolution = self.convolution

@@ -32,7 +32,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Material, Problem, Unsolvable
+from thermoroll_cli.problem.problem import Layer, Material, Problem, Unsolvable
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -166,7 +166,16 @@ def expected_rise(derived: DerivedQuantities) -> float:
 
 
 def _rise_by(flux: float, body: Material, derived: DerivedQuantities) -> float:
-    """Temperature of a body that takes all of a mean `flux` (W/m²), in K."""
+    """Temperature of a body that takes all of a mean `flux` (W/m²), in K: through each layer the flux on what is below, unless
+    the layer alone is cooler."""
+    rise = _rise_of(flux, body, derived)
+    for layer in reversed(body.layers):
+        assert layer.conductivity is not None
+        rise = min(_rise_of(flux, layer, derived), rise + flux * layer.thickness / layer.conductivity)
+    return rise
+
+
+def _rise_of(flux: float, body: Material | Layer, derived: DerivedQuantities) -> float:
     assert body.conductivity is not None and body.diffusivity is not None
     resting = flux * derived.scales.mean_radius / body.conductivity
     if derived.problem.heating.peclet != "rolling":
@@ -177,7 +186,7 @@ def _rise_by(flux: float, body: Material, derived: DerivedQuantities) -> float:
 
 
 def _constants(problem: Problem) -> Iterator[str]:
-    for material, whose in _bodies(problem):
+    for material, whose in _materials(problem):
         for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
             value = getattr(material, attribute)
             if value is not None and not smallest <= value / unit <= largest:
@@ -190,12 +199,13 @@ def _constants(problem: Problem) -> Iterator[str]:
                        f"between {HEAT_CAPACITIES[0]:.0e} and {HEAT_CAPACITIES[1]:.0e}; a mistaken unit?")
 
 
-def _bodies(problem: Problem) -> Iterator[tuple[Material, str]]:
-    if problem.lower == problem.upper:
-        yield problem.lower, "both bodies"
-    else:
-        yield problem.lower, "the lower body"
-        yield problem.upper, "the upper body"
+def _materials(problem: Problem) -> Iterator[tuple[Material | Layer, str]]:
+    """Bodies and their layers."""
+    both = ((problem.lower, "both bodies"),) if problem.lower == problem.upper else (
+        (problem.lower, "the lower body"), (problem.upper, "the upper body"))
+    for body, whose in both:
+        yield body, whose
+        yield from ((layer, f"layer {number} of {whose}") for number, layer in enumerate(body.layers, 1))
 
 
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
@@ -302,8 +312,9 @@ def tangential_expansion(derived: DerivedQuantities, rise_lower: Array, rise_upp
 def _strain_per_kelvin(derived: DerivedQuantities, body: Material) -> float:
     # Only in rolling mode does every point of the material pass at the same known speed.
     peclet = derived.peclet(body) if derived.problem.heating.peclet == "rolling" else 0.0
-    assert body.expansion is not None
-    return (1.0 + body.poisson_ratio) * body.expansion * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
+    parts: tuple[Material | Layer, ...] = (body, *body.layers)
+    free = max((1.0 + part.poisson_ratio) * part.expansion for part in parts if part.expansion is not None)
+    return free * 2.0 / (1.0 + (1.0 + peclet**2) ** 0.25)
 
 
 def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, rise_upper: Array) -> Iterator[str]:

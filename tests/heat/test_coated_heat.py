@@ -1,0 +1,236 @@
+"""Heat through bonded layers: symbols and tables against independent quadratures, limits, whole cases, files."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.cases import findings, parse
+from tests.support.scenes import reference
+from thermoroll_cli.halfspace import layered_thermal
+from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
+from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
+from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
+from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Geometry, Heating, Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.python_api import solve
+from thermoroll_cli.steady_state.heated_bodies import heated_bodies
+
+REFERENCE = reference("layered_thermal")
+STEEL = Material(210e9, 0.3, 46.0, 11.8e-6, 12.5e-6)
+CARBON = Layer(2e-6, 220e9, 0.2, 1.5, 2.3e-6, 0.7e-6)
+POLYMER = Layer(1e-4, 3e9, 0.4, 0.25, 80e-6, 0.15e-6)
+
+
+def body_of(row: dict) -> Material:
+    layers = tuple(Layer(**{"expansion": None, **layer}) for layer in row["layers"])
+    return Material(**row["substrate"], layers=layers)
+
+
+def surface_tables(body: Material, n: int, dx: float, dy: float, speed: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Temperature and expansion per flux."""
+    layers, top = LayeredHeat(body), body.layers[0]
+    place = n, n, dy / dx, speed[0] * dx / top.diffusivity, speed[1] * dx / top.diffusivity
+    temperature = dx / top.conductivity * temperature_table(*place)
+    expansion = (1.0 + top.poisson_ratio) * top.expansion * dx**2 / top.conductivity * displacement_table(*place)
+    return tuple(plain + layers.table(quantity, (n, n), (dx, dy), speed)
+                 for plain, quantity in ((temperature, "temperature"), (expansion, "expansion")))
+
+
+@pytest.mark.parametrize("row", REFERENCE["symbols"], ids=lambda row: f"{len(row['layers'])}-{row['kx']}-{row['V']}")
+def test_symbols_agree_with_collocation(row: dict) -> None:
+    body, wave, speed = body_of(row), (np.array([row["kx"]]), np.array([row["ky"]])), (row["V"], 0.0)
+    top, k = body.layers[0], np.hypot(*wave)
+    s = np.sqrt(k**2 + 1j * wave[0] * row["V"] / top.diffusivity)
+    temperature = LayeredHeat(body).temperature_symbol(*wave, speed) + 1.0 / (top.conductivity * s)
+    expansion = LayeredHeat(body).expansion_symbol(*wave, speed) + (
+        2.0 * (1.0 + top.poisson_ratio) * top.expansion / (top.conductivity * s * (k + s)))
+    assert temperature[0] == pytest.approx(complex(*row["T"]), rel=1e-10)
+    assert expansion[0] == pytest.approx(complex(*row["u_z"]), rel=1e-9)
+
+
+CASES = [list(rows) for _, rows in itertools.groupby(REFERENCE["tables"], lambda row: json.dumps(
+    [row[name] for name in ("layers", "substrate", "dx", "dy", "V")]))]
+
+
+@pytest.mark.parametrize("rows", CASES, ids=lambda rows: f"{rows[0]['layers'][0]['thickness']}-{rows[0]['V']}")
+def test_tables_agree_with_quadrature(rows: list[dict]) -> None:
+    row, n = rows[0], 24
+    temperature, expansion = surface_tables(body_of(row), n, row["dx"], row["dy"], (row["V"], 0.0))
+    if row["V"] == 0.0:
+        expansion = expansion - expansion[n - 1, n - 1]
+    for table, name in ((temperature, "T"), (expansion, "u_z")):
+        largest = max(abs(row[name]) for row in rows)
+        for row in rows:
+            assert abs(table[n - 1 + row["i"], n - 1 + row["j"]] - row[name]) < 1e-7 * largest
+
+
+@pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0)])
+@pytest.mark.parametrize("thickness", [1e-13, 1e3])
+def test_thin_and_thick_layers_are_half_spaces(thickness: float, speed: tuple[float, float]) -> None:
+    n, dx, dy = 24, 1e-5, 1.4e-5
+    layer = replace(CARBON, thickness=thickness)
+    alike = STEEL if thickness < dx else Material(**{name: value for name, value in vars(layer).items() if name != "thickness"})
+    found = surface_tables(replace(STEEL, layers=(layer,)), n, dx, dy, speed)
+    place = n, n, dy / dx, speed[0] * dx / alike.diffusivity
+    expected = (dx / alike.conductivity * temperature_table(*place),
+                (1.0 + alike.poisson_ratio) * alike.expansion * dx**2 / alike.conductivity * displacement_table(*place))
+    for one, other in zip(found, expected, strict=True):
+        difference = one - other
+        # Without motion expansion has an arbitrary constant.
+        difference -= difference[n - 1, n - 1] if speed[0] == 0.0 and one is found[1] else 0.0
+        assert np.abs(difference).max() < 1e-6 * np.ptp(other)
+
+
+@pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0), (5.0, 0.02)])
+def test_layers_of_the_same_material_change_nothing(speed: tuple[float, float]) -> None:
+    own = tuple(vars(STEEL)[name] for name in ("youngs_modulus", "poisson_ratio", "conductivity", "expansion", "diffusivity"))
+    body, place = LayeredHeat(replace(STEEL, layers=(Layer(1e-6, *own), Layer(2e-5, *own)))), ((16, 16), (1e-5, 1e-5))
+    peclets = (speed[0] * 1e-5 / STEEL.diffusivity, speed[1] * 1e-5 / STEEL.diffusivity)
+    plain = 1e-5 / STEEL.conductivity * temperature_table(16, 16, 1.0, *peclets)
+    assert np.abs(body.table("temperature", *place, speed)).max() < 1e-10 * plain.max()
+    assert np.abs(body.table("temperature", *place, speed, slope=True)).max() < 1e-10 * plain.max()
+    expansion = 1.3 * STEEL.expansion * 1e-10 / STEEL.conductivity * displacement_table(16, 16, 1.0, *peclets)
+    assert np.ptp(body.table("expansion", *place, speed)) < 1e-10 * np.ptp(expansion)
+
+
+@pytest.mark.parametrize("speed", [(0.0, 0.0), (5.0, 0.0), (5.0, 0.02)])
+def test_temperature_of_an_interface_is_that_of_its_depth(speed: tuple[float, float]) -> None:
+    own = tuple(vars(STEEL)[name] for name in ("youngs_modulus", "poisson_ratio", "conductivity", "expansion", "diffusivity"))
+    dx, dy = 1e-5, 1.3e-5
+    found = LayeredHeat(replace(STEEL, layers=(Layer(8e-6, *own),))).table("interface", (16, 16), (dx, dy), speed)
+    offsets = np.arange(-15.0, 16.0), 1.3 * np.arange(-15.0, 16.0)
+    peclets = (speed[0] * dx / STEEL.diffusivity, speed[1] * dx / STEEL.diffusivity)
+    expected = dx / STEEL.conductivity * temperature_at_depths(*offsets, np.array([0.8]), 1.3, *peclets)[0]
+    assert np.abs(found - expected).max() < 1e-7 * expected.max()
+
+
+def test_slopes_are_those_of_finer_elements() -> None:
+    """Heat that changes linearly through an element: from 15 elements of a finer grid."""
+    body, parts, dx = LayeredHeat(replace(STEEL, layers=(CARBON,))), 15, 6e-6
+    found = body.table("temperature", (4, 1), (dx, dx), (3.0, 0.0), slope=True)[:, 0]
+    fine = body.table("temperature", (4 * parts, 1), (dx / parts, dx), (3.0, 0.0))[:, 0]
+    flux = (np.arange(parts) - 0.5 * (parts - 1)) / parts
+    centre = 4 * parts - 1
+    expected = [flux @ fine[centre + offset * parts - np.arange(parts) + parts // 2] for offset in (-2, -1, 0, 1, 2)]
+    assert found[1:6] == pytest.approx(expected, abs=6e-3 * max(map(abs, expected)))
+
+
+def coated(lower: Material, upper: Material, creepage: float = 0.05, speed: float = 8.0, **changed: object) -> Problem:
+    problem = Problem(lower, upper, Geometry(0.03, -0.006, 0.005, 0.005), 50.0, 0.1, Motion(speed, creepage, 0.0),
+                      Heating(partition="matched"), Numerics(grid=(32, 32)))
+    return replace(problem, **changed)
+
+
+def test_surfaces_that_touch_are_equally_warm() -> None:
+    result = solve(coated(STEEL, replace(STEEL, layers=(CARBON,))))
+    fields, scalars = result.coupled.fields, result.coupled.scalars
+    inside = fields["covered"] >= 0.5
+    rises = fields["temperature_rise_lower"][inside], fields["temperature_rise_upper"][inside]
+    assert np.abs(rises[0] - rises[1]).max() < 1e-5 * rises[0].max()
+    # Carbon keeps the heat out of the ball, and its interface cool.
+    assert scalars["partition_mean"] > 0.7
+    assert 0.0 < scalars["temperature_interface_max_upper_K"] < 0.5 * scalars["temperature_rise_max_upper_K"]
+    assert np.isnan(scalars["temperature_interface_max_lower_K"])
+
+
+def test_bodies_coated_alike_share_the_heat() -> None:
+    body = replace(STEEL, layers=(CARBON,))
+    result = solve(coated(body, body, creepage=0.0, motion=Motion(8.0, 0.0, 0.02)))
+    assert result.coupled.scalars["partition_mean"] == pytest.approx(0.5, abs=1e-3)
+    bodies = heated_bodies(coated(body, body, creepage=0.0), 0.0, 0.0)
+    assert HeatResponse(Grid.over((8, 8), 1e-4, 1e-4), *bodies).matched_share == 0.5
+
+
+def test_response_is_the_sum_of_its_tables() -> None:
+    """All of a heat flux in one element: temperatures and expansions are the tables of the element."""
+    problem = coated(replace(STEEL, layers=(POLYMER, CARBON)), replace(STEEL, layers=(CARBON,)))
+    grid, n = Grid.over((9, 9), 1.8e-4, 1.8e-4), 9
+    lower, upper = heated_bodies(problem, 0.05, 0.0)
+    flux = np.zeros((n, n))
+    flux[4, 4] = 2e6
+    heat = DividedHeat(flux, 0.25, slope=np.zeros((n, n)))
+    response = HeatResponse(grid, lower, upper)
+    tables = [surface_tables(body, n, grid.dx, grid.dy, (heated.speed_x, 0.0))
+              for body, heated in ((problem.lower, lower), (problem.upper, upper))]
+    expected = [2e6 * share * both[0][4:13, 4:13] for share, both in zip((0.25, 0.75), tables, strict=True)]
+    for one, other in zip(response.temperatures(heat), expected, strict=True):
+        assert np.abs(one - other).max() < 1e-9 * other.max()
+    sum_of_both = 2e6 * (0.25 * tables[0][1] + 0.75 * tables[1][1])[4:13, 4:13]
+    assert np.abs(response.displacement(heat) - sum_of_both).max() < 1e-8 * np.abs(sum_of_both).max()
+
+
+@pytest.mark.parametrize(("layer", "speed", "peclet"), [
+    (CARBON, 8.0, "rolling"), (POLYMER, 0.5, "rolling"), (CARBON, 0.5, "stationary"),
+    (replace(CARBON, thickness=2e-5), 2.0, "rolling"),
+])  # fmt: skip
+def test_estimates_cover_what_finer_grids_change(layer: Layer, speed: float, peclet: str) -> None:
+    body = replace(STEEL, layers=(layer,))
+    problem = coated(STEEL, body, 0.002, speed, heating=Heating(peclet=peclet))
+    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (32, 64))
+    for name in ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "temperature_interface_max_upper_K"):
+        assert abs(coarse[name] - fine[name]) <= coarse["error"][name] * coarse["temperature_rise_max_upper_K"], name
+
+
+def test_points_of_a_sweep_share_the_tables() -> None:
+    body = replace(STEEL, layers=(CARBON,))
+    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16))))
+    built = layered_thermal._table.cache_info().misses
+    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=0.05))
+    assert layered_thermal._table.cache_info().misses == built
+
+
+CASE = """\
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.3
+conductivity_W_mK = 46.0
+expansion_um_mK = 11.8
+diffusivity_mm2_s = 12.5
+[[material.layers]]
+thickness_um = 2.0
+youngs_modulus_GPa = 220.0
+poisson_ratio = 0.2
+conductivity_W_mK = 1.5
+expansion_um_mK = 2.3
+diffusivity_mm2_s = 0.7
+[geometry]
+lower_radius_x_mm = 15.0
+lower_radius_y_mm = 15.0
+upper_radius_x_mm = 5.0
+upper_radius_y_mm = 5.0
+[load]
+normal_N = 50.0
+friction_coefficient = 0.1
+[rolling]
+speed_m_s = 2.0
+[creepage]
+longitudinal = 0.01
+"""
+
+
+def test_constants_of_a_case() -> None:
+    assert parse(CASE).problem.lower.layers == (CARBON,)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key", "message"),
+    [
+        ("diffusivity_mm2_s = 0.7\n", "", "material.layers.0", "missing: diffusivity_mm2_s"),
+        ("[geometry]", '[thermal]\npeclet = "sliding"\n[geometry]', "thermal.peclet", "bodies with layers"),
+        ("[geometry]", "[thermal.lower]\nrecirculate = true\nconvection_W_m2K = 50.0\nwidth_mm = 5.0\n[geometry]",
+         "thermal.lower.recirculate", "bodies with layers"),
+    ],
+)  # fmt: skip
+def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) -> None:
+    (found,) = findings(CASE.replace(old, new))
+    assert message in str(found) and key in str(found)
+
+
+def test_layers_far_from_solids_are_named() -> None:
+    result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0"), "numerics.grid=16").problem)
+    assert any("layer 1 of both bodies" in warning for warning in result.warnings)
