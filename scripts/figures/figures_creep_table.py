@@ -7,9 +7,9 @@ import pathlib
 
 import numpy as np
 
-from scripts.figures.figures_drawing import COUPLED, DPI, ISOTHERMAL, ROOT, THIRD, Numbers, add_axes, new_figure, rounded, write
+from scripts.figures.figures_drawing import COUPLED, DPI, ISOTHERMAL, ROOT, THIRD, Numbers, new_figure, rounded, write
 from thermoroll_cli import Case, CreepForceTable
-from thermoroll_cli.plots.style import few_ticks
+from thermoroll_cli.plots.style import add_axes, few_ticks
 from thermoroll_cli.problem.problem import Motion, Numerics
 from thermoroll_cli.refinement.solve import Solver
 

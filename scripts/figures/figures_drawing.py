@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from thermoroll_cli import Case
 from thermoroll_cli.plots.maps import Colours, border_handles, draw_arrows, draw_map
 from thermoroll_cli.plots.run_frame import TRACTION, RunFrame, frame_of, on_line
-from thermoroll_cli.plots.style import few_ticks
+from thermoroll_cli.plots.style import add_axes, few_ticks
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver
@@ -233,12 +233,6 @@ def letter(axes: Axes, text: str, *, right: bool = False, low: bool = False) -> 
 def new_figure(width: float, height: float) -> Figure:
     """An empty figure of so many inches."""
     return Figure(figsize=(width, height), dpi=DPI)
-
-
-def add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
-    """Axes at a place given in inches."""
-    total_width, total_height = figure.get_size_inches()
-    return figure.add_axes((left / total_width, bottom / total_height, width / total_width, height / total_height))
 
 
 def write(figure: Figure, folder: pathlib.Path, name: str) -> None:

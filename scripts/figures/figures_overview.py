@@ -11,7 +11,6 @@ from scripts.figures.figures_drawing import (
     MAIN,
     Numbers,
     Panel,
-    add_axes,
     field_of,
     new_figure,
     solve_case,
@@ -20,7 +19,7 @@ from scripts.figures.figures_drawing import (
     write,
 )
 from thermoroll_cli.plots.maps import Colours, draw_arrows, draw_map
-from thermoroll_cli.plots.style import few_ticks
+from thermoroll_cli.plots.style import add_axes, few_ticks
 
 Folder = pathlib.Path
 

@@ -367,6 +367,17 @@ def test_borders_of_contacts_without_slip_or_stick() -> None:
         assert len(borders.contact) == 1 and borders.stick == []
 
 
+def test_a_stick_border_nearly_along_x_has_no_steps() -> None:
+    """Shares know the border along x only: from row to row it advances by four elements here."""
+    x, y = np.arange(64.0), np.arange(12.0)
+    border = 10.3 + 4.0 * y
+    covered, sticking = np.ones((64, 12)), np.clip(border[None, :] - x[:, None] + 0.5, 0.0, 1.0)
+    fields = {"state": covered, "covered": covered, "stick_share": sticking}
+    (line,) = borders_of(x, y, fields).stick
+    inner = line[(line[:, 1] > 1.0) & (line[:, 1] < 10.0)]
+    assert len(inner) > 20 and np.abs(inner[:, 1] - (inner[:, 0] - 10.3) / 4.0).max() < 0.05
+
+
 def test_a_lone_stick_element_has_no_border() -> None:
     state = synthetic.result((32, 32), slip_share=1.0).isothermal
     stick = np.zeros((32, 32))
