@@ -68,6 +68,12 @@ def test_diagrams_and_legend() -> None:
     assert figure.axes[-1].get_xlabel() == "rolling speed (m/s)" or figure.axes[3].get_xlabel() == "rolling speed (m/s)"
 
 
+def test_a_given_force_has_no_diagram_but_the_creepage_that_it_needs() -> None:
+    needed = [0.001 + 1e-6 * speed for speed in table()[OVER[0]]]
+    labels = [axes.get_ylabel() for axes in drawn(table(creepage_longitudinal=needed), OVER).axes if axes.get_visible()]
+    assert any("creepage" in label for label in labels) and not any("force" in label for label in labels)
+
+
 def test_every_line_of_a_sweep_has_a_colour_of_its_own() -> None:
     radii = [float(k) for k in range(1, 31)]
     rows = [(radius, speed) for radius in radii for speed in (10.0, 20.0, 50.0)]

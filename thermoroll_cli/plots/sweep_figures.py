@@ -80,7 +80,7 @@ FLAT = 3.0
 NEGLIGIBLE = 1e-9
 """A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
 STEADY = 1e-6
-"""A given creepage, and ratios that only heat could change, get no diagram while they change by no more than this."""
+"""A given creepage or force, and ratios that only heat could change, get no diagram while they change by no more than this."""
 VISIBLE = 3e-3
 """Share of the range of a diagram by which two curves differ at least to be drawn both."""
 ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
@@ -170,16 +170,26 @@ def _worth_drawing(table: Table, names: tuple[str, ...], over: Sequence[str]) ->
     values = merged(table, names)
     if values is None:
         return False
-    finite = values[np.isfinite(values)]
-    if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and np.ptp(finite) <= STEADY * np.abs(finite).max():
+    if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and _is_steady(values):
         return False
     if names == ("pressure_max_MPa",) and np.isfinite(numbers(table.get("hertz_p0_MPa", ()))).any():
         # γ_p over Hertz's pressure has it.
         return False
-    if any(name.endswith("." + names[0].removeprefix("creepage_")) for name in over):
-        # The swept creepage against itself.
+    creepage = dict(zip(FORCES, CREEPAGES, strict=True)).get(names[0], names[0])
+    swept = any(name.endswith("." + creepage.removeprefix("creepage_")) for name in over)
+    needed = merged(table, (creepage,))
+    if swept and creepage == names[0]:
+        # Not against itself.
         return False
-    return float(np.abs(finite).max()) > NEGLIGIBLE * _family_scale(table, names)
+    if not swept and needed is not None and _is_steady(values) and not _is_steady(needed):
+        # A given force: its creepage has a diagram.
+        return False
+    return float(np.nanmax(np.abs(values))) > NEGLIGIBLE * _family_scale(table, names)
+
+
+def _is_steady(values: Column) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool(np.ptp(finite) <= STEADY * np.abs(finite).max())
 
 
 def _family_scale(table: Table, names: tuple[str, ...]) -> float:
