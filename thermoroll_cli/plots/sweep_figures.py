@@ -316,13 +316,13 @@ def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
     """Ticks and label of the swept axis, which diagrams above each other share."""
     if words:
         axes.set_xticks(range(len(words)), words, parse_math=False)
-        style.few_ticks(axes, y=5)
+        style.few_ticks(axes, y=6)
     elif is_logarithmic(x):
         axes.set_xscale("log")
         _few_decades(axes.xaxis, x)
-        style.few_ticks(axes, y=5)
+        style.few_ticks(axes, y=6)
     else:
-        style.few_ticks(axes, 4, 5)
+        style.few_ticks(axes, 4, 6)
     axes.grid(visible=True)
     axes.tick_params(labelbottom=bool(label))
     axes.set_xlabel(label, parse_math=False)
