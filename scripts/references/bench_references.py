@@ -12,7 +12,7 @@ import json
 import math
 
 from scripts.benchmark.cases import COUPLED_SCALARS, FOLDER, HOT, MECHANICAL, SPINNING, log, problem_of
-from scripts.references.fine_values import extrapolated
+from scripts.references.estimate_references import extrapolated
 from thermoroll_cli.refinement.solve import solve
 
 
