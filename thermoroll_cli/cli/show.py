@@ -14,17 +14,10 @@ if TYPE_CHECKING:
     from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {
-    "hertz_a_mm": "Hertz semi-axis along rolling",
-    "hertz_b_mm": "Hertz semi-axis across rolling",
-    "hertz_p0_MPa": "Hertz peak pressure",
     "contact_length_mm": "of the contact along rolling, coarsely",
     "contact_width_mm": "of the contact across rolling, all patches",
     "contact_centre_mm": "middle of that width",
     "contact_pressure_MPa": "largest pressure, coarsely",
-    "approach_um": "by which the bodies come closer",
-    "peclet_lower": "Péclet number v a0/κ, lower body",
-    "peclet_upper": "Péclet number v a0/κ, upper body",
-    "friction_limit_N": "μW: no tangential force exceeds it",
     "saturation_creepage": "about where the whole contact slides",
     "dundurs_beta": "couples pressure and shear",
     "thermal_crown_bound": "Λ at most: curvature of the tracks' thermal crowns over that of the gap",
@@ -32,10 +25,8 @@ MEANINGS = {
     "expected_bulk_temperature_upper_K": "of full sliding, upper body",
     "biot_lower": "Biot number hR/k, lower body",
     "biot_upper": "Biot number hR/k, upper body",
-    "warm_up_time_lower_s": "time constant of warming up, lower body",
-    "warm_up_time_upper_s": "time constant of warming up, upper body",
 }
-"""Meanings of the numbers known before solving."""
+"""Meanings of the numbers known before solving, besides those of scalars of a result."""
 
 PROCESS_BYTES, PROCESS_SECONDS = 117 * 2**20, 0.8
 """Memory and time of a run besides the solve: Python, libraries, files; measured on one core."""
@@ -96,15 +87,18 @@ def _finite(value: Any) -> Any:
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     from thermoroll_cli.cli.result_table import align, folded, with_remarks
+    from thermoroll_cli.problem.names import ALL_SCALARS
     from thermoroll_cli.problem.scalar_errors import number
+
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
     table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
     yield "known before solving"
+    meanings = MEANINGS | {name: scalar.meaning for name, scalar in ALL_SCALARS.items()}
     facts = [(name, number(value)) for name, value in plan.facts.items()]
-    yield from with_remarks(facts, [MEANINGS.get(name, "") for name, _ in facts], width)
+    yield from with_remarks(facts, [meanings.get(name, "") for name, _ in facts], width)
     yield "plan"
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
     yield from with_remarks([step[:2] for step in steps], [step[2] for step in steps], width)

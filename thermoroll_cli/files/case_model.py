@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
-from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
@@ -80,9 +80,13 @@ def _one_line(value: Any) -> Any:
     return value
 
 
+_SIDE: dict[str, Any] = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
 Radius = Annotated[
     float, AllowInfNan(True), BeforeValidator(_radius),
     Allowed("a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat), in mm"),
+    # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
+    WithJsonSchema({"type": ["number", "null"], "minimum": -RADIUS_RANGE[1],
+                    "not": {"type": "number", "exclusiveMinimum": -RADIUS_RANGE[0], "exclusiveMaximum": RADIUS_RANGE[0]}}),
 ]  # fmt: skip
 
 
@@ -259,14 +263,18 @@ class ThermalTable(Table):
     """Frictional heat. Leave the table and the thermal constants out for a mechanical case."""
 
     heat: bool = Field(default=True, description="Frictional heat and temperature; false is a purely mechanical case")
-    deformation: bool | Literal["always"] = Field(
+    deformation: Annotated[bool | Literal["always"], WithJsonSchema({"enum": [True, False, "always"]})] = Field(
         default=True,
         description='Thermal expansion acts back on the gap; "always": even where its effect is below the accuracy',
     )
     peclet: Literal["rolling", "sliding", "stationary"] = Field(
         default="rolling", description="Velocity of the heat sources: of the material, of the local slip, or none"
     )
-    partition: Annotated[float, Field(ge=0, le=1)] | Literal["matched"] = Field(
+    partition: Annotated[
+        Annotated[float, Field(ge=0, le=1)] | Literal["matched"],
+        WithJsonSchema({"type": ["number", "string"], "minimum": 0, "maximum": 1,
+                        "if": {"type": "string"}, "then": {"enum": ["matched"]}}),
+    ] = Field(
         default=0.5,
         description='Share of the heat that enters the lower body; "matched": surfaces equally warm inside the contact',
     )
@@ -282,6 +290,7 @@ class NumericsTable(Table):
     grid: Annotated[
         int | tuple[int, int], BeforeValidator(_grid),
         Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
+        WithJsonSchema({**_SIDE, "type": ["integer", "array"], "items": _SIDE, "minItems": 2, "maxItems": 2}),
     ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
     accuracy: float | None = quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
     extent: float = quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)

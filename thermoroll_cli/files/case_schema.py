@@ -10,7 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, GRID_RANGE, RADIUS_RANGE, Allowed, Settings, Table, key_unit
+from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, Allowed, Settings, Table, key_unit
 
 
 def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:
@@ -100,19 +100,7 @@ def case_schema() -> dict[str, Any]:
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
     schema["properties"]["material"] = _material(schema["properties"]["material"], tables)
-    side = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
-    _instead(tables["Numerics"]["properties"]["grid"], side, type=["integer", "array"], items=side, minItems=2, maxItems=2)
-    share = {"type": ["number", "string"], "minimum": 0, "maximum": 1}
-    _instead(tables["Thermal"]["properties"]["partition"], share, **{"if": {"type": "string"}, "then": {"enum": ["matched"]}})
-    _instead(tables["Thermal"]["properties"]["deformation"], {"enum": [True, False, "always"]})
     geometry = tables["Geometry"]
-    for key, radius in geometry["properties"].items():
-        if not key.endswith("_mm"):
-            continue
-        # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
-        smallest, largest = RADIUS_RANGE
-        radius |= {"type": ["number", "null"], "minimum": -largest}
-        radius["not"] = {"type": "number", "exclusiveMinimum": -smallest, "exclusiveMaximum": smallest}
     geometry["allOf"] = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
                          for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
@@ -150,12 +138,6 @@ def _material(described: dict[str, Any], tables: dict[str, Any]) -> dict[str, An
 def _not_with(other: str) -> dict[str, Any]:
     """A key that must not be there. `false` would say so, too, but validators quote this schema in their message."""
     return {"not": {"description": f"anything together with {other}"}}
-
-
-def _instead(key: dict[str, Any], first: dict[str, Any], **more: Any) -> None:
-    """Replace the alternatives of `key` by keywords that each concern one type only."""
-    key.pop("anyOf", None)
-    key |= first | more
 
 
 def _tidied(node: Any) -> Any:
