@@ -29,8 +29,7 @@ from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages, hertz_contact, line_contact
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.rolling.newton import TangentialProblem

@@ -7,7 +7,7 @@ from tests.support.scenes import order, reference, rolling
 from thermoroll_cli.contact import heated_contact
 from thermoroll_cli.contact.heated_contact import HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import peak_value
 from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation

@@ -22,8 +22,7 @@ from thermoroll_cli.heat.recirculation import (
     robin_roots,
     surface_slope,
 )
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import Grid, peak_value
 
 DRIVE = Roller(0.03, 0.02, 1, 30.0, 45.0, 1.2e-5, 1.56e-5, 0.3, convection=3000.0)
 

@@ -7,7 +7,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.numerics.stencils import between_sides
+from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.refinement.solve import solve
 
 CROWN = '[geometry.upper_profile]\nkind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\n[load]'

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import rolling
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import peak_value
 from thermoroll_cli.problem.problem import Heating, Material, Numerics, Problem
 from thermoroll_cli.refinement.solve import solve
 

@@ -16,8 +16,7 @@ from thermoroll_cli.exact import rolling_cylinders, spence
 from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
 from thermoroll_cli.halfspace.thermal import temperature_table
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan

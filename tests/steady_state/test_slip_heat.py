@@ -16,7 +16,7 @@ from thermoroll_cli.exact.rolling_cylinders import CarterContact, carter, satura
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.halfspace.thermal import slopes
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import peak_value
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.rolling.slip_heat import heat_of_slip

@@ -13,8 +13,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.numerics.grid import Domain, Grid
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import Domain, Grid, peak_value
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 

@@ -21,8 +21,7 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import around, framed, highest
+from thermoroll_cli.numerics.grid import Grid, around, framed, highest
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""

@@ -8,8 +8,7 @@ from thermoroll_cli.arrays import Array, Spectrum
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import coupling_tables
 from thermoroll_cli.numerics.convolution import Convolution
-from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, Grid
 
 
 class NormalShearCoupling:

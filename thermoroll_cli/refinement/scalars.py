@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.heat.frictional_heat import Heat, divide
-from thermoroll_cli.numerics.stencils import between_sides, peak_inside, peak_value
+from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES, Heating

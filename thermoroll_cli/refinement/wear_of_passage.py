@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array
-from thermoroll_cli.numerics.stencils import peak_value
+from thermoroll_cli.numerics.grid import peak_value
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 NAMES = ("wear_area_{}_um2", "wear_depth_max_{}_nm", "wear_rate_{}_mm3_m")

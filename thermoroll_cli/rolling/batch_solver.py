@@ -20,8 +20,8 @@ from thermoroll_cli.arrays import AnyArray, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.numerics.convolution import even_length
+from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.numerics.krylov import batch_gmres
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.rolling.newton import (
     MOST_HALVINGS,
     MOST_KRYLOV_STEPS,
@@ -29,6 +29,7 @@ from thermoroll_cli.rolling.newton import (
     SUFFICIENT_DECREASE,
     Newton,
     TangentialProblem,
+    times,
 )
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.rolling_solver import (
@@ -374,28 +375,17 @@ class _Linearisations:
         xx, yy, xy = self._border
         inner[:, 0] += xx * change[:, 0] + xy * change[:, 1]
         inner[:, 1] += xy * change[:, 0] + yy * change[:, 1]
-        out = _times(self._q, inner)
-        out += _times(self._p, change)
+        out = times(np.moveaxis(self._q, 1, 0), inner)
+        out += times(np.moveaxis(self._p, 1, 0), change)
         return out.reshape(vectors.shape)
 
     def precondition(self, who: AnyArray, vectors: AnyArray) -> AnyArray:
         self._keep(who)
         right = vectors.reshape(-1, 2, *self._solver._shape)
         out = self._solver._inverse(right * self._inverse_rho, self._inner, self._starts)
-        out += _times(self._local, right)
+        out += times(np.moveaxis(self._local, 1, 0), right)
         return out.reshape(vectors.shape)
 
 
 def _stack(xx: AnyArray, yy: AnyArray, xy: AnyArray) -> AnyArray:
     return np.stack([xx, yy, xy], axis=1).astype(np.float32)
-
-
-def _times(block: AnyArray, v: AnyArray) -> AnyArray:
-    out = np.empty_like(v)
-    term = block[:, 2] * v[:, 1]
-    np.multiply(block[:, 0], v[:, 0], out=out[:, 0])
-    out[:, 0] += term
-    np.multiply(block[:, 1], v[:, 1], out=out[:, 1])
-    np.multiply(block[:, 2], v[:, 0], out=term)
-    out[:, 1] += term
-    return out

@@ -47,7 +47,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.stencils import framed, highest, sobel
+from thermoroll_cli.numerics.grid import framed, highest, sobel
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7

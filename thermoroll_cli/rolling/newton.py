@@ -6,6 +6,7 @@ That is the natural residual of Coulomb friction, with its generalised derivativ
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -297,24 +298,13 @@ class Linearisation:
             unit = np.zeros(2)
             unit[i] = newton.creepage_unit
             e = np.broadcast_to(unit[:, None, None], (2, *newton.traction_bound.shape))
-            columns.append(self._invert(self._times(self.q, e)))
+            columns.append(self._invert(times(self.q, e)))
         self.response = columns
         free = list(newton.free)
         if free:
             schur = np.array([[c[i].sum() for c in columns] for i in free]) / newton.force_scale
             # A zero response has no inverse: pinv maps zero to zero.
             self.schur_inverse = np.linalg.pinv(np.where(np.abs(schur) > NO_FORCE_RESPONSE, schur, 0.0))
-
-    @staticmethod
-    def _times(block: tuple[AnyArray, ...], v: AnyArray) -> AnyArray:
-        xx, yy, xy = block
-        out = np.empty_like(v)
-        term = np.multiply(xy, v[1])
-        np.multiply(xx, v[0], out=out[0])
-        out[0] += term
-        np.multiply(yy, v[1], out=out[1])
-        out[1] += np.multiply(xy, v[0], out=term)
-        return out
 
     def expensive(self, v: AnyArray) -> AnyArray:
         n = 2 * self.newton.size
@@ -328,8 +318,8 @@ class Linearisation:
         inner = newton.border.add(image.reshape(shape).copy(), change)
         if newton.free:
             inner -= newton.creepage(v[n:])[:, None, None]
-        out = self._times(self.q, inner)
-        out += self._times(self.p, change)
+        out = times(self.q, inner)
+        out += times(self.p, change)
         if self.state.response is not None and self.state.sliding is not None:
             along = (self.state.sliding * (newton._taken_at_borders(change) - inner)).sum(axis=0)
             bound = newton.traction_bound * self.state.response.change(along)
@@ -341,7 +331,7 @@ class Linearisation:
 
     def _invert(self, r: AnyArray) -> AnyArray:
         out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
-        out += self._times(self.local, r)
+        out += times(self.local, r)
         return out
 
     def precondition(self, v: AnyArray) -> AnyArray:
@@ -357,6 +347,20 @@ class Linearisation:
         for u, column in zip(unknown, self.response, strict=True):
             change += float(u) * column
         return np.concatenate([change.ravel(), unknown])
+
+
+def times(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
+    """Symmetric 2×2 matrices, components xx, yy, xy (…, n, m) in `block`, times the vectors `v` (…, 2, n, m)."""
+    xx, yy, xy = block
+    x, y = v[..., 0, :, :], v[..., 1, :, :]
+    out = np.empty_like(v)
+    out_x, out_y = out[..., 0, :, :], out[..., 1, :, :]
+    term = np.multiply(xy, y)
+    np.multiply(xx, x, out=out_x)
+    out_x += term
+    np.multiply(yy, y, out=out_y)
+    out_y += np.multiply(xy, x, out=term)
+    return out
 
 
 def _lone(slip: Mask, stick: Mask) -> Mask:

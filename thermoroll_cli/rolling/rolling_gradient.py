@@ -23,7 +23,7 @@ from thermoroll_cli.numerics.convolution import (
     pair_symbols,
     quadrant_symbol,
 )
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 
 
 @dataclass(frozen=True)

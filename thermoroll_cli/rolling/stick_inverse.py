@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.numerics.convolution import MirroredPlane, Parities, even_length, fftw, pair_symbols
-from thermoroll_cli.numerics.stencils import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.rolling.rolling_gradient import Symbols, shear_symbols
 
 

@@ -9,8 +9,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages
-from thermoroll_cli.numerics.grid import Grid, Prolongation
-from thermoroll_cli.numerics.stencils import peak_inside, peak_value
+from thermoroll_cli.numerics.grid import Grid, Prolongation, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Pressure
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
