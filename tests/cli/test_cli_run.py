@@ -96,14 +96,6 @@ def test_a_result_carries_its_case(case: Path, tmp_path: Path) -> None:
     assert call("run", "--from", case, cwd=tmp_path).returncode == 5
 
 
-def test_threads_do_not_change_the_result(case: Path, tmp_path: Path) -> None:
-    for threads in ("1", "2"):
-        call("run", case, "--threads", threads, "--no-plots", "-q", "-o", threads, cwd=tmp_path)
-    done = call("compare", "1/two spheres.h5", "2/two spheres.h5", "--rtol", "0", cwd=tmp_path)
-    assert done.returncode == 0
-    assert call("run", case, "--threads", "0", cwd=tmp_path).returncode == 2
-
-
 def test_picture_options(case: Path, tmp_path: Path) -> None:
     done = call("run", case, "--format", "svg", "--normalised", "-q", cwd=tmp_path)
     assert done.returncode == 0

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import fields
 
 import pytest
 
 from scripts.benchmark.taken_away import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
-from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.solve import Solver, solve
@@ -17,7 +15,7 @@ from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
-from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, fixed_point
+from thermoroll_cli.steady_state.fixed_point import fixed_point
 from thermoroll_cli.steady_state.iteration import iterate
 
 CASE = reference_problem("article_3_1_case_5", 32)
@@ -34,10 +32,6 @@ def force(result: Result) -> float:
 
 def applications(result: Result) -> int:
     return result.work["levels"][-1]["applications"]
-
-
-def test_defaults_are_the_options_of_every_run(standard: Result) -> None:
-    assert force(solve(CASE, options=SolverOptions())) == force(standard)
 
 
 def test_the_grids_before_the_last_one_save_work_and_give_the_estimate(standard: Result) -> None:
@@ -79,10 +73,6 @@ def test_options_of_the_rolling_solver_reach_newton() -> None:
 
 
 # --- the fixed point -------------------------------------------------------------------------------------------------
-
-
-def test_unknowns_are_fields_of_the_state_that_take_no_part_unless_given() -> None:
-    assert {f.name: f.default for f in fields(Contact)}.items() >= dict.fromkeys(UNKNOWNS).items()
 
 
 def test_a_state_is_its_own_turn() -> None:

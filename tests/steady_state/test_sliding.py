@@ -13,9 +13,6 @@ from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatRespo
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
-from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
 GRID = Grid(8, 6, 2.0e-5, 1.4e-5)
@@ -243,22 +240,6 @@ def test_sideways_speeds_mirror_each_other():
     np.testing.assert_allclose(lower, upper[:, ::-1], atol=1e-3 * lower.max())
     y = np.arange(32)[None, :] - 15.5
     assert float((lower * y).sum() / lower.sum()) > 0.5
-
-
-def test_a_creepage_solved_for_does_not_rebuild_kernels_every_time():
-    """Forces given, creepages found anew in each outer iteration: rounded to 1e-6 for the thermal tables alone."""
-    problem = rolling(grid=16, creepage=(None, None), force=(15.0, 0.0), speed=20.0, heating=Heating())
-    discretisation = Discretisation(DerivedQuantities(problem), (16, 16), 2.2)
-    slip = np.zeros((2, 16, 16))
-    first = discretisation.heat_response((1.2e-3, 0.0), slip)
-    assert discretisation.heat_response((1.2e-3 + 2e-8, 3e-8), slip) is first
-    other = discretisation.heat_response((1.3e-3, 0.0), slip)
-    assert other is not first
-    lower, upper = other.bodies
-    assert lower.speed_x == pytest.approx(20.0 * (1.0 + 0.5 * 1.3e-3), rel=1e-6)
-    assert upper.speed_x == pytest.approx(20.0 * (1.0 - 0.5 * 1.3e-3), rel=1e-6)
-    given = heated_bodies(replace(problem, motion=Motion(20.0, 1.2345678e-3, 0.0)), 1.2345678e-3, 0.0)
-    assert given[0].speed_x == 20.0 + 1.2345678e-3 * 20.0 / 2.0
 
 
 @pytest.mark.parametrize("aspect", [0.3, 4.0])
