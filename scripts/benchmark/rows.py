@@ -131,6 +131,14 @@ def friction_law() -> Row:
                partial(_alone, [dataclasses.replace(one, friction_law=None) for one in problems]), len(problems), len(problems))
 
 
+def heat_through_layers() -> Row:
+    """A bonded coating with heat, which divides between the bodies."""
+    problem = _on_case("coated_ball_heat", 128)
+    plain = {name: dataclasses.replace(getattr(problem, name), layers=()) for name in ("lower", "upper")}
+    return Row("heat through layers, N = 128", "without layers", partial(solve, problem),
+               partial(solve, dataclasses.replace(problem, **plain)))
+
+
 def layers() -> Row:
     """A bonded coating."""
     problem = _on_case("coated_ball", 128)

@@ -23,7 +23,7 @@ import numpy as np
 
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_friction import random_friction, random_strength
-from scripts.stress.random_layers import random_layers
+from scripts.stress.random_layers import random_hot_layers, random_layers
 from scripts.stress.random_profiles import random_profile_contact
 from scripts.stress.stress_cases import stress_case
 from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS
@@ -47,8 +47,8 @@ DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2"
 """Scalars whose error is that of another one."""
 
 BELOW, PROFILES, FALLING, STRONG = "below the surface", "profiles", "falling friction", "strength and wear"
-LAYERED = "layers"
-APART = (PROFILES, BELOW, FALLING, STRONG, LAYERED)
+LAYERED, HOT = "layers", "heat through layers"
+APART = (PROFILES, BELOW, FALLING, STRONG, LAYERED, HOT)
 """Populations that are families of their own."""
 FAMILIES: dict[str, Sequence[str]] = {
     "integrals": INTEGRALS, "creepages found": CREEPAGES, "areas": AREAS, "stick": STICK, "maxima": MAXIMA,
@@ -75,7 +75,8 @@ def _below_the_surface(seed: int) -> Problem:
 
 POPULATIONS: dict[str, Callable[[int], Problem | None]] = {
     "random contacts": random_contact, "stress generator": _of_the_generator, PROFILES: random_profile_contact,
-    BELOW: _below_the_surface, FALLING: random_friction, STRONG: random_strength, LAYERED: random_layers}
+    BELOW: _below_the_surface, FALLING: random_friction, STRONG: random_strength, LAYERED: random_layers,
+    HOT: random_hot_layers}
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from scripts.stress.random_contacts import _geometry, _log, _motion
+from scripts.stress.random_contacts import LARGEST_BULGE, _geometry, _heating, _log, _motion
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
+from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 BOTH_SHARE, ALIKE_SHARE, INCOMPRESSIBLE_SHARE = 0.5, 0.5, 0.1
@@ -44,6 +45,35 @@ def random_layers(seed: int) -> Problem:
         problem = replace(problem, lower=_as_thick(problem.lower, thickness), upper=_as_thick(problem.upper, thickness))
     motion = _motion(rng, problem)
     return replace(problem, motion=motion)
+
+
+def random_hot_layers(seed: int) -> Problem:
+    """The contact of `random_layers` with heat: Péclet numbers from 0.1 to 1000, conductivities of 0.01 to 10 times that of the
+    body below, expansions that bulge it by up to `LARGEST_BULGE` of the approach."""
+    rng, problem = np.random.default_rng([19, seed]), random_layers(seed)
+    heating = _heating(rng)
+    problem = replace(problem, heating=replace(heating, peclet="rolling" if heating.peclet == "sliding" else heating.peclet))
+    derived = DerivedQuantities(problem)
+    diffusivity = problem.motion.speed * derived.scales.semi_axis_x / _log(rng, -1.0, 3.0)
+    lower = _warm(rng, problem.lower, diffusivity)
+    problem = replace(problem, lower=lower,
+                      upper=lower if problem.upper == problem.lower else _warm(rng, problem.upper, diffusivity))
+    wanted = _log(rng, -4.0, math.log10(LARGEST_BULGE))
+    bound = bulge_bound(DerivedQuantities(problem)) if problem.heating.deformation else 0.0
+    factor = wanted * derived.scales.approach / bound if bound else 1.0
+    return replace(problem, lower=_expanding(problem.lower, factor), upper=_expanding(problem.upper, factor))
+
+
+def _warm(rng: np.random.Generator, body: Material, diffusivity: float) -> Material:
+    conductivity = _log(rng, 0.5, 2.5)
+    layers = tuple(replace(layer, conductivity=conductivity * _log(rng, -2.0, 1.0), expansion=_log(rng, 0.0, 2.0) * 1e-6,
+                           diffusivity=diffusivity * _log(rng, -1.5, 1.0)) for layer in body.layers)
+    return replace(body, conductivity=conductivity, expansion=1e-5, diffusivity=diffusivity, layers=layers)
+
+
+def _expanding(body: Material, factor: float) -> Material:
+    layers = tuple(replace(layer, expansion=(layer.expansion or 0.0) * factor) for layer in body.layers)
+    return replace(body, expansion=(body.expansion or 0.0) * factor, layers=layers)
 
 
 def _body(rng: np.random.Generator) -> Material:

@@ -18,7 +18,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy
-from scipy.fft import fht
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Layer
@@ -163,7 +162,7 @@ def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> Rad
     Its limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz}, z = `depth`, whose transform is closed form."""
     limit = symbol[0]
     r = 1.0 / wave_numbers[::-1]
-    transform = fht(symbol - limit * np.exp(-wave_numbers * depth), STEP, order)
+    transform = scipy.fft.fht(symbol - limit * np.exp(-wave_numbers * depth), STEP, order)
     distance = np.hypot(r, depth)
     closed = {0: 1.0 / distance, 1: r / (distance * (distance + depth)),
               2: (r / (distance + depth)) ** 2 / distance}[order]
