@@ -149,7 +149,7 @@ def layers() -> Row:
 
 ROWS: list[Callable[[], Row]] = [
     sweep, sweep_of_hot_loads, sweep_of_hot_creepages, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear,
-    table_16, table_32, heat, subsurface, strength, friction_law, layers]
+    table_16, table_32, heat, heat_through_layers, subsurface, strength, friction_law, layers]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:
