@@ -16,7 +16,17 @@ from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Geometry, Heating, Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import (
+    Geometry,
+    Heating,
+    Layer,
+    Material,
+    Motion,
+    Numerics,
+    Problem,
+    SubsurfaceRequest,
+    Unsolvable,
+)
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 
@@ -182,6 +192,12 @@ def test_points_of_a_sweep_share_the_tables() -> None:
     built = layered_thermal._table.cache_info().misses
     solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=0.05))
     assert layered_thermal._table.cache_info().misses == built
+
+
+@pytest.mark.parametrize("changed", [{"heating": Heating(peclet="sliding")}, {"subsurface": SubsurfaceRequest()}], ids=str)
+def test_problems_of_scripts_are_refused_likewise(changed: dict) -> None:
+    with pytest.raises(Unsolvable, match="bodies with layers"):
+        solve(coated(STEEL, replace(STEEL, layers=(CARBON,)), **changed))
 
 
 CASE = """\

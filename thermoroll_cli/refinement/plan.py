@@ -202,8 +202,9 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), and for a layer that
-    yields between surfaces whose friction depends on slip."""
+    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), for a layer that yields
+    between surfaces whose friction depends on slip, and for what is not computed below bonded layers."""
+    _check_layers(problem)
     if problem.layer_yield is not None and problem.friction_law is not None:
         raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
                          "layer.yield_MPa")
@@ -224,6 +225,16 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
+
+
+def _check_layers(problem: Problem) -> None:
+    """Case files are checked before (`case_conflicts`), problems of scripts are not."""
+    heating = problem.heating
+    unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates,
+               "subsurface": problem.subsurface is not None}
+    for key, asked in unknown.items():
+        if asked and (problem.lower.layers or problem.upper.layers):
+            raise Unsolvable(f"{key}: not computed for bodies with layers", key)
 
 
 def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
