@@ -111,7 +111,7 @@ class Journal(Mapping[str, dict[str, Any]]):
 
 
 def keep(path: pathlib.Path, record: Record, content: bytes) -> None:
-    """As `Journal.keep` for the journal at `path`, from any process. Raises WriteError."""
+    """Do the same as `Journal.keep` for the journal at `path`, from any process. Raises WriteError."""
     if content:
         write_bytes(path.parent / record["file"], content)
     append_line(path, json.dumps(record).encode() + b"\n")

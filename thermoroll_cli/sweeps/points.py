@@ -125,10 +125,7 @@ def _range(text: str, parts: list[str]) -> tuple[Value, ...]:
     if len(parts) != 3 and not logarithmic:
         raise ValueError(f'"{text}" is not of the form {FORMS}')
     start, stop = _number(text, parts[0]), _number(text, parts[1])
-    try:
-        count = int(parts[2])
-    except ValueError:
-        count = 0
+    count = int(parts[2]) if parts[2].strip().isdecimal() else 0
     if not 2 <= count <= MOST_POINTS:
         raise ValueError(f'"{text}": COUNT must be a whole number from 2 to {MOST_POINTS}, not {parts[2].strip() or "nothing"}')
     if not (math.isfinite(start) and math.isfinite(stop)):
@@ -155,17 +152,11 @@ def _value(text: str, written: str) -> Value:
 
 def _number(text: str, written: str) -> int | float:
     written = written.strip()
-    try:
-        return int(written)
-    except ValueError:
-        pass
-    try:
-        value = float(written)
-    except ValueError:
-        value = math.nan
-    if math.isnan(value):
-        raise ValueError(f'"{text}": "{written}" is not a number')
-    return value
+    for kind in (int, float):
+        with contextlib.suppress(ValueError):
+            if not math.isnan(value := kind(written)):
+                return value
+    raise ValueError(f'"{text}": "{written}" is not a number')
 
 
 @dataclass(frozen=True)

@@ -150,7 +150,7 @@ class Sweep:
             if finished:
                 note(f"{len(finished)} of {self.points.count} points are finished already")
             rows = Rows(self.points, self._keys, journal, self.folder)
-            self._tell_unlisted(finished, note)
+            self._note_unlisted(finished, note)
             for key in finished:
                 report(rows.row(numbers[key]), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
@@ -214,7 +214,7 @@ class Sweep:
             if pending:
                 yield Stretch(self.points, numbers, tuple(pending), self.command_line, self.threads)
 
-    def _tell_unlisted(self, finished: dict[str, str], note: Callable[[str], None]) -> None:
+    def _note_unlisted(self, finished: dict[str, str], note: Callable[[str], None]) -> None:
         """Files called like points of this sweep that none of its points will have: left by an earlier, larger sweep."""
         if self.scalars_only:
             return

@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     import xarray
 
 CONVERGED = "converged"
-STATES = {"isothermal": SCALARS, "error": SCALARS}
+STATES = ("isothermal", "error")
+"""Mappings of a summary that have all scalars of a state, too."""
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column → scalar in N."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
@@ -94,7 +95,7 @@ def failed_summary(reason: str) -> dict[str, Any]:
 def _whole(summary: Mapping[str, Any]) -> dict[str, Any]:
     """A record's summary with nan for everything that it lacks."""
     scalars = dict.fromkeys((*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT), math.nan)
-    states = {state: dict.fromkeys(names, math.nan) | summary.get(state, {}) for state, names in STATES.items()}
+    states = {state: dict.fromkeys(SCALARS, math.nan) | summary.get(state, {}) for state in STATES}
     return {**scalars, "work": {}, "warnings": [], "unbounded": [], **summary, **states}
 
 
@@ -122,7 +123,7 @@ class Rows:
 
 def number_columns(below: Sequence[str] = ()) -> list[str]:
     """Columns of numbers: scalars, forces over μW, scalars `below` the surface, `isothermal.` and `error.` scalars, work."""
-    prefixed = [f"{state}.{name}" for state, names in STATES.items() for name in names] + [f"error.{name}" for name in below]
+    prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
     return [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, "work.applications"]
 
 
