@@ -139,6 +139,8 @@ def rounded(value: float, error: float) -> str:
     if not (math.isfinite(value) and math.isfinite(error)) or error <= NEGLIGIBLE_ERROR * abs(value):
         return number(value)
     power, decimals = _digits(value, error)
+    if power and round(value / 10.0**power, decimals) == 0.0:
+        return "0"
     return _fixed(value, power, decimals) + (f"e{power}" if power else "")
 
 
