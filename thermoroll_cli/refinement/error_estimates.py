@@ -29,9 +29,9 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 Levels = Sequence[Mapping[str, float]]
 
-SAFETY, SAFETY_EXTRAPOLATED, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
-"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order. Extrapolated scalars
-need none: their estimate is the correction that was applied."""
+SAFETY, SAFETY_INTEGRALS, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
+"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order. Integrals are
+extrapolated: their estimate is the correction that was applied."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
 √s ln s, and exchanged heat is singular at the border of its area: first order. Stresses rise like √s from the border."""
@@ -158,7 +158,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
             unresolved = carried * _unresolved(name, resolution, levels, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
-                                    safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
+                                    safety=SAFETY_INTEGRALS if name in INTEGRALS else SAFETY)
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
