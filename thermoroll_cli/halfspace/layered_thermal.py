@@ -14,7 +14,7 @@ Tables are Fourier integrals of the difference to the half-space of the top mate
 numbers have logarithmic nodes, where the trapezoidal rule converges exponentially: they reach from 1e-16 over the size of the
 grid to where the difference ends. An oscillation e^{ikX} is cut off smoothly where kX passes `CUT`: the response is analytic
 away from the edges of its source, so that the rest of the integral cancels. Tables are good to 1e-8 of the largest coefficient;
-where material also drifts sideways by 0.5 % of its speed, to 5e-6 (temperature) and 3e-3 (expansion: its long wake lies aslant
+with 1 % of lateral creepage, to 5e-6 (temperature) and 6e-3 (expansion of thick soft layers: its long wake lies aslant
 to the nodes).
 """
 
