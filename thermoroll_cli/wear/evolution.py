@@ -24,7 +24,7 @@ from thermoroll_cli.problem.surface import surfaces
 from thermoroll_cli.refinement.solve import Report, Solver
 from thermoroll_cli.refinement.wear_of_passage import sliding_work
 
-STABLE_SHARE = 0.5
+STABLE_SHARE = 0.8
 """Share of the largest stable worn depth that a step takes."""
 ROOM = 1.3
 """Half-length of the profile that replaces a lateral radius, over the half-width expected in the end."""
