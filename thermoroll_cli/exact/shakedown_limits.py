@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from thermoroll_cli.arrays import Array
 
@@ -31,7 +31,7 @@ def line_shakedown(friction: float) -> float:
         stress = line_shear(float(place[0]), abs(float(place[1])), friction)
         return -abs(stress)
 
-    found = min(minimize(shear, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12}).fun
+    found = min(scipy.optimize.minimize(shear, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12}).fun
                 for start in ((-0.85, 0.5), (0.85, 0.5)))
     return float(min(-1.0 / found, 1.0 / friction if friction > 0.0 else math.inf))
 
