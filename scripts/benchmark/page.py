@@ -111,5 +111,5 @@ def _figure(results: dict[str, Any]) -> None:
                         color=OTHER if kind == "contact" else OWN, label=None if index else label)
     axes.set(xlabel="processor seconds", ylabel="error of the creep forces / μW")
     axes.grid(True, linewidth=0.3)
-    axes.legend(fontsize=7)
+    figure.legend(fontsize=7, loc="outside upper center", ncols=3)
     figure.savefig(ROOT / "docs" / "figures" / "error_against_time.png", dpi=150)
