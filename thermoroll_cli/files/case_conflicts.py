@@ -187,7 +187,7 @@ def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
                            "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
 
 
-STIFF_ON_SOFT, SOFT_ON_STIFF = 300.0, 1e5
+MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e5
 """Largest ratios of the moduli of neighbours that the solvers are made for."""
 
 
@@ -209,8 +209,8 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
                 yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
                                f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
             ratio = layer.youngs_modulus_GPa / below.youngs_modulus_GPa
-            if ratio > STIFF_ON_SOFT or 1.0 / ratio > SOFT_ON_STIFF:
-                kind, most = ("stiffer", STIFF_ON_SOFT) if ratio > 1.0 else ("softer", SOFT_ON_STIFF)
+            if ratio > MOST_STIFF_ON_SOFT or 1.0 / ratio > MOST_SOFT_ON_STIFF:
+                kind, most = ("stiffer", MOST_STIFF_ON_SOFT) if ratio > 1.0 else ("softer", MOST_SOFT_ON_STIFF)
                 yield Conflict((*place, "youngs_modulus_GPa"),
                                f"the layer is {max(ratio, 1.0 / ratio):.4g} times {kind} than the material below it",
                                f"at most {most:g} times {kind}")
