@@ -29,16 +29,16 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 Levels = Sequence[Mapping[str, float]]
 
-SAFETY, SAFETY_INTEGRALS, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
-"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order. Integrals are
-extrapolated: their estimate is the correction that was applied."""
+SAFETY, SAFETY_TWO_GRIDS = 1.25, 3.0
+"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
 √s ln s, and exchanged heat is singular at the border of its area: first order. Stresses rise like √s from the border."""
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, times N^−1.5: about N border elements, each off by a third of itself at random."""
 SPREAD = 0.5
-"""Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals."""
+"""Part of the error of the largest flux that reaches temperatures, because heat spreads, and integrals; and of the error of the
+stick area that reaches the creepages that are found."""
 AT_SURFACE = 0.02
 """Depth in smaller semi-axes above which a peak below the surface is one of the surface."""
 HALF_THE_LAYERS = 1.0 / 31.0
@@ -81,7 +81,6 @@ UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm
 
 def estimate(
     values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR,
-    safety: float = SAFETY,
 ) -> float:
     """E of the module's docstring over `scale`, from `values` on up to three grids (coarse to fine, the last is reported).
 
@@ -97,7 +96,7 @@ def estimate(
     before = (values[-2] - values[-3]) / scale
     if not converges_one_way(before, last):
         divisor = min(divisor, 1.0)
-    return safety * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
+    return SAFETY * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
 
 
 def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
@@ -157,8 +156,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
         else:
             unresolved = carried * _unresolved(name, resolution, levels, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
-            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
-                                    safety=SAFETY_INTEGRALS if name in INTEGRALS else SAFETY)
+            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
@@ -166,7 +164,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
         for name in {*CREEPAGES, *RELATIVE}.difference(given):
-            errors[name] += of_stick
+            errors[name] += SPREAD * of_stick
     return errors
 
 
