@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from scripts.signals import give_children_default_signals
-from thermoroll_cli.files.environment import one_thread
+from thermoroll_cli.process import one_thread
 
 # Before anything loads NumPy, as the command does: a second thread of linear algebra costs a quarter more processor time here.
 one_thread()

@@ -45,7 +45,7 @@ def leftovers(path: Path) -> list[str]:
 HELD = """
 import os, sys, time
 from thermoroll_cli.cli.main import main
-from thermoroll_cli import interruption
+from thermoroll_cli import process
 from thermoroll_cli.files import atomic
 
 held = getattr(atomic.os, {step!r})
@@ -54,7 +54,7 @@ def hold(*arguments):
     print("writing", flush=True)
     for _ in range(6000):
         time.sleep(0.01)
-        if interruption.noted():  # what must not be disturbed goes on
+        if process.noted():  # what must not be disturbed goes on
             return held(*arguments)
 
 setattr(atomic.os, {step!r}, hold)

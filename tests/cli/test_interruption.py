@@ -17,8 +17,8 @@ import pytest
 from scripts.stress.stress_signals import ROOT, SIGNALS, catches, stopped
 from tests.support.command_line import PATIENCE
 from tests.support.scenes import rolling
-from thermoroll_cli import interruption
-from thermoroll_cli.interruption import Interrupted, safe_point, stoppable
+from thermoroll_cli import process
+from thermoroll_cli.process import Interrupted, safe_point, stoppable
 from thermoroll_cli.refinement.solve import solve
 
 
@@ -45,7 +45,7 @@ def test_a_signal_inside_a_callback_is_not_lost() -> None:
         safe_point()
     assert stop.value.number == signal.SIGTERM
     safe_point()  # on the way out nothing is disturbed any more
-    assert interruption.noted() == signal.SIGTERM
+    assert process.noted() == signal.SIGTERM
 
 
 @pytest.mark.usefixtures("caught")
@@ -70,7 +70,7 @@ def test_every_step_of_a_solver_is_a_safe_point(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.usefixtures("caught")
 def test_a_second_signal_ends_the_process_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     ended: list[int] = []
-    monkeypatch.setattr(interruption.os, "_exit", ended.append)
+    monkeypatch.setattr(process.os, "_exit", ended.append)
     os.kill(os.getpid(), signal.SIGINT)
     assert ended == []
     os.kill(os.getpid(), signal.SIGTERM)
@@ -79,13 +79,13 @@ def test_a_second_signal_ends_the_process_at_once(monkeypatch: pytest.MonkeyPatc
 
 def test_signals_that_are_ignored_stay_so_and_handlers_come_back() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    handlers = [signal.getsignal(number) for number in interruption.SIGNALS]
+    handlers = [signal.getsignal(number) for number in process.SIGNALS]
     try:
         with stoppable():
             os.kill(os.getpid(), signal.SIGHUP)
             safe_point()
-            assert interruption.noted() == 0
-        assert [signal.getsignal(number) for number in interruption.SIGNALS] == handlers
+            assert process.noted() == 0
+        assert [signal.getsignal(number) for number in process.SIGNALS] == handlers
     finally:
         signal.signal(signal.SIGHUP, before)
 

@@ -23,8 +23,7 @@ from tests.support.command_line import call
 from tests.support.scenes import CASES, reference
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
-from thermoroll_cli.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable
-from thermoroll_cli.creep_table.interpolation import fill_holes
+from thermoroll_cli.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable, fill_holes
 from thermoroll_cli.creep_table.point_solver import EllipseSolver
 from thermoroll_cli.creep_table.scaling import (
     directions,

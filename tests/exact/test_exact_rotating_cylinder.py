@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import kve
 
-from thermoroll_cli.exact.moving_sources import band_temperature
-from thermoroll_cli.exact.rotating_cylinder import rim_temperature
+from thermoroll_cli.exact.moving_sources import band_temperature, rim_temperature
 from thermoroll_cli.heat.recirculation import pass_sum, surface_slope
 
 HALF, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY = 0.5e-3, 1e6, 0.03, 45.0, 1.2e-5

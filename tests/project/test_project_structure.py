@@ -15,7 +15,7 @@ PACKAGE = Path(thermoroll_cli.__file__).parent
 ROOT = PACKAGE.parent
 
 ROOMS = (
-    {"arrays", "interruption"},
+    {"arrays", "process"},
     {"problem", "numerics", "exact"},
     {"halfspace"},
     {"contact", "rolling", "heat", "stress"},
@@ -37,7 +37,7 @@ FOREIGN: dict[str, set[str]] = {
     "pydantic_core": {"files"},
     "tomllib": {"files"},
     "tomli_w": {"files"},
-    "h5py": {"files", "creep_table", "wear"},
+    "h5py": {"files", "sweeps", "creep_table", "wear"},
     "typer": {"cli"},
     "matplotlib": {"plots"},
     "pyfftw": {"numerics", "files"},

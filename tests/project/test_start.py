@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.support.command_line import THERMAL, environment
-from thermoroll_cli.files.environment import THREADS
+from thermoroll_cli.process import THREADS
 
 
 def test_help_loads_neither_numpy_nor_matplotlib() -> None:

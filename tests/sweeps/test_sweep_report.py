@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
-from thermoroll_cli.cli.result_table import wrapped
-from thermoroll_cli.cli.sweep_table import FAILED
+from thermoroll_cli.cli.tables import FAILED, wrapped
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.refinement.limit import last_steady_state
 from thermoroll_cli.refinement.solve import Solver

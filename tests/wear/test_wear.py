@@ -18,8 +18,8 @@ from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.scalars import sliding_work
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.refinement.wear_of_passage import sliding_work
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.wear import evolution as module
 from thermoroll_cli.wear.evolution import BeyondProfile, evolution, half_width, line_load, remapped

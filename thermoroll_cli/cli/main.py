@@ -9,8 +9,7 @@ from typing import NoReturn
 
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
-from thermoroll_cli.files.environment import one_thread
-from thermoroll_cli.interruption import Interrupted, noted, safe_point, stoppable
+from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, stoppable
 
 
 def program() -> NoReturn:

@@ -48,10 +48,9 @@ def plot(
 ) -> None:
     """Draw the pictures of results and sweeps again."""
     from thermoroll_cli.files.result.hdf5 import read_result
-    from thermoroll_cli.files.result.sweep_file import is_sweep_file, read_sweep
     from thermoroll_cli.plots.pictures import KINDS, draw
     from thermoroll_cli.problem.result import Result
-    from thermoroll_cli.sweeps.table import draw_table
+    from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
 
     _check_no_cases(results)
     endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]
@@ -170,7 +169,7 @@ def _comparison_record(comparison: Comparison) -> dict[str, Any]:
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
     """Differences above the tolerance, worst first; with `verbose` all of them, in their order."""
-    from thermoroll_cli.cli.result_table import folded, with_remarks
+    from thermoroll_cli.cli.tables import folded, with_remarks
 
     shown = comparison.rows if verbose else comparison.outside
     cells = [("", "first", "second", "difference")]

@@ -180,7 +180,7 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.result_table import folded, scalar_table
+    from thermoroll_cli.cli.tables import folded, scalar_table
     from thermoroll_cli.problem.names import ALL_SCALARS
     from thermoroll_cli.problem.scalar_errors import listed_scalars
 

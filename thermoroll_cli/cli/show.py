@@ -86,7 +86,7 @@ def _finite(value: Any) -> Any:
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
-    from thermoroll_cli.cli.result_table import align, folded, with_remarks
+    from thermoroll_cli.cli.tables import align, folded, with_remarks
     from thermoroll_cli.problem.names import ALL_SCALARS
     from thermoroll_cli.problem.scalar_errors import number
 

@@ -193,8 +193,7 @@ class _JsonPrinter:
 
 
 def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
-    from thermoroll_cli.cli.result_table import folded
-    from thermoroll_cli.cli.sweep_table import SHOWN_ROWS, table_lines
+    from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
 
     converged = files = 0
     kinds: dict[str, tuple[str, int]] = {}
@@ -207,7 +206,7 @@ def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
             kinds[kind] = first, count + 1
     width = streams.width()
     if len(rows) <= SHOWN_ROWS:
-        streams.write(*table_lines(list(rows), rows.points, width))
+        streams.write(*sweep_table(list(rows), rows.points, width))
     for warning, count in kinds.values():
         where = f" (one of {count} points)" if count > 1 else ""
         streams.write(*folded(f"warning: {warning}{where}", width))

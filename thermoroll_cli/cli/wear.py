@@ -61,7 +61,7 @@ def _followed(
     case: Case, folder: Path, *, resume: bool, threads: int, quiet: bool, verbose: bool
 ) -> tuple[list[dict[str, Any]], Any, str]:
     """All records, the last result, and why the evolution ended early."""
-    from thermoroll_cli.interruption import safe_point
+    from thermoroll_cli.process import safe_point
     from thermoroll_cli.sweeps.journal import Journal
     from thermoroll_cli.wear.evolution import BeyondProfile, evolution
     from thermoroll_cli.wear.wear_files import record_of, resumed

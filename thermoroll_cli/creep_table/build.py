@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.creep_table.interpolation import Interpolant
+from thermoroll_cli.creep_table.creep_force_table import Interpolant
 from thermoroll_cli.creep_table.point_solver import BATCH, FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
 from thermoroll_cli.creep_table.scaling import LAW
 from thermoroll_cli.creep_table.table_file import DEFAULT_POISSON, Axes, Quality, TableValues

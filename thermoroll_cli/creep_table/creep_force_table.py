@@ -1,4 +1,15 @@
-"""Creep forces from a table, for simulations that ask for them millions of times."""
+"""Creep forces from a table, for simulations that ask for them millions of times.
+
+Cubic splines between its points know the symmetries, the slopes at zero and the bound. The extensions beyond the quadrant
+X, Y ≥ 0 follow from two symmetries, reversal of all creepages and reflection in y = 0:
+
+    f(u, −v, w) = S f(u, v, −w),  S = (1, −1, −1)
+    f(u, 2 − v, w) = (−1, 1, 1) f(u, v, w)
+    f(u, v, w + 2) = −f(u, v, w)
+
+for (F_x, F_y, M_z), and γ_st is even in all of them: no end of a spline along v or w is free. Along ln(a/b) the spline is free
+at both ends.
+"""
 
 from __future__ import annotations
 
@@ -10,10 +21,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicSpline, NdBSpline, make_interp_spline
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.creep_table.interpolation import Interpolant
-from thermoroll_cli.creep_table.scaling import scales
+from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales
 from thermoroll_cli.creep_table.table_file import LARGEST_MAGNITUDE, TableValues, read_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.problem.problem import FrictionLaw
@@ -158,3 +169,143 @@ class CreepForceTable:
             return np.array([scales(creepage_coefficients(float(r), nu)) for r in ratio]).T
         return self._interpolant.scales_of(ratio)
 
+
+# --- interpolation -----------------------------------------------------------------------------------------------------
+
+
+REFLECTED = np.array([1.0, -1.0, -1.0, 1.0, 1.0])
+"""Signs of the columns F_x, F_y, M_z, γ_st, and |F| on its own."""
+REVERSED_X = np.array([-1.0, 1.0, 1.0, 1.0, 1.0])
+REVERSED = np.array([-1.0, -1.0, -1.0, 1.0, 1.0])
+BY_COMPONENTS, BY_SIZE = 0.8, 0.95
+"""Below the first |F|/μW components are interpolated (|F| has cusps where they vanish); above the second, |F| on its own, which
+then does not overshoot where full sliding begins."""
+GHOSTS = 8
+"""Values continued beyond an end of v or w: 3e-5 of the error at the end of the continuation is left at the last real value."""
+FINE = 401
+"""Ratios a/b between which the scales are interpolated where many different ones are asked for."""
+
+
+def fill_holes(values: Array) -> Array:
+    """`values` (4, T, A, B) with each nan replaced by the mean of its neighbours in direction, of the same magnitude."""
+    filled = values.copy()
+    while np.isnan(filled).any():
+        padded = np.pad(filled, ((0, 0), (0, 0), (1, 1), (1, 1)), constant_values=np.nan)
+        around = np.stack([padded[:, :, :-2, 1:-1], padded[:, :, 2:, 1:-1], padded[:, :, 1:-1, :-2], padded[:, :, 1:-1, 2:]])
+        known = ~np.isnan(around)
+        if not (known.any(axis=0) & np.isnan(filled)).any():
+            raise ValueError("whole layers of the table are holes: build it again")
+        mean = np.where(known, around, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+        filled = np.where(np.isnan(filled) & known.any(axis=0), mean, filled)
+    return filled
+
+
+def coefficients(values: Array, aspect_ratio: float, poisson_ratio: float) -> Array:
+    """B-spline coefficients (2 T, A + 2, B + 2, 5) of the values (4, T, A, B) of one ellipse."""
+    values = fill_holes(values)
+    values = np.concatenate([values, np.hypot(values[0], values[1])[None]])
+    _, t, a, b = values.shape
+    steep = _slopes_along_u(values, aspect_ratio, poisson_ratio) / 3.0
+    # Values and slopes of a cubic at a node are two coefficients over knots that occur twice.
+    along = np.moveaxis(np.stack([values - steep, values + steep], axis=2).reshape(5, 2 * t, a, b), 0, -1)
+
+    def reflected(k: int) -> Array:
+        """The values at index `k` of v, also beyond its ends."""
+        if k < 0:
+            return np.asarray(reflected(-k)[:, ::-1] * REFLECTED)
+        return np.asarray(along[:, k] if k < a else reflected(2 * (a - 1) - k) * REVERSED_X)
+
+    along = _inner(np.stack([reflected(k) for k in range(-GHOSTS, a + GHOSTS)]))  # (A + 2, 2 T, B, 5)
+    along = np.moveaxis(along, 2, 0)
+    # More ghosts than values: the period is 2 in w, and the sign changes with each.
+    turned = np.concatenate([along[:-1], along[:-1] * REVERSED])
+    around = _inner(np.stack([turned[k % (2 * (b - 1))] for k in range(-GHOSTS, b + GHOSTS)]))  # (B + 2, A + 2, 2 T, 5)
+    return np.ascontiguousarray(around.transpose(2, 1, 0, 3))
+
+
+def _inner(continued: Array) -> Array:
+    """Spline coefficients along the first axis from half a step before the real values to half a step after them."""
+    spline = make_interp_spline(np.arange(len(continued)), continued)
+    return np.asarray(spline.c[GHOSTS - 1 : 1 - GHOSTS])
+
+
+def _slopes_along_u(values: Array, aspect_ratio: float, poisson_ratio: float) -> Array:
+    """Slopes per interval at the values (5, T, A, B) along u: at zero those of Kalker's coefficients."""
+    _, t, a, b = values.shape
+    c = creepage_coefficients(aspect_ratio, poisson_ratio)
+    per_x, per_y, per_z = scales(c)
+    x, y, z = directions(np.linspace(0.0, 1.0, a)[:, None], np.linspace(-1.0, 1.0, b)[None])
+    linear = np.stack([c.c11 / per_x * x, c.c22 / per_y * y - c.c23 / per_z * z, c.c23 / per_y * y + c.c33 / per_z * z])
+    linear /= (t - 1) * STEEPNESS_AT_ZERO
+    nodes = np.arange(t)
+    clamped = np.concatenate([linear, np.hypot(linear[0], linear[1])[None]])
+    index = [0, 1, 2, 4]
+    found = np.empty_like(values)
+    found[index] = CubicSpline(nodes, values[index], axis=1, bc_type=((1, clamped), "not-a-knot"))(nodes, 1)
+    found[3] = CubicSpline(nodes, values[3])(nodes, 1)
+    found[3:, 1:] = _monotone(values[3:], found[3:])[:, 1:]
+    found[3, 0] = _monotone(values[3:4], found[3:4])[0, 0]
+    return found
+
+
+def _monotone(values: Array, steep: Array) -> Array:
+    """Slopes `steep` at `values` along the second axis, no steeper than lets the interpolant be monotone where the values are
+    (Fritsch & Carlson 1980): no overshoot where full sliding begins."""
+    rises = np.diff(values, axis=1)
+    before, after = np.concatenate([rises[:, :1], rises], axis=1), np.concatenate([rises, rises[:, -1:]], axis=1)
+    sign = np.sign(before)
+    limited = sign * np.clip(sign * steep, 0.0, 3.0 * np.minimum(np.abs(before), np.abs(after)))
+    return np.where(before * after > 0.0, limited, steep)
+
+
+class Interpolant:
+    """The splines of a whole table."""
+
+    def __init__(self, table: TableValues) -> None:
+        axes = table.axes
+        self._poisson = table.poisson_ratio
+        self._ratios = np.log(np.array(axes.aspect_ratios))
+        # Steps of v and w are 1 here; knots reach three steps beyond the ends.
+        t, a, b = axes.shape
+        self._knots = (np.repeat(np.arange(-1.0, t + 1.0), 2), np.arange(-3.0, a + 3.0), np.arange(-3.0, b + 3.0))
+        self._steps = np.array([t - 1, a - 1, 0.5 * (b - 1)])
+        layers = np.stack([coefficients(values, ratio, table.poisson_ratio)
+                           for values, ratio in zip(table.values, axes.aspect_ratios, strict=True)])  # fmt: skip
+        count = len(layers)
+        self._along_ratio = make_interp_spline(self._ratios, layers, k=min(3, count - 1)) if count > 1 else None
+        self._single = None if count > 1 else (math.nan, NdBSpline(self._knots, layers[0], 3))
+        self._fine: tuple[Array, Array] | None = None
+
+    def __call__(self, aspect_ratio: Array, scaled: Array) -> Array:
+        """`QUANTITIES` (4, n) at X ≥ 0, Y ≥ 0, Z of `scaled` (3, n), for ratios a/b (n,) or one for all (1,)."""
+        place = (coordinates(*scaled).T + np.array([0.0, 0.0, 1.0])) * self._steps
+        if self._along_ratio is None or len(aspect_ratio) == 1:
+            out = self._of_ratio(float(aspect_ratio[0]))(place).T
+        else:
+            spline = self._along_ratio
+            whole = NdBSpline((spline.t, *self._knots), spline.c, (spline.k, 3, 3, 3))
+            out = whole(np.concatenate([np.log(aspect_ratio)[:, None], place], axis=1)).T
+        size = np.hypot(out[0], out[1])
+        share = np.clip((size - BY_COMPONENTS) / (BY_SIZE - BY_COMPONENTS), 0.0, 1.0)
+        share *= share * (3.0 - 2.0 * share)
+        wanted = np.minimum(size + share * (out[4] - size), 1.0)
+        out[:2] *= wanted / np.where(size > 0.0, size, 1.0)
+        np.clip(out[3], 0.0, 1.0, out=out[3])
+        return np.asarray(out[:4])
+
+    def _of_ratio(self, aspect_ratio: float) -> NdBSpline:
+        """The spline of one ratio a/b; the one asked for last is kept."""
+        if self._along_ratio is not None and (self._single is None or self._single[0] != aspect_ratio):
+            self._single = aspect_ratio, NdBSpline(self._knots, self._along_ratio(np.log(aspect_ratio)), 3)
+        assert self._single is not None
+        return self._single[1]
+
+    def scales_of(self, aspect_ratio: Array) -> Array:
+        """X/ξ', Y/η', Z/φ' as (3, n) for many ratios a/b within the table, to 1e-4 between fine nodes."""
+        if self._fine is None:
+            nodes = np.linspace(self._ratios[0], self._ratios[-1], FINE)
+            known = np.array([scales(creepage_coefficients(float(np.exp(node)), self._poisson)) for node in nodes])
+            self._fine = nodes, np.log(known)
+        nodes, logs = self._fine
+        where = np.log(aspect_ratio)
+        return np.exp(np.stack([np.interp(where, nodes, column) for column in logs.T]))

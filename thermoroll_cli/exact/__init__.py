@@ -7,8 +7,8 @@ Import what you need from the modules (this package itself imports nothing):
     cattaneo_mindlin   tangential loading of a Hertz contact: full slip and partial slip, no rolling
     rolling_cylinders  2-D: tractive rolling (Carter), free rolling of different materials (Bentall & Johnson)
     kalker             creepage coefficients, creep forces: linear, saturated, by FASTSIM and by Polach's formulas
-    rotating_cylinder  temperature of a cylinder that turns under a heat source and cools by convection
-    moving_sources     temperature under moving points, rectangles, circles and ellipses, fast bands, handbook formulas
+    moving_sources     temperature under moving points, rectangles, circles and ellipses, fast bands, handbook formulas; of a
+                       cylinder that turns under a source and cools by convection
     shakedown_limits   elastic and shakedown limits of rolling and sliding contacts
     spence             normal indentation with friction between different materials: the stick circle
 

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.fft import fft, rfft
 
 from thermoroll_cli.arrays import AnyArray, Array, Spectrum
-from thermoroll_cli.interruption import safe_point
+from thermoroll_cli.process import safe_point
 
 
 @cache

@@ -9,7 +9,6 @@ from functools import partial
 
 from matplotlib.figure import Figure
 
-from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.plots.cuts import centreline_figure, track_figure
 from thermoroll_cli.plots.maps import field_figure
 from thermoroll_cli.plots.profile_figures import profile_figure
@@ -19,6 +18,7 @@ from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, streng
 from thermoroll_cli.plots.summary_sheet import summary_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.process import safe_point
 
 Draw = Callable[[RunFrame], Figure | None]
 

@@ -1,4 +1,8 @@
-"""Where no steady state is found for the heat asked for: up to which speed there is one, and what fails beyond."""
+"""Limits of the steady state: the largest speed that has one, where heat is too much, and the largest force.
+
+Where friction falls with slip the creep curve has a maximum: a larger prescribed force has no steady state, a smaller one may
+belong to two creepages.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +10,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+import scipy
+
 from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 SEARCH_GRID = (32, 32)
@@ -176,3 +184,119 @@ def _elements(problem: Problem) -> str:
 def at_speed(problem: Problem, speed: float) -> Problem:
     """The same problem at another rolling speed."""
     return replace(problem, motion=replace(problem.motion, speed=speed))
+
+
+# --- the maximum of a creep curve --------------------------------------------------------------------------------------
+
+
+CURVE_GRID = 64
+"""Elements per side on which the curve is followed: the force is known to some 1e-4 of μW there."""
+FIRST = 0.5
+"""Creepage from which the curve is followed, over that of saturation."""
+FACTOR = 2.0
+"""From one creepage to the next, until the force falls."""
+MOST_STEPS = 14
+"""Factors of two after which the curve counts as one without a maximum: friction has fallen to its limit by then."""
+MAXIMUM_RESOLUTION, BRANCH_RESOLUTION = 0.02, 1e-3
+"""Relative width to which the creepage of the maximum, and that of the falling branch, are found: the maximum is flat."""
+ROUNDING = 1e-6
+"""Over the force: a smaller change is none."""
+
+
+@dataclass(frozen=True)
+class CreepMaximum:
+    """The largest `force` (N) along the prescribed direction and the `creepage` at which it is reached; the creepage of the
+    prescribed force on the `falling` branch beyond it (nan: there is none)."""
+
+    force: float
+    creepage: float
+    falling: float = math.nan
+
+
+def has_maximum(problem: Problem) -> bool:
+    """Whether a force is prescribed to friction that falls with slip."""
+    return problem.friction_law is not None and problem.friction_law.lowest < 1.0 and problem.prescribed_force > 0.0
+
+
+def direction_of(problem: Problem) -> tuple[float, float]:
+    """Unit vector of the prescribed force; of two the direction of creepage is that of the force."""
+    size = problem.prescribed_force
+    return (problem.motion.force_x or 0.0) / size, (problem.motion.force_y or 0.0) / size
+
+
+def under_creepage(problem: Problem, creepage: float) -> Problem:
+    """`problem` with `creepage` along the prescribed force in place of the force."""
+    x, y = direction_of(problem)
+    motion = problem.motion
+    given = (x * creepage if motion.force_x is not None else motion.creepage_x,
+             y * creepage if motion.force_y is not None else motion.creepage_y)
+    return replace(problem, motion=replace(motion, creepage_x=given[0], creepage_y=given[1], force_x=None, force_y=None))
+
+
+def creep_maximum(
+    problem: Problem, solve: Callable[[Problem], Result], followed: dict[Problem, float] | None = None
+) -> CreepMaximum:
+    """Follow the creep curve of `problem` to its maximum and, for a force below it, down the falling branch.
+
+    `solve` solves one problem; some twelve coarse solutions are taken. `followed` keeps the forces of the problems of a curve:
+    neighbours that differ in the prescribed force alone have the same. Heat counts only where friction depends on temperature.
+    Raises ArithmeticError where the curve has no maximum, or a solution on it fails."""
+    x, y = direction_of(problem)
+    wanted = problem.prescribed_force
+    nx, ny = (min(n, CURVE_GRID) for n in problem.numerics.grid or (CURVE_GRID, CURVE_GRID))
+    heating = problem.heating if problem.friction_varies else replace(problem.heating, heat=False)
+    coarse = replace(problem, numerics=Numerics((nx, ny), extent=problem.numerics.extent), heating=heating, subsurface=None)
+
+    followed = {} if followed is None else followed
+
+    def force(creepage: float) -> float:
+        point = under_creepage(coarse, creepage)
+        if point not in followed:
+            result = solve(point)
+            if not result.converged:
+                raise ArithmeticError(f"the creep curve was followed to a creepage of {creepage:.3g}, where {result.reason}")
+            followed[point] = x * result.coupled.scalars["force_x_N"] + y * result.coupled.scalars["force_y_N"]
+        return followed[point]
+
+    creepages = [FIRST * DerivedQuantities(problem).saturation_creepage]
+    forces = [force(creepages[0])]
+    while len(forces) < 2 or forces[-1] > forces[-2] * (1.0 + ROUNDING):
+        if len(forces) > MOST_STEPS:
+            raise ArithmeticError(f"the creep force still rises at a creepage of {creepages[-1]:.3g}")
+        creepages.append(FACTOR * creepages[-1])
+        forces.append(force(creepages[-1]))
+    low = creepages[max(len(creepages) - 3, 0)] if len(creepages) > 2 else creepages[0] / FACTOR
+    bounds = math.log(low), math.log(creepages[-1])
+    top = scipy.optimize.minimize_scalar(lambda c: -force(math.exp(c)), bounds=bounds, method="bounded",
+                                         options={"xatol": MAXIMUM_RESOLUTION})
+    found = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
+    if wanted > found.force:
+        return found
+    while forces[-1] > wanted and len(forces) <= MOST_STEPS:
+        creepages.append(FACTOR * creepages[-1])
+        forces.append(force(creepages[-1]))
+    if forces[-1] > wanted:
+        return found
+    start, end = math.log(max(found.creepage, creepages[-1] / FACTOR)), math.log(creepages[-1])
+    falling = scipy.optimize.brentq(lambda c: force(math.exp(c)) - wanted, start, end, xtol=BRANCH_RESOLUTION)
+    return replace(found, falling=math.exp(falling))
+
+
+def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Problem], Result]) -> Result:
+    """The state at the maximum of the creep curve, marked as not converged, for a force that exceeds it."""
+    result = with_maximum(solve(under_creepage(problem, maximum.creepage)), maximum)
+    reason = (f"no steady state carries {problem.prescribed_force:.6g} N: friction falls with slip, and the creep force is "
+              f"{maximum.force:.6g} N at most, at a creepage of {maximum.creepage:.3g}. The fields and scalars are those at "
+              "this creepage; prescribe a smaller force, or a creepage")
+    return replace(result, problem=problem, converged=False, reason=reason, error=dict.fromkeys(result.error, np.nan))
+
+
+def with_maximum(result: Result, maximum: CreepMaximum) -> Result:
+    """`result` with the maximum of its creep curve among its scalars, and a warning that names the other creepage."""
+    warnings = result.warnings
+    if not math.isnan(maximum.falling):
+        warnings = (*warnings, f"the same force is also carried at a creepage of {maximum.falling:.3g}, on the falling branch "
+                               "of the creep curve; the result is the state on the rising one")
+    return replace(result, warnings=warnings, hertz={
+        **result.hertz, "creep_force_max_N": maximum.force, "creepage_at_creep_force_max": maximum.creepage,
+        "creepage_falling_branch": maximum.falling})

@@ -1,23 +1,21 @@
-"""From raw fields to a reported state: temperatures, masks, the article's scalars, tracks and patches."""
+"""From raw fields to a reported state: temperatures, masks, the article's scalars, wear of one passage, tracks and patches."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.problem import BODIES, Heating
+from thermoroll_cli.problem.problem import BODIES, Heating, Problem
 from thermoroll_cli.problem.result import State
-from thermoroll_cli.refinement.wear_of_passage import wear_scalars
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -140,7 +138,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     normal, tangential, speed = contact.normal, contact.tangential, problem.motion.speed
     inside = normal.contact
     flux = discretisation.heat_flux(tangential)
-    fields: dict[str, NDArray[Any]] = {
+    fields: dict[str, AnyArray] = {
         "pressure": normal.pressure,
         "shear_x": tangential.traction[0],
         "shear_y": tangential.traction[1],
@@ -199,6 +197,32 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
         steepness = problem.friction * law.steepest * problem.motion.speed * own
         scalars["falling_friction_criterion"] = contact.normal.peak * steepness
     return scalars
+
+
+def sliding_work(problem: Problem, fields: Mapping[str, AnyArray], dx: float) -> Array:
+    """∫ p |s|/V dx of every line of rolling in N/m, (ny,): the depth worn per passage is κ times this (Archard).
+
+    Where surfaces slide q = μ p |s|, and the heat flux q balances the power of the creep forces: its integral q/(μV) over the
+    contact sets the total, and p |s| how it is distributed."""
+    work = fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"])
+    if problem.friction > 0.0 and work.any():
+        friction = fields.get("friction_coefficient", np.full_like(work, problem.friction))
+        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, problem.friction)).sum() / work.sum())
+    return np.asarray(work.sum(axis=0) * dx / problem.motion.speed)
+
+
+def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy: float) -> dict[str, float]:
+    """Area (µm²) and largest depth (nm) that each body loses per passage, and volume per distance rolled (mm³/m)."""
+    if problem.wear is None:
+        return {}
+    work = sliding_work(problem, fields, dx)
+    found: dict[str, float] = {}
+    for body in BODIES:
+        depth = getattr(problem.wear, body).rate * work
+        area = float(depth.sum()) * dy
+        found |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
+                  f"wear_rate_{body}_mm3_m": area * 1e9}
+    return found
 
 
 def _hottest(rise: Array) -> float:

@@ -11,9 +11,8 @@ from typing import Any
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
-from thermoroll_cli.refinement.creep_maximum import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
-from thermoroll_cli.refinement.limit import last_steady_state
+from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, last_steady_state, with_maximum
 from thermoroll_cli.refinement.neighbours import Course
 from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.numerics.convolution import even_length
 from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
 from thermoroll_cli.numerics.krylov import batch_gmres
+from thermoroll_cli.process import safe_point
 from thermoroll_cli.rolling.newton import (
     MOST_HALVINGS,
     MOST_KRYLOV_STEPS,

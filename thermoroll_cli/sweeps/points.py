@@ -23,8 +23,8 @@ import numpy as np
 
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source
-from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.plan import leaves_out_deformation
 
 Value = bool | int | float | str

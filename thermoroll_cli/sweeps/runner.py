@@ -19,8 +19,7 @@ from multiprocessing.connection import Connection
 from typing import Protocol, Self
 
 from thermoroll_cli.files.atomic import remove_leftovers
-from thermoroll_cli.files.environment import one_thread
-from thermoroll_cli.interruption import safe_point
+from thermoroll_cli.process import one_thread, safe_point
 from thermoroll_cli.sweeps.journal import Journal, Record, keep
 
 DEATHS = 3

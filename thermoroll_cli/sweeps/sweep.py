@@ -14,9 +14,9 @@ from typing import Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
-from thermoroll_cli.interruption import safe_point
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.journal import Journal, Record
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value

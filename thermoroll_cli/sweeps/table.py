@@ -1,4 +1,5 @@
-"""The rows of a sweep: one per point, as CSV, as HDF5 arrays, as curves in a picture, as a data frame."""
+"""The rows of a sweep: one per point, as CSV, as HDF5 arrays over the swept keys, as curves in a picture, as a data frame; and
+read back from the files."""
 
 from __future__ import annotations
 
@@ -10,13 +11,14 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.files.atomic import replacing
-from thermoroll_cli.files.result.sweep_file import SweepColumns, write_sweep_file
+from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, fixed_text, label, opened, stamp
 from thermoroll_cli.plots.sweep_figures import write_sweep_figure
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.journal import Journal
 from thermoroll_cli.sweeps.points import Axis, Points, Value
@@ -25,9 +27,11 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
+FORMAT_VERSION = 2
+KIND = "sweep"
 CONVERGED = "converged"
-STATES = ("isothermal", "error")
-"""Mappings of a summary that have all scalars of a state, too."""
+STATES = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}
+"""Mappings of a summary that have all scalars of a state, too, and words before the meanings of their columns."""
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column → scalar in N."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
@@ -167,9 +171,90 @@ def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_
     columns: dict[str, NDArray[Any]] = dict(zip(names, numbers, strict=True))
     columns |= {name: np.array([text.encode("utf-8", "backslashreplace") for text in column])
                 for name, column in texts.items()}
-    write_sweep_file(path, {axis.key: axis.values for axis in points.axes}, columns, listed=points.listed,
-                     case_text=points.text, settings=[override.text for override in points.settings],
-                     command_line=command_line, title=points.point(1).problem.title)
+    coordinates, meaning = {axis.key: _array(axis.values) for axis in points.axes}, "swept key {}"
+    if points.listed:
+        columns = {**coordinates, **columns}
+        coordinates, meaning = {"point": np.arange(1, points.count + 1)}, "number of the point"
+    inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
+              "keys": json.dumps([axis.key for axis in points.axes])}
+    with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
+        stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
+        for name, text in inputs.items():
+            create(file, f"input/{name}", fixed_text(text))
+        scales = [dimension_scale(file, key, values, long_name=meaning.format(key)) for key, values in coordinates.items()]
+        for name, flat in columns.items():
+            state, _, own = name.rpartition(".")
+            long_name = STATES.get(state, "") + (ALL_SCALARS[own].meaning if own in ALL_SCALARS else name)
+            label(create(file, name, flat.reshape(points.shape), scales), long_name=long_name)
+
+
+def _array(values: Sequence[Value]) -> NDArray[Any]:
+    """Numbers as they are, words as bytes."""
+    if any(isinstance(value, bool | str) for value in values):
+        return np.array([str(value).lower().encode() if isinstance(value, bool) else str(value).encode() for value in values])
+    return np.asarray(values)
+
+
+@dataclass(frozen=True)
+class SweepColumns:
+    """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
+    them, whether the points are a list (`listed`) or all combinations of values, and the `title` of the case, if known."""
+
+    columns: Mapping[str, Sequence[Any]]
+    keys: tuple[str, ...]
+    listed: bool
+    title: str = ""
+
+
+def is_sweep_file(path: pathlib.Path) -> bool:
+    """Whether the file at `path` has the many points of a sweep: a CSV table, or an HDF5 file of this kind. A damaged file is
+    none; reading it reports the fault."""
+    if path.suffix.lower() == ".csv":
+        return True
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return bool(file.attrs.get("kind") == KIND.encode())
+    except (OSError, RuntimeError, KeyError):
+        return False
+
+
+def read_sweep(path: pathlib.Path) -> SweepColumns:
+    """The table in the file at `path`, as `sweep` writes sweep.csv and sweep.h5. Raises ResultFileError."""
+    try:
+        return _read_csv(path) if path.suffix.lower() == ".csv" else _read_hdf5(path)
+    except (OSError, ValueError, KeyError, IndexError, StopIteration) as cause:
+        reason = cause.strerror if isinstance(cause, OSError) and cause.strerror else "not the table of a sweep"
+        raise ResultFileError(f"{path}: {reason}") from cause
+
+
+def _read_csv(path: pathlib.Path) -> SweepColumns:
+    with open(path, encoding="utf-8", newline="") as stream:
+        header, *rows = list(csv.reader(stream))
+    columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
+    keys = tuple(header[: header.index("status")])
+    return SweepColumns(columns, keys, math.prod(len(set(columns[key])) for key in keys) != len(rows))
+
+
+def _value(text: str) -> float | str:
+    try:
+        return float(text) if text else math.nan
+    except ValueError:
+        return text
+
+
+def _read_hdf5(path: pathlib.Path) -> SweepColumns:
+    with opened(path, KIND, FORMAT_VERSION) as file:
+        keys, shape = tuple(json.loads(file["input/keys"].asstr()[()])), file["status"].shape
+        columns = {name: _flat(item[()]) for name, item in file.items() if getattr(item, "shape", ()) == shape}
+        listed = "point" in file
+        if not listed:
+            swept = np.meshgrid(*(file[key][()] for key in keys), indexing="ij")
+            columns |= {key: _flat(values) for key, values in zip(keys, swept, strict=True)}
+        return SweepColumns(columns, keys, listed, file.attrs["title"].decode())
+
+
+def _flat(values: NDArray[Any]) -> list[Any]:
+    return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
 
 
 def draw(rows: Rows, path: pathlib.Path, title: str, compare: Sequence[str] = ()) -> str:

@@ -21,8 +21,8 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Problem, Profile, Wear
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.surface import surfaces
+from thermoroll_cli.refinement.scalars import sliding_work
 from thermoroll_cli.refinement.solve import Report, Solver
-from thermoroll_cli.refinement.wear_of_passage import sliding_work
 
 STABLE_SHARE = 0.8
 """Share of the largest stable worn depth that a step takes."""

@@ -1,9 +1,9 @@
-"""Stopping in good order: a signal is noted when it comes, and acted upon at the next safe point.
+"""The process that runs: linear algebra on one thread, and stopping in good order.
 
-A handler that raised an exception would do so wherever the program happens to be: in a callback whose exceptions are dropped,
-or halfway through clearing up. So the handler only sets a flag, and long work calls `safe_point` once per iteration. A second
-signal ends the process at once; so does the alarm that the first one sets, where no safe point comes because the program waits
-for a pipe or a terminal.
+A signal is noted when it comes, and acted upon at the next safe point. A handler that raised an exception would do so wherever
+the program happens to be: in a callback whose exceptions are dropped, or halfway through clearing up. So the handler only sets
+a flag, and long work calls `safe_point` once per iteration. A second signal ends the process at once; so does the alarm that
+the first one sets, where no safe point comes because the program waits for a pipe or a terminal.
 """
 
 from __future__ import annotations
@@ -15,9 +15,22 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
+THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 PATIENCE_SECONDS = 2.5
 """Time from a signal to the next safe point, after which the process ends without."""
+
+
+def one_thread() -> None:
+    """Have linear algebra use one thread, here and in processes started from here, unless the user wants otherwise. It must be
+    called before NumPy is loaded.
+
+    Sums depend on the number of threads in their last digits, and results should not; and the vectors here are so short that
+    several threads wait for each other longer than they work.
+    """
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
 
 
 class Interrupted(BaseException):

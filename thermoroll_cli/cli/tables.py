@@ -1,0 +1,173 @@
+"""Tables for people, aligned by rich, with the same words on a terminal and on a pipe: of one result, and of a sweep."""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, scalar_text
+
+if TYPE_CHECKING:
+    from thermoroll_cli.problem.problem import Motion
+    from thermoroll_cli.sweeps.points import Points
+    from thermoroll_cli.sweeps.table import Row
+
+UNBOUNDED = "no limit: a free end"
+"""Beside values that grow with every refinement, because the contact reaches the end of a profile."""
+
+_NARROWEST = 9
+"""A header is not broken into less."""
+
+
+def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
+    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning,
+    a brief one or none where `width` has no room for it.
+
+    `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
+    """
+    shown = [name for name in names if computed(summary.get(name))]
+    rows = [("", "coupled", "isothermal")] if both else []
+    rows += [(name, scalar_text(name, summary), isothermal_text(name, summary) if both else "") for name in shown]
+    room = width - max(map(len, align(rows)), default=0) - 2
+    meanings = [""] if both else []
+    for name in shown:
+        meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
+        brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
+        fitting = (text for text in (meaning, brief) if len(text) <= room)
+        meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
+    return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
+
+
+def align(rows: Sequence[Sequence[str]]) -> list[str]:
+    """`rows` as lines with columns below each other; columns without content are left out."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2, 0, 0))
+    columns = [column for column in zip(*rows, strict=True) if any(column)]
+    for _ in columns:
+        table.add_column(no_wrap=True)
+    for row in zip(*columns, strict=True):
+        table.add_row(*row)
+    # Wide enough for any table: callers decide what fits the terminal.
+    text = io.StringIO()
+    Console(file=text, width=10_000, markup=False, highlight=False, emoji=False).print(table)
+    return [f"  {line}".rstrip() for line in text.getvalue().splitlines() if columns]
+
+
+def with_remarks(rows: Sequence[Sequence[str]], remarks: Sequence[str], width: int) -> list[str]:
+    """`rows` as by `align`, each with its remark behind it, or below it where `width` has no room."""
+    lines = align(rows)
+    start = max(map(len, lines), default=0) + 2
+    shown = []
+    for line, remark in zip(lines, remarks, strict=True):
+        if start + len(remark) <= width or not remark:
+            shown.append((line.ljust(start) + remark).rstrip())
+        else:
+            shown += [line, *folded(remark, width, indent="      ")]
+    return shown
+
+
+def folded(text: str, width: int, indent: str = "  ") -> list[str]:
+    """`text` as lines of at most `width` characters (but not less than 40), indented, and further from the second on."""
+    return textwrap.wrap(text, max(width, 40), initial_indent=indent, subsequent_indent=indent + "  ", break_on_hyphens=False)
+
+
+def wrapped(name: str, width: int) -> list[str]:
+    """The lines of `name` as a header above a column `width` wide: broken behind `_` and `.`, where a part does not fit."""
+    unit = next((end for end in UNITS if name.endswith(end)), "")
+    parts = re.findall(r"[^_.]+[_.]?", name.removesuffix(unit))
+    lines = [""]
+    for part in [*parts[:-1], parts[-1] + unit] if parts else []:
+        if lines[-1] and len(lines[-1] + part) > max(width, _NARROWEST):
+            lines.append("")
+        lines[-1] += part
+    return lines
+
+
+# --- the table of a sweep ----------------------------------------------------------------------------------------------
+
+
+SHOWN_SCALARS = (
+    "creepage_longitudinal", "creepage_lateral", "speed_solved_m_s", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
+    "gamma_c", "temperature_rise_max_lower_K", "von_mises_max_lower_MPa", "von_mises_depth_lower_mm", "von_mises_max_upper_MPa",
+    "von_mises_depth_upper_mm", "force_x_over_friction_limit", "force_y_over_friction_limit",
+)  # fmt: skip
+"""Columns in the order of their importance: a narrow terminal has room for the first ones."""
+NOISE = 1e-5
+SHOWN_ROWS = 40
+FAILED = "NOT CONVERGED"
+
+
+def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str]:
+    """The table that `thermoroll sweep` prints at the end, in lines of at most `width` characters: a row per point with the
+    swept values and the scalars worth showing. A scalar that is the same at all points is shown once.
+    """
+    motions = [points.point(row.number).problem.motion for row in rows]
+    swept = [axis.key for axis in points.axes]
+    names = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
+    constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
+    columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
+    columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
+    left_out: list[str] = []
+    for name in (name for name in names if name not in constant):
+        column = _column(name, [number(row.summary.get(name)) for row in rows])
+        if left_out or sum(2 + max(map(len, cells)) for cells in [*columns, column]) > width:
+            left_out.append(name)
+        else:
+            columns.append(column)
+    height = max(map(len, columns))
+    yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
+    if constant:
+        values = ", ".join(f"{name} = {number(_finite(name, rows)[0])}" for name in constant)
+        yield from folded(f"at all points: {values}", width)
+    endless = sorted({name for row in rows for name in row.summary["unbounded"]})
+    if endless:
+        yield from folded(f"no limit where the contact reaches the end of a profile: {', '.join(endless)}", width)
+    if left_out:
+        yield from folded(f"more in the file: {', '.join(left_out)}", width)
+
+
+def _column(name: str, cells: list[str]) -> list[str]:
+    """The lines of a header, and the `cells` below it."""
+    return wrapped(name, max(map(len, cells))) + cells
+
+
+def _shown(value: Any) -> str:
+    return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+
+
+def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], swept: Sequence[str]) -> bool:
+    """Whether the scalar `name` adds something to the swept values: it was computed, and is not given."""
+    values = _finite(name, rows)
+    if not values:
+        return False
+    if name == "speed_solved_m_s":
+        return any(row.summary[name] not in (motion.speed, None) and row.summary[name] == row.summary[name]
+                   for row, motion in zip(rows, motions, strict=True))  # fmt: skip
+    for direction, creepage, force in (("x", "creepage_longitudinal", "longitudinal"), ("y", "creepage_lateral", "lateral")):
+        given = all(getattr(motion, f"force_{direction}") is not None for motion in motions)
+        if name == creepage:
+            return given
+        if name == f"force_{direction}_N" and f"force.{force}_N" in swept:
+            return False
+    if not name.startswith("force_"):
+        return True
+    # The rounding noise of a zero force is not worth a column.
+    tail = name.removeprefix("force_x").removeprefix("force_y")
+    largest = max(abs(value) for axis in "xy" for value in (*_finite(f"force_{axis}{tail}", rows), 0.0))
+    return max(map(abs, values)) > NOISE * largest
+
+
+def _is_constant(name: str, rows: Sequence[Row]) -> bool:
+    return len({number(value) for value in _finite(name, rows)}) == 1 and len(_finite(name, rows)) == len(rows)
+
+
+def _finite(name: str, rows: Sequence[Row]) -> list[float]:
+    values = (row.summary.get(name, math.nan) for row in rows)
+    return [value for value in values if value == value]
