@@ -240,6 +240,7 @@ def test_constants_of_a_case() -> None:
         ("[geometry]", '[thermal]\npeclet = "sliding"\n[geometry]', "thermal.peclet", "bodies with layers"),
         ("[geometry]", "[thermal.lower]\nrecirculate = true\nconvection_W_m2K = 50.0\nwidth_mm = 5.0\n[geometry]",
          "thermal.lower.recirculate", "bodies with layers"),
+        ("[geometry]", "[subsurface]\n[geometry]", "subsurface.thermal", "bodies with layers"),
     ],
 )  # fmt: skip
 def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) -> None:

@@ -299,7 +299,7 @@ def test_layers_of_a_case() -> None:
         ("= 250.0", "= 250000.0", "material.layers.0.youngs_modulus_GPa", "stiffer"),
         ("= 250.0", "= 1e-3", "material.layers.0.youngs_modulus_GPa", "softer"),
         ("thickness_um = 2.0", "thickness_um = 2.0\nexpansion_um_mK = 2.3", "material.layers.0", "missing: conductivity"),
-        ("[geometry]", "[thermal]\nheat = false\n[subsurface]\n[geometry]", "subsurface", "not computed"),
+        ("[geometry]", "[subsurface]\n[strength.upper]\n[geometry]", "strength.upper", "not computed"),
         ("[geometry]", "[wear]\ndistance_km = 1.0\nlower.specific_wear_rate_mm3_Nm = 1e-7\n[geometry]", "wear.distance_km",
          "does not thin layers"),
     ],

@@ -12,7 +12,7 @@ import pytest
 
 from tests.support.interpolation import at_point
 from tests.support.scenes import elastic, ellipse, rolling, spheres
-from thermoroll_cli.problem.names import STRENGTH_SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
@@ -194,7 +194,7 @@ def test_a_body_without_heat_has_elastic_stresses_only():
     assert upper.hottest is None
     assert set(upper.plane) == set(lower.plane) - {"temperature_rise", "von_mises_elastic"}
     assert result.subsurface.scalars["elastic_von_mises_max_upper_MPa"] == result.subsurface.scalars["von_mises_max_upper_MPa"]
-    assert result.subsurface.scalars.keys() == SUBSURFACE_SCALARS.keys() - STRENGTH_SCALARS.keys()
+    assert result.subsurface.scalars.keys() == SUBSURFACE_SCALARS.keys() - STRENGTH_SCALARS.keys() - BOND_SCALARS.keys()
 
 
 def test_kept_fields():

@@ -17,7 +17,7 @@ from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
-from thermoroll_cli.problem.names import STRENGTH_SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
 
 TABLE = "[subsurface]\nlayers = 7\nfields = {}\n"
 
@@ -97,7 +97,7 @@ def test_hdf5_and_xarray(full: Path) -> None:
         assert body.plane_temperature_rise.dims == ("z", "x")
     stored = read_result(full)
     assert set(stored.bodies) == {"lower", "upper"}
-    assert SUBSURFACE_SCALARS.keys() - STRENGTH_SCALARS.keys() <= stored.summary().keys()
+    assert SUBSURFACE_SCALARS.keys() - STRENGTH_SCALARS.keys() - BOND_SCALARS.keys() <= stored.summary().keys()
     lower = stored.bodies["lower"]
     assert lower.most_stressed.value == pytest.approx(stored.summary()["von_mises_max_lower_MPa"] * 1e6)
     assert lower.fields["von_mises"].max() <= lower.most_stressed.value * (1.0 + 1e-6)

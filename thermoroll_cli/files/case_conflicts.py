@@ -230,9 +230,17 @@ def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
         if getattr(getattr(thermal, body), "recirculate", False):
             yield Conflict(("thermal", body, "recirculate"), "heat that returns is not computed for bodies with layers",
                            f"false, with {body}.bulk_temperature_K for a warm body, or no layers", other=coated[0])
-    if sections.get("subsurface") is not None:
-        yield Conflict(("subsurface",), "stresses below the surface are not computed for bodies with layers",
-                       "no [subsurface], or no layers", other=coated[0], at_key=True)
+    covered = [body for body in BODIES if any(path[1] in (body, "layers") for path in coated)]
+    subsurface, strength = sections.get("subsurface"), sections.get("strength")
+    looked_into = [] if subsurface is None or subsurface.thermal is False else subsurface.bodies
+    if any(body in looked_into for body in covered) and heat_is_on(sections):
+        yield Conflict(("subsurface", "thermal"), "thermal stresses are not computed for bodies with layers",
+                       "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other=coated[0])
+    for body in covered if strength is not None else ():
+        if getattr(strength, body) is not None:
+            yield Conflict(("strength", body), "shakedown and fatigue are not computed for bodies with layers",
+                           f"no [strength.{body}], with the von Mises stress over depth instead, or no layers", other=coated[0],
+                           at_key=True)
     wear = sections.get("wear")
     if wear is not None and (wear.distance_km is not None or wear.depth_um is not None):
         yield Conflict(("wear", "distance_km" if wear.distance_km is not None else "depth_um"),

@@ -12,9 +12,10 @@ vector the problem is scalar. Source: the stiffness-matrix method for layered me
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 import scipy
@@ -45,7 +46,7 @@ def halfspace_compliance(youngs_modulus: float, poisson_ratio: float) -> Surface
 
 
 @dataclass(frozen=True)
-class _Constants:
+class Constants:
     """Shear modulus, D_u, D_s, and the impedances of downward and of upward solutions, of one material."""
 
     shear_modulus: float
@@ -55,7 +56,7 @@ class _Constants:
     up: Array
 
     @classmethod
-    def of(cls, youngs_modulus: float, poisson_ratio: float) -> _Constants:
+    def of(cls, youngs_modulus: float, poisson_ratio: float) -> Constants:
         shear_modulus = 0.5 * youngs_modulus / (1.0 + poisson_ratio)
         displacement = np.array([[1.0, 0.0], [-1.0, 4.0 * poisson_ratio - 3.0]])
         stress = shear_modulus * np.array([[-1.0, 2.0 * poisson_ratio - 1.0], [1.0, 2.0 * (1.0 - poisson_ratio)]])
@@ -68,7 +69,7 @@ class _Reflections:
     """A layer on what lies below it, at all wave numbers: N at its lower face, `decay` e^{−kh} across it, the `reflection` of
     downward solutions at its lower face (without decay), their `echo` as displacements at its upper face."""
 
-    own: _Constants
+    own: Constants
     propagation: Array
     decay: Array
     reflection: Array
@@ -79,9 +80,9 @@ def _reflections(layers: Sequence[Layer], substrate: tuple[float, float], wave_n
     """All layers, from the surface down."""
     count = wave_numbers.size
     found: list[_Reflections] = []
-    impedance = np.broadcast_to(_Constants.of(*substrate).down, (count, 2, 2))
+    impedance = np.broadcast_to(Constants.of(*substrate).down, (count, 2, 2))
     for layer in reversed(layers):
-        own = _Constants.of(layer.youngs_modulus, layer.poisson_ratio)
+        own = Constants.of(layer.youngs_modulus, layer.poisson_ratio)
         phase = wave_numbers * layer.thickness
         propagation = np.tile(np.eye(2), (count, 1, 1))
         propagation[:, 0, 1] = phase
@@ -97,7 +98,7 @@ def difference_compliance(layers: Sequence[Layer], substrate: tuple[float, float
     """k times (compliance of the layered half-space − compliance of a half-space of the top material), at `wave_numbers` (n,).
 
     `layers` from the surface down; `substrate` has Young's modulus (Pa) and Poisson's ratio."""
-    antiplane = np.full(wave_numbers.size, _Constants.of(*substrate).shear_modulus)
+    antiplane = np.full(wave_numbers.size, Constants.of(*substrate).shear_modulus)
     for layer in reversed(layers):
         shear_modulus = 0.5 * layer.youngs_modulus / (1.0 + layer.poisson_ratio)
         mismatch = (shear_modulus - antiplane) / (shear_modulus + antiplane) * np.exp(-2.0 * wave_numbers * layer.thickness)
@@ -123,7 +124,7 @@ def layer_waves(
         up = np.asarray(layer.reflection @ down * layer.decay)
         face = own.displacement @ layer.propagation @ down * layer.decay + MIRROR @ own.displacement @ up
         found.append((down, up))
-    return found, np.asarray(np.linalg.inv(_Constants.of(*substrate).displacement) @ face)
+    return found, np.asarray(np.linalg.inv(Constants.of(*substrate).displacement) @ face)
 
 
 STEP = 0.02
@@ -134,43 +135,50 @@ times the thinnest layer: radii begin at its inverse, and the area within the fi
 
 
 @dataclass(frozen=True)
-class RadialDifference:
-    """The difference of point-load displacements H(r) = ∫ b(k) J_m(kr) dk/2π of `order` m: r H as a spline over ln r, and the
-    spline of ∫_0^R H r dr, between the radii `ends`. Before them H is even, beyond them it decays like 1/r."""
+class RadialFunctions:
+    """Responses to point loads H(r) = ∫ b(k) J_m(kr) dk/2π by name: r H as splines over ln r, and the splines of ∫ H r dr,
+    between the radii `ends`. Before them H is even, beyond them it decays like 1/r."""
 
-    order: int
+    names: tuple[str, ...]
     weighted: scipy.interpolate.BSpline
     primitive: scipy.interpolate.BSpline
     ends: tuple[float, float]
 
+    @classmethod
+    def of(cls, symbols: Mapping[str, tuple[int, Array]], wave_numbers: Array, depth: float) -> RadialFunctions:
+        """Hankel transforms of orders m and symbols b, by name, by FFTLog (Hamilton 2000, MNRAS 312).
+
+        The limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz}, z = `depth`, whose transform is closed
+        form."""
+        r, columns = 1.0 / wave_numbers[::-1], []
+        distance = np.hypot(r, depth)
+        for order, symbol in symbols.values():
+            transform = scipy.fft.fht(symbol - symbol[0] * np.exp(-wave_numbers * depth), STEP, order)
+            columns.append((transform + symbol[0] * r * (r / (distance + depth)) ** order / distance) / (2.0 * np.pi))
+        weighted, log_r = np.stack(columns, axis=1), np.log(r)
+        return cls(tuple(symbols), scipy.interpolate.make_interp_spline(log_r, weighted, 5),
+                   scipy.interpolate.make_interp_spline(log_r, weighted * r[:, None], 5).antiderivative(),
+                   (float(r[0]), float(r[-1])))
+
+    def only(self, names: Sequence[str]) -> RadialFunctions:
+        """Those of the `names`, in their order."""
+        columns = [self.names.index(name) for name in names]
+        weighted, primitive = (scipy.interpolate.BSpline(spline.t, spline.c[:, columns], spline.k)
+                               for spline in (self.weighted, self.primitive))
+        return RadialFunctions(tuple(names), weighted, primitive, self.ends)
+
     def __call__(self, r: Array) -> Array:
+        """H, (…, functions)."""
         inside = np.clip(r, *self.ends)
-        return np.asarray(self.weighted(np.log(inside)) / np.where(r < self.ends[0], inside, r))
+        return np.asarray(self.weighted(np.log(inside)) / np.where(r < self.ends[0], inside, r)[..., None])
 
     def integral(self, r: Array) -> Array:
-        """∫_0^r H r dr."""
+        """∫_0^r H r dr, (…, functions)."""
         inside = np.clip(r, *self.ends)
-        weighted = self.weighted(np.log(inside))
-        within = np.minimum(r, self.ends[0])
-        return np.asarray(self.primitive(np.log(inside)) + weighted * (0.5 * within**2 / self.ends[0] * (r < self.ends[0])
-                                                                      + np.maximum(r - self.ends[1], 0.0)))
-
-
-def _radial(order: int, wave_numbers: Array, symbol: Array, depth: float) -> RadialDifference:
-    """Hankel transform of `symbol` (k times compliance) by FFTLog (Hamilton 2000, MNRAS 312).
-
-    Its limit b₀ at small k, which decays like 1/r, is taken out as b₀ e^{−kz}, z = `depth`, whose transform is closed form."""
-    limit = symbol[0]
-    r = 1.0 / wave_numbers[::-1]
-    transform = scipy.fft.fht(symbol - limit * np.exp(-wave_numbers * depth), STEP, order)
-    distance = np.hypot(r, depth)
-    closed = {0: 1.0 / distance, 1: r / (distance * (distance + depth)),
-              2: (r / (distance + depth)) ** 2 / distance}[order]
-    weighted = (transform + limit * r * closed) / (2.0 * np.pi)
-    log_r = np.log(r)
-    spline = scipy.interpolate.make_interp_spline(log_r, weighted, 5)
-    primitive = scipy.interpolate.make_interp_spline(log_r, weighted * r, 5).antiderivative()
-    return RadialDifference(order, spline, primitive, (float(r[0]), float(r[-1])))
+        first, beyond = self.weighted(np.log(self.ends[0])), np.maximum(r - self.ends[1], 0.0)[..., None]
+        within = 0.5 * np.minimum(r, self.ends[0]) ** 2 / self.ends[0]
+        return np.asarray(self.primitive(np.log(inside)) + first * within[..., None]
+                          + (self.weighted(np.log(inside)) * beyond if beyond.any() else 0.0))
 
 
 NEAR = 3.5
@@ -179,18 +187,23 @@ ANGLES = 24
 """Gauss points on each of the two far sides of a corner."""
 GAUSS = ((60.0, 2), (14.0, 3), (6.0, 4), (NEAR, 6))
 """Beyond so many elements so many Gauss points per side."""
-WEIGHTS: dict[str, Callable[[Array], Array]] = {
-    "even": np.ones_like, "cos": np.cos,
-    "cos2": lambda t: np.asarray(np.cos(2.0 * t)), "sin2": lambda t: np.asarray(np.sin(2.0 * t)),
+WEIGHTS: dict[str, Callable[[Array, Array], Array]] = {
+    "even": lambda c, s: np.ones_like(c), "cos": lambda c, s: c, "sin": lambda c, s: s,
+    "cos2": lambda c, s: c * c - s * s, "sin2": lambda c, s: 2.0 * s * c,
+    "cos3": lambda c, s: c * (c * c - 3.0 * s * s), "sin3": lambda c, s: s * (3.0 * c * c - s * s),
 }
-"""Angular factors of point-load displacements."""
+"""Angular factors of the response to a point load, from cos θ and sin θ."""
 
 
-def element_integral(radial: RadialDifference, angular: str, shape: tuple[int, int], dx: float, dy: float) -> Array:
-    """∬ H(r) w(θ) over one dx × dy element, seen from element centres at offsets (i dx, j dy), i < nx, j < ny: (nx, ny).
+def element_integrals(
+    radial: RadialFunctions, parts: Sequence[tuple[str, str]], shape: tuple[int, int], dx: float, dy: float
+) -> list[Array]:
+    """∬ H(r) w(θ) over one dx × dy element, seen from element centres at offsets (i dx, j dy), i < nx, j < ny: (nx, ny) each.
 
-    `angular` names w: 1, cos θ, cos 2θ or sin 2θ, with θ the direction from the load to the point."""
-    table = np.empty(shape)
+    `parts` name H in `radial` and w in `WEIGHTS`, with θ the direction from the load to the point."""
+    names = list(dict.fromkeys(name for name, _ in parts))
+    radial, pairs = radial.only(names), [(names.index(name), angular) for name, angular in parts]
+    tables = [np.empty(shape) for _ in parts]
     i, j = np.meshgrid(np.arange(shape[0]), np.arange(shape[1]), indexing="ij")
     far = np.maximum(i * dx, j * dy) / max(dx, dy)
     last = np.inf
@@ -200,33 +213,40 @@ def element_integral(radial: RadialDifference, angular: str, shape: tuple[int, i
         nodes, weights = np.polynomial.legendre.leggauss(points)
         x = (i[here][:, None, None] + 0.5 * nodes[:, None]) * dx
         y = (j[here][:, None, None] + 0.5 * nodes) * dy
-        values = radial(np.hypot(x, y)) * WEIGHTS[angular](np.arctan2(y, x))
-        table[here] = 0.25 * dx * dy * np.einsum("nij,i,j->n", values, weights, weights)
+        r = np.hypot(x, y)
+        values, c, s = radial(r) * (0.25 * dx * dy * np.outer(weights, weights)[..., None]), x / r, y / r
+        for table, (number, angular) in zip(tables, pairs, strict=True):
+            table[here] = np.einsum("nij,nij->n", values[..., number], WEIGHTS[angular](c, s))
     near = np.argwhere(far <= NEAR)
     if near.size:
         count_x, count_y = near.max(axis=0) + 1
-        corner = _corner_integrals(radial, angular, count_x, count_y, dx, dy)
-        element = corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
-        table[near[:, 0], near[:, 1]] = element[near[:, 0], near[:, 1]]
-    return table
+        corners = _corner_integrals(radial, pairs, count_x, count_y, dx, dy)
+        for table, corner in zip(tables, corners, strict=True):
+            element = corner[1:, 1:] - corner[:-1, 1:] - corner[1:, :-1] + corner[:-1, :-1]
+            table[near[:, 0], near[:, 1]] = element[near[:, 0], near[:, 1]]
+    return tables
 
 
-def _corner_integrals(radial: RadialDifference, angular: str, count_x: int, count_y: int, dx: float, dy: float) -> Array:
-    """∬ from the origin to the corners ((i − ½) dx, (j − ½) dy), i ≤ count_x, j ≤ count_y: (count_x + 1, count_y + 1)."""
-    odd_x, odd_y = {"even": (1, 1), "cos2": (1, 1), "cos": (0, 1), "sin2": (0, 0)}[angular]
+def _corner_integrals(
+    radial: RadialFunctions, parts: Sequence[tuple[int, str]], count_x: int, count_y: int, dx: float, dy: float
+) -> Array:
+    """∬ from the origin to ((i − ½) dx, (j − ½) dy), i ≤ count_x, j ≤ count_y: (parts, count_x + 1, count_y + 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(ANGLES)
     x, y = (np.abs(np.arange(n + 1) - 0.5) * d for n, d in ((count_x, dx), (count_y, dy)))
     ratio = y[None, :] / x[:, None]
-    corner = np.zeros(ratio.shape)
+    corners = np.zeros((len(parts), *ratio.shape))
     # Along the far side r = x cosh u with sinh u = tan θ: as smooth in u where elements are long.
     for near, most, turned in ((x[:, None, None], np.arcsinh(ratio), False), (y[None, :, None], np.arcsinh(1.0 / ratio), True)):
         u = 0.5 * most[..., None] * (1.0 + nodes)
-        angle = np.arctan(np.sinh(u))
-        factor = WEIGHTS[angular](0.5 * np.pi - angle if turned else angle)
-        corner += 0.5 * most * ((radial.integral(near * np.cosh(u)) * factor / np.cosh(u)) @ weights)
-    corner[0, :] *= -1.0 if odd_x else 1.0
-    corner[:, 0] *= -1.0 if odd_y else 1.0
-    return corner
+        cosine, sine = 1.0 / np.cosh(u), np.tanh(u)
+        values = radial.integral(near / cosine) * (0.5 * most[..., None] * cosine * weights)[..., None]
+        for corner, (number, angular) in zip(corners, parts, strict=True):
+            corner += (values[..., number] * WEIGHTS[angular](*((sine, cosine) if turned else (cosine, sine)))).sum(axis=-1)
+    for corner, (_, angular) in zip(corners, parts, strict=True):
+        # Integrals of even functions are odd.
+        corner[0, :] *= 1.0 if angular in ("cos", "cos3", "sin2") else -1.0
+        corner[:, 0] *= 1.0 if angular.startswith("sin") else -1.0
+    return corners
 
 
 @dataclass(frozen=True)
@@ -244,39 +264,40 @@ class LayeredBody:
         return sum(layer.thickness for layer in self.layers)
 
     @cached_property
-    def _wave_numbers(self) -> Array:
+    def interfaces(self) -> tuple[float, ...]:
+        """Depth of the lower face of each layer."""
+        return tuple(accumulate(layer.thickness for layer in self.layers))
+
+    @cached_property
+    def wave_numbers(self) -> Array:
+        """Nodes of transforms in 1/m."""
         thinnest = min(layer.thickness for layer in self.layers)
         low, high = np.log(FIRST_WAVE_NUMBER / self.thickness), np.log(LAST_WAVE_NUMBER / thinnest)
         return np.exp(np.arange(low, high, STEP))
 
     @cached_property
     def _compliance(self) -> SurfaceCompliance:
-        return difference_compliance(self.layers, self.substrate, self._wave_numbers)
+        return difference_compliance(self.layers, self.substrate, self.wave_numbers)
 
     @cached_property
-    def _radials(self) -> dict[str, RadialDifference]:
+    def _radials(self) -> RadialFunctions:
         """Point-load displacements: u_z under p, the two parts of u under q, u_x under p."""
         c = self._compliance
         symbols = {"normal": (0, c.nn), "isotropic": (0, 0.5 * (c.tt + c.ss)), "directional": (2, 0.5 * (c.tt - c.ss)),
                    "coupling": (1, c.tn)}
-        return {name: _radial(order, self._wave_numbers, symbol, self.thickness) for name, (order, symbol) in symbols.items()}
-
-    def _integral(self, radial: str, angular: str, shape: tuple[int, int], dx: float, dy: float) -> Array:
-        return element_integral(self._radials[radial], angular, shape, dx, dy)
+        return RadialFunctions.of(symbols, self.wave_numbers, self.thickness)
 
     def normal_table(self, shape: tuple[int, int], dx: float, dy: float) -> Array:
         """u_z under p."""
-        return self._integral("normal", "even", shape, dx, dy)
+        return element_integrals(self._radials, [("normal", "even")], shape, dx, dy)[0]
 
     def shear_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array]:
         """u_x under q_x, u_y under q_y, u_x under q_y."""
-        even = self._integral("isotropic", "even", shape, dx, dy)
-        along, cross = (self._integral("directional", angular, shape, dx, dy) for angular in ("cos2", "sin2"))
+        parts = ("isotropic", "even"), ("directional", "cos2"), ("directional", "sin2")
+        even, along, cross = element_integrals(self._radials, parts, shape, dx, dy)
         return even - along, even + along, -cross
 
     def coupling_tables(self, shape: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array]:
         """u_x and u_y under p."""
-        along = -self._integral("coupling", "cos", shape, dx, dy)
-        if shape[0] == shape[1] and dx == dy:
-            return along, along.T
-        return along, -self._integral("coupling", "cos", shape[::-1], dy, dx).T
+        along, across = element_integrals(self._radials, [("coupling", "cos"), ("coupling", "sin")], shape, dx, dy)
+        return -along, -across

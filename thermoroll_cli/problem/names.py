@@ -265,7 +265,18 @@ STRENGTH_SCALARS = _scalars(*(
     )
 ))  # fmt: skip
 
-SUBSURFACE_SCALARS = STRENGTH_SCALARS | _scalars(*(
+BOND_SCALARS = _scalars(*(
+    Scalar(f"{name}_max_{body}_MPa", f"{meaning}, {body} body", "stress below", True)
+    for body in BODIES
+    for name, meaning in (
+        ("interface_shear", "largest shear stress of an interface between layers"),
+        ("interface_tension", "largest tension across such an interface"),
+        ("layer_tension", "largest first principal stress in the layers"),
+    )
+))  # fmt: skip
+"""Stresses that detach or crack bonded layers."""
+
+SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _scalars(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
            "stress below" if name.endswith("_MPa") else "place below", listed)
     for body in BODIES

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -67,6 +68,11 @@ class Material:
                 self.youngs_modulus, self.poisson_ratio):
             count -= 1
         return self.layers[:count]
+
+    @property
+    def interfaces(self) -> tuple[float, ...]:
+        """Depth of the lower face of each layer in m."""
+        return tuple(accumulate(layer.thickness for layer in self.layers))
 
     @property
     def surface(self) -> Material:

@@ -13,7 +13,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import displacement_table
 from thermoroll_cli.heat.frictional_heat import divide
 from thermoroll_cli.heat.heat_response import InfluenceTables, KeptTables
-from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest, Unsolvable
+from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -229,11 +229,13 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
 
 def _check_layers(problem: Problem) -> None:
     """Case files are checked before (`case_conflicts`), problems of scripts are not."""
-    heating = problem.heating
-    unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates,
-               "subsurface": problem.subsurface is not None}
+    heating, request, coated = problem.heating, problem.subsurface, [b for b in BODIES if getattr(problem, b).layers]
+    unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates}
+    if request is not None:
+        unknown["subsurface.thermal"] = heating.heat and request.thermal and any(body in request.bodies for body in coated)
+        unknown |= {f"strength.{body}": getattr(request, f"{body}_strength") is not None for body in coated}
     for key, asked in unknown.items():
-        if asked and (problem.lower.layers or problem.upper.layers):
+        if asked and coated:
             raise Unsolvable(f"{key}: not computed for bodies with layers", key)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import SubsurfaceRequest
+from thermoroll_cli.problem.problem import Material, SubsurfaceRequest
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.superposition import TABLE_BYTES
 
@@ -17,6 +18,8 @@ FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
 depth of the last. 28 layers: the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
 SKIN = 0.3
 """First layer in thicknesses of the heated skin."""
+STEPS_THROUGH = 4
+"""Steps from the upper to the lower face of a bonded layer, at least."""
 
 
 def skin_depth(semi_axis: float, peclet: float) -> float:
@@ -42,19 +45,36 @@ def layer_depths(width: float, depth: float | None = None, layers: int | None = 
     return np.concatenate([[0.0], np.geomspace(first, last, layers - 1)])
 
 
-def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> Array:
-    """Depths of the layers of a problem in m, with thermal stresses or without (`heated`)."""
+def with_interfaces(depths: Array, interfaces: tuple[float, ...]) -> Array:
+    """`depths` spread anew, as dense as before, so that both sides of each of the `interfaces` above the last depth are among
+    them: that of the interface, and the next larger number for the lower side."""
+    faces = [0.0, *(face for face in interfaces if face < depths[-1]), float(depths[-1])]
+    if len(faces) == 2:
+        return depths
+    numbers, parts = np.arange(float(len(depths))), []
+    for top, bottom in pairwise(faces):
+        first, last = np.interp([top, bottom], depths, numbers)
+        part = np.interp(np.linspace(first, last, max(STEPS_THROUGH, math.ceil(last - first)) + 1), numbers, depths)
+        part[0], part[-1] = np.nextafter(top, np.inf) if top else 0.0, bottom
+        parts.append(part)
+    return np.concatenate(parts)
+
+
+def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str, *, heated: bool) -> Array:
+    """Depths in m at which stresses of a `body` are computed, with thermal stresses or without (`heated`)."""
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     skin = math.inf
     if heated and derived.problem.heating.peclet == "rolling":
         materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
         skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
-    return layer_depths(width, request.depth, request.layers, skin)
+    return with_interfaces(layer_depths(width, request.depth, request.layers, skin), getattr(derived.problem, body).interfaces)
 
 
 STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
 """Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
+LAYERED_SECONDS = 2.8e-6
+"""Time that the tables of a body with layers take per element and depth."""
 SIDEWAYS = 0.5
 """Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
 
@@ -92,11 +112,23 @@ def subsurface_plan(
     mirrored = derived.kinematics.mirror_on(shape[1], heated=bool(hot)) == (1, -1)
     if mirrored:
         skipped[f"{STAGE}, y < 0"] = "the mirror image of y > 0"
-    if len(request.bodies) == 2 and derived.problem.lower.poisson_ratio == derived.problem.upper.poisson_ratio:
-        skipped[f"{STAGE}, tables of the second body"] = "both bodies have the same Poisson ratio"
-    depths = depths_of(request, derived, heated=bool(hot))
-    facts = {"subsurface_layers": float(len(depths)), "subsurface_depth_mm": float(depths[-1]) * 1e3}
-    return SubsurfacePlan(run, skipped, facts, *_cost(request, derived, shape, len(depths), hot, mirrored=mirrored))
+    if len(request.bodies) == 2 and len(_tables(request, derived)) == 1:
+        alike = "layers" if derived.problem.lower.layers else "Poisson ratio"
+        skipped[f"{STAGE}, tables of the second body"] = f"both bodies have the same {alike}"
+    depths = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
+    most, last = max(map(len, depths.values())), float(depths[request.bodies[0]][-1])
+    for body in request.bodies:
+        if below := [face for face in getattr(derived.problem, body).interfaces if face >= last]:
+            skipped[f"{STAGE}, interface of the {body} body"] = (
+                f"it lies {below[0] * 1e3:.4g} mm deep: set a larger subsurface.depth_mm")
+    facts = {"subsurface_layers": float(most), "subsurface_depth_mm": last * 1e3}
+    return SubsurfacePlan(run, skipped, facts, *_cost(request, derived, shape, most, hot, mirrored=mirrored))
+
+
+def _tables(request: SubsurfaceRequest, derived: DerivedQuantities) -> set[float | Material]:
+    """What elastic tables depend on: the Poisson ratio of homogeneous bodies, all constants of others."""
+    bodies = (getattr(derived.problem, body) for body in request.bodies)
+    return {body if body.layers else body.poisson_ratio for body in bodies}
 
 
 def hot_bodies(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated: bool) -> tuple[str, ...]:
@@ -140,11 +172,12 @@ def _cost(
     judged = sum(5.0 if body in hot else 2.0 for body in request.bodies) * columns
     kept = {"plane": 0.0, "von_mises": sum(3.0 if body in hot else 1.0 for body in request.bodies) * (mirrored)}
     kept["full"] = kept["von_mises"] + 6.0 * len(request.bodies) * (1.0 + columns * mirrored)
-    tables = min(1.4 * TABLE_BYTES, 8.0 * 14.0 * layers * elements) if hot else 0.0
-    memory = 4.0 * layers * elements * (judged + kept[request.fields]) + tables + 8.0 * 4.0 * elements * 60.0
-    ratios = len({getattr(derived.problem, body).poisson_ratio for body in request.bodies})
+    thermal = min(1.4 * TABLE_BYTES, 8.0 * 14.0 * layers * elements) if hot else 0.0
+    memory = 4.0 * layers * elements * (judged + kept[request.fields]) + thermal + 8.0 * 4.0 * elements * 60.0
+    tables = _tables(request, derived)
     padded = 4.0 * elements
-    transforms = (12.0 if derived.kinematics.has_traction else 6.0) * ratios + 14.0 * len(hot)
+    transforms = (12.0 if derived.kinematics.has_traction else 6.0) * len(tables) + 14.0 * len(hot)
     each = transforms * padded * math.log2(padded) * 1.2e-9 + judged * elements * 8e-8
+    each += sum(isinstance(body, Material) for body in tables) * elements * LAYERED_SECONDS
     # Coarser grids, for the error estimates, add a third.
     return int(memory), 1.33 * layers * each + 0.5 * len(hot)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import SubsurfaceRequest
@@ -21,7 +22,7 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
-from thermoroll_cli.stress.body_stresses import Collector, scalars_of
+from thermoroll_cli.stress.body_stresses import Collector, bond_scalars, scalars_of
 from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
 
@@ -52,7 +53,9 @@ def surface_loads(
     rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
     for body in bodies:
         material = materials[body]
-        plain = SurfaceLoad(contact.normal.pressure, traction, None, material.poisson_ratio, TRACTION_SIGNS[body])
+        ratio = material.layers[0].poisson_ratio if material.layers else material.poisson_ratio
+        layered = LayeredBody(material.layers, (material.youngs_modulus, material.poisson_ratio)) if material.layers else None
+        plain = SurfaceLoad(contact.normal.pressure, traction, None, ratio, TRACTION_SIGNS[body], layered=layered)
         heat = None if heat_of_both is None else getattr(heat_of_both.into, body)
         if heat is None or not heat.any():
             loads[body] = plain
@@ -91,7 +94,7 @@ def _below_the_surface(
     The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
     derived, elements = levels[-1].discretisation.derived, levels[-1].elements_across
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
-    depths = depths_of(request, derived, heated=bool(hot))
+    depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
     collected = [_collect(level.home, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
                  for level in levels]
     finest = collected[-1]
@@ -101,12 +104,17 @@ def _below_the_surface(
     results = {body: collector.result(peaks[-1][body, ""][0]) for body, collector in finest.items()}
     warnings = [
         f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
-        for body, result in results.items() if result.most_stressed.z >= depths[-1]
+        for body, result in results.items() if result.most_stressed.z >= depths[body][-1]
     ]
     warnings += [
         f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
         "what earlier passes have left"
         for body in recirculating(derived) if body in hot
+    ]
+    warnings += [
+        f"the largest shear stress of the interfaces of the {body} body lies at the border of the domain: set a larger "
+        "numerics.extent"
+        for body, collector in finest.items() if collector.bonds_end_outside()
     ]
     near = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     error = stress_estimates(by_grid, by_layers, summary, _at_surface(peaks[-1], finest, near), elements, derived,
@@ -124,7 +132,8 @@ def _below_the_surface(
 
 
 def _collect(
-    discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: Array, *, thermal: bool, last: bool
+    discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: dict[str, Array], *, thermal: bool,
+    last: bool,
 ) -> Collectors:
     """All layers of the bodies asked for on one grid; fields are kept of the `last` one."""
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
@@ -134,33 +143,32 @@ def _collect(
     pressure = contact.normal.pressure[:, -transforms.columns :]
     plane = int(np.argmax(pressure.max(axis=0)))
     collectors = {
-        body: Collector(depths, discretisation.grid.x, y, mirrored, load.heat is not None, request.fields if last else None,
-                        plane)
+        body: Collector(depths[body], discretisation.grid.x, y, mirrored, load.heat is not None,
+                        request.fields if last else None, plane, load.layered.interfaces if load.layered else ())
         for body, load in loads.items()
     }
     for body, collector in collectors.items():
         if (strength := getattr(request, f"{body}_strength")) is not None:
-            collector.strength = StrengthCollector(strength, depths, len(y), mirrored, collector.thermal)
-    heats = {body: ThermalLayers(transforms, load).layers(depths) for body, load in loads.items() if load.heat is not None}
-    for layer, elastic in enumerate(_elastic(transforms, loads, depths)):
-        for body, collector in collectors.items():
-            collector.take(layer, elastic[body], next(heats[body]) if body in heats else None)
+            collector.strength = StrengthCollector(strength, depths[body], len(y), mirrored, collector.thermal)
+    heats = {body: ThermalLayers(transforms, load).layers(depths[body]) for body, load in loads.items()
+             if load.heat is not None}
+    for alike in _alike(loads):
+        first = loads[alike[0]]
+        elastic = ElasticLayers(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
+        for layer, depth in enumerate(depths[alike[0]]):
+            by_pressure, by_traction = elastic.at(float(depth))
+            for body in alike:
+                stress = by_pressure if by_traction is None else by_pressure + loads[body].sign * by_traction
+                collectors[body].take(layer, stress, next(heats[body]) if body in heats else None)
     return collectors
 
 
-def _elastic(transforms: LayerTransforms, loads: dict[str, SurfaceLoad], depths: Array) -> Iterator[dict[str, Array]]:
-    """Elastic stresses of each body, layer by layer: bodies with the same Poisson ratio share all but the sign of τ."""
-    by_ratio = {
-        load.poisson_ratio: ElasticLayers(transforms, load.pressure, load.traction, load.poisson_ratio)
-        for load in loads.values()
-    }
-    for depth in depths:
-        parts = {ratio: layers.at(float(depth)) for ratio, layers in by_ratio.items()}
-        stresses = {}
-        for body, load in loads.items():
-            by_pressure, by_traction = parts[load.poisson_ratio]
-            stresses[body] = by_pressure if by_traction is None else by_pressure + load.sign * by_traction
-        yield stresses
+def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:
+    """Bodies whose elastic stresses differ by the sign of τ alone: of the same Poisson ratio, or the same layers."""
+    groups: dict[tuple[float, LayeredBody | None], list[str]] = {}
+    for body, load in loads.items():
+        groups.setdefault((load.poisson_ratio, load.layered), []).append(body)
+    return groups.values()
 
 
 Peaks = dict[tuple[str, str], tuple[Peak, Peak, Peak]]
@@ -181,6 +189,7 @@ def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, 
     for body, collector in collectors.items():
         if collector.strength is not None:
             scalars |= collector.strength.scalars(body, every)
+        scalars |= bond_scalars(body, collector.bond_peaks(every))
     for (body, prefix), found in peaks.items():
         scalars |= scalars_of(body, found, prefix)
     return scalars
@@ -192,6 +201,8 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float) -> set[str]:
     for body, collector in collectors.items():
         if collector.strength is not None:
             names |= collector.strength.at_surface(body)
+        near_surface = {name: Peak(float(peak.z <= near)) for name, peak in collector.bond_peaks().items()}
+        names |= {name for name, value in bond_scalars(body, near_surface).items() if value}
     for (body, prefix), found in peaks.items():
         von_mises, shear, principal = (Peak(*4 * (float(peak.z <= near),)) for peak in found)
         names |= {name for name, value in scalars_of(body, (von_mises, shear, principal), prefix).items() if value}

@@ -3,7 +3,9 @@ elements."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -40,7 +42,8 @@ class _Judged:
 
 @dataclass
 class Collector:
-    """Collects the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state."""
+    """Collects the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `interfaces`
+    are the depths of those of a body with bonded layers."""
 
     depths: AnyArray
     x: AnyArray
@@ -49,14 +52,17 @@ class Collector:
     thermal: bool
     keep: KeptFields | None
     plane_column: int
+    interfaces: tuple[float, ...] = ()
     elastic: _Judged = field(init=False)
     total: _Judged = field(init=False)
     strength: StrengthCollector | None = None
     temperature: AnyArray | None = field(init=False)
     stresses: AnyArray | None = field(init=False)
     plane: AnyArray | None = field(init=False)
+    at_interfaces: dict[int, AnyArray] = field(init=False)
 
     def __post_init__(self) -> None:
+        self.at_interfaces = {}
         shape = (len(self.depths), len(self.x), len(self.y))
         self.elastic = _Judged.empty(shape)
         self.total = _Judged.empty(shape) if self.thermal else self.elastic
@@ -78,14 +84,36 @@ class Collector:
             self.stresses[:, layer] = stress
         if self.plane is not None:
             self.plane[:, layer] = stress[:, :, self.plane_column]
+        if self.depths[layer] in self.interfaces:
+            self.at_interfaces[layer] = np.stack([np.hypot(stress[4], stress[5]), stress[2]])
 
     def peaks(self, judged: _Judged, every: int = 1) -> tuple[Peak, Peak, Peak]:
         """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
-        depths = self.depths[::every]
-        ranges = peak_of(judged.shear_range[::every, None, :], depths, np.zeros(1), self.y, self.mirrored)
-        found = [peak_of(values[::every], depths, self.x, self.y, self.mirrored)
+        ranges = peak_of(judged.shear_range[:, None, :], self.depths, np.zeros(1), self.y, self.mirrored, every)
+        found = [peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
                  for values in (judged.von_mises, judged.principal)]
         return found[0], ranges, found[1]
+
+    def bond_peaks(self, every: int = 1) -> dict[str, Peak]:
+        """Largest shear stress and largest σ_zz of the interfaces of a body with layers, no smaller than far away, and largest
+        first principal stress in its layers; nan where no interface was computed."""
+        if not self.interfaces:
+            return {}
+        at = {layer: peak_of(values[:1], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
+              for layer, values in self.at_interfaces.items()}
+        pulled = [peak_of(values[1:], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
+                  for layer, values in self.at_interfaces.items()]
+        bonded = self.depths <= self.interfaces[-1]
+        return {
+            "interface_shear": max(at.values(), key=lambda peak: peak.value, default=Peak()),
+            "interface_tension": max(pulled + [Peak(0.0)] * bool(pulled), key=lambda peak: peak.value, default=Peak()),
+            "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
+        }
+
+    def bonds_end_outside(self) -> bool:
+        """Whether the shear stress of an interface grows up to the border of the domain."""
+        peak = self.bond_peaks().get("interface_shear", Peak())
+        return bool(abs(peak.x) >= self.x[-1] or abs(peak.y) >= self.y[-1])
 
     def rivals(self, judged: _Judged) -> tuple[Peak, Peak]:
         """Largest von Mises stress at the surface, and below it."""
@@ -136,6 +164,11 @@ def scalars_of(body: str, peaks: tuple[Peak, Peak, Peak], prefix: str = "") -> d
     }
 
 
+def bond_scalars(body: str, peaks: Mapping[str, Peak]) -> dict[str, float]:
+    """Scalars of the layers of one body (`BOND_SCALARS`)."""
+    return {f"{name}_max_{body}_MPa": peak.value * 1e-6 for name, peak in peaks.items()}
+
+
 def _nearest(axis: AnyArray, at: float) -> int:
     return int(np.argmin(np.abs(axis - at)))
 
@@ -147,12 +180,21 @@ ZOOMS, POINTS_PER_ZOOM = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
 
 
-def peak_of(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool = False) -> Peak:
-    """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours.
+def within_layers(depths: AnyArray) -> list[slice]:
+    """Parts of `depths` between interfaces, whose lower side is the next larger number: stresses jump there."""
+    jumps = np.flatnonzero(np.nextafter(depths[:-1], np.inf) == depths[1:]) + 1
+    return [slice(int(start), int(stop)) for start, stop in pairwise((0, *jumps, len(depths)))]
+
+
+def peak_of(
+    values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool = False, every: int = 1
+) -> Peak:
+    """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours in the
+    same layer, of all depths or only every `every`-th one.
 
     If the largest value is at the surface, the surface alone is searched as well. A `mirrored` field, even in y, is given for
     y > 0 only. Positions are in the units of the arrays."""
-    candidates = [_followed(values, depths, x, y, mirrored)]
+    candidates = [_followed(values[part][::every], depths[part][::every], x, y, mirrored) for part in within_layers(depths)]
     if depths[0] == 0.0:
         candidates.append(_followed(values[:1], depths[:1], x, y, mirrored))
     return max(candidates, key=lambda peak: peak.value)

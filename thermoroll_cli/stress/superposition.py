@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace import layered_stress
+from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths
@@ -28,6 +30,7 @@ class SurfaceLoad:
 
     `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
     the surface), None if there is none; `heat` is the flux into the body, None if thermal stresses are left out.
+    `poisson_ratio` is that of the surface, `layered` the body where it has layers.
     `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact, `surface_rise` the
     temperature rise (K) of the surface if it is known better than from averages."""
 
@@ -41,6 +44,7 @@ class SurfaceLoad:
     diffusivity: float = 1.0
     speed: tuple[float, float] = (0.0, 0.0)
     surface_rise: Array | None = None
+    layered: LayeredBody | None = None
 
 
 class LayerTransforms:
@@ -135,26 +139,44 @@ class Sharpened:
 
 
 class ElasticLayers:
-    """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load."""
+    """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load; in a homogeneous
+    body of `poisson_ratio`, or in a `layered` one."""
 
-    def __init__(self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float) -> None:
-        self._transforms, self._poisson_ratio = transforms, poisson_ratio
+    def __init__(
+        self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float,
+        layered: LayeredBody | None = None,
+    ) -> None:
+        self._transforms, self._poisson_ratio, self._layered = transforms, poisson_ratio, layered
         self._loads = [Sharpened(transforms, load) for load in (pressure, *(() if traction is None else traction))]
 
     def at(self, depth: float) -> tuple[Array, Array | None]:
         """Stresses in Pa at `depth` (m) by the pressure, and by the traction as it was given (None without one)."""
-        grid = self._transforms.grid
-        at = np.arange(float(grid.nx)), np.arange(float(grid.ny)) * (grid.dy / grid.dx), depth / grid.dx, grid.dy / grid.dx
         # Kernels odd along one axis have −i times a real spectrum.
         pressure, *traction = [(sharp := load.below(depth), sharp * -1j) for load in self._loads]
-        normal = self._sum([(pressure, pressure_stress(*at, self._poisson_ratio), (False, False))])
+        normal = self._sum([(pressure, self._pressure_table(depth), (False, False))])
         if not traction:
             return normal, None
-        tangential = self._sum([
-            (traction[0], traction_x_stress(*at, self._poisson_ratio), (True, False)),
-            (traction[1], traction_y_stress(*at, self._poisson_ratio), (False, True)),
-        ])
-        return normal, tangential
+        along, across = self._traction_tables(depth)
+        return normal, self._sum([(traction[0], along, (True, False)), (traction[1], across, (False, True))])
+
+    def _pressure_table(self, depth: float) -> Array:
+        grid = self._transforms.grid
+        if self._layered is not None:
+            return layered_stress.pressure_stress(self._layered, grid.shape, grid.dx, grid.dy, depth)
+        return pressure_stress(*self._offsets(depth), self._poisson_ratio)
+
+    def _traction_tables(self, depth: float) -> tuple[Array, Array]:
+        grid = self._transforms.grid
+        if self._layered is not None:
+            return layered_stress.traction_stresses(self._layered, grid.shape, grid.dx, grid.dy, depth)
+        at = self._offsets(depth)
+        return traction_x_stress(*at, self._poisson_ratio), traction_y_stress(*at, self._poisson_ratio)
+
+    def _offsets(self, depth: float) -> tuple[Array, Array, float, float]:
+        """x, y, depth and dy in dx."""
+        grid = self._transforms.grid
+        aspect = grid.dy / grid.dx
+        return np.arange(float(grid.nx)), np.arange(float(grid.ny)) * aspect, depth / grid.dx, aspect
 
     def _sum(self, parts: list[tuple[tuple[Spectrum, Spectrum], Array, tuple[bool, bool]]]) -> Array:
         """Stresses by loads with the given spectra and element tables; a load along an axis flips the parity along it."""

@@ -1,0 +1,146 @@
+"""Stresses in bodies with bonded layers, from whole runs: depths, interfaces, what delaminates and cracks, estimates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scripts.stress.random_layers import random_layers
+from tests.support.scenes import MECHANICAL, elastic, rolling
+from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, SubsurfaceRequest, Unsolvable
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.refinement.subsurface_plan import layer_depths, with_interfaces
+from thermoroll_cli.stress.body_stresses import peak_of, within_layers
+from thermoroll_cli.stress.strength import first_principal
+
+STEEL = elastic(0.3)
+LAYERS = (Layer(4e-5, 350e9, 0.2), Layer(6e-5, 70e9, 0.4))
+COATED = replace(STEEL, layers=LAYERS)
+FULL = SubsurfaceRequest(fields="full")
+
+
+def solved(lower: Material, upper: Material, request: SubsurfaceRequest = FULL, **given: object) -> Result:
+    problem = rolling(**{"grid": 32, "creepage": (1.0, 0.0), "friction": 0.2, **given})  # type: ignore[arg-type]
+    return solve(replace(problem, lower=lower, upper=upper, heating=MECHANICAL, subsurface=request))
+
+
+@pytest.fixture(scope="module")
+def coated() -> Result:
+    return solved(STEEL, COATED)
+
+
+def stresses_of(result: Result, body: str) -> np.ndarray:
+    fields = result.bodies[body].fields
+    return np.stack([fields[f"stress_{name}"] for name in ("xx", "yy", "zz", "xy", "xz", "yz")]).astype(float)
+
+
+def test_depths_have_both_sides_of_interfaces() -> None:
+    plain = layer_depths(1e-3)
+    assert with_interfaces(plain, ()) is plain
+    depths = with_interfaces(plain, (2e-6, 5e-4, 1.0))
+    assert (np.diff(depths) > 0.0).all() and depths[0] == 0.0 and depths[-1] == plain[-1]
+    parts = within_layers(depths)
+    assert [float(depths[part][-1]) for part in parts] == [2e-6, 5e-4, plain[-1]]
+    assert all(len(depths[part]) >= 5 for part in parts)
+    # As dense as without layers.
+    steps = np.interp(depths, plain, np.arange(len(plain)))
+    assert np.diff(steps).max() < 1.0 + 1e-9
+
+
+def test_peaks_are_not_searched_across_interfaces() -> None:
+    """A field that jumps from 1 to 0: a polynomial through both sides would overshoot."""
+    depths, axis = with_interfaces(np.linspace(0.0, 1.0, 11), (0.5,)), np.arange(3.0)
+    values = np.where(depths <= 0.5, depths, 0.0)[:, None, None] * np.ones((1, 3, 3))
+    for every in (1, 2):
+        assert peak_of(values, depths, axis, axis, every=every).value <= 0.5
+
+
+def test_strains_and_tractions_are_continuous_within_a_run(coated: Result) -> None:
+    depths, stresses = coated.bodies["upper"].depths, stresses_of(coated, "upper")
+    materials = [*LAYERS, STEEL]
+    for number, part in enumerate(within_layers(depths)[:-1]):
+        sides = []
+        for material, at in zip(materials[number : number + 2], (part.stop - 1, part.stop), strict=True):
+            xx, yy, zz, xy, xz, yz = stresses[:, at]
+            ratio = material.poisson_ratio
+            strains = np.stack([xx - ratio * (yy + zz), yy - ratio * (xx + zz), (1.0 + ratio) * xy]) / material.youngs_modulus
+            sides.append((np.stack([zz, xz, yz]), strains))
+        for above, below in zip(*sides, strict=True):
+            assert np.abs(above - below).max() < 1e-5 * np.abs(above).max()
+
+
+def test_bodies_press_on_each_other_alike(coated: Result) -> None:
+    lower, upper = stresses_of(coated, "lower")[:, 0], stresses_of(coated, "upper")[:, 0]
+    scale = np.abs(lower[2]).max()
+    assert np.abs(lower[2] - upper[2]).max() < 1e-5 * scale
+    assert np.abs(lower[4:] + upper[4:]).max() < 1e-5 * scale > 1e-5 * np.abs(lower[4]).max() > 0.0
+
+
+def test_scalars_are_those_of_the_fields(coated: Result) -> None:
+    scalars, stresses, depths = coated.subsurface.scalars, stresses_of(coated, "upper"), coated.bodies["upper"].depths
+    at = [part.stop - 1 for part in within_layers(depths)[:-1]]
+    shear, tension = np.hypot(*stresses[4:, at]).max() * 1e-6, stresses[2, at].max() * 1e-6
+    cracking = first_principal(stresses[:, : at[-1] + 1]).max() * 1e-6
+    for name, largest in (("interface_shear", shear), ("interface_tension", max(tension, 0.0)), ("layer_tension", cracking)):
+        found = scalars[f"{name}_max_upper_MPa"]
+        assert largest * (1.0 - 1e-6) <= found <= 1.05 * largest + 0.01
+        assert 0.0 < coated.subsurface.error[f"{name}_max_upper_MPa"] < 1.0
+    assert scalars["interface_shear_max_upper_MPa"] > 10.0
+    assert not [name for name in scalars if name in BOND_SCALARS and "lower" in name]
+
+
+def test_a_layer_of_the_bodys_material_changes_nothing() -> None:
+    """But for the depths of the peak's search; both bodies keep Hertz's contact."""
+    plain = solved(STEEL, STEEL)
+    alike = solved(STEEL, replace(STEEL, layers=(Layer(1e-4, STEEL.youngs_modulus, STEEL.poisson_ratio),)))
+    assert alike.hertz["hertz_p0_MPa"] == plain.hertz["hertz_p0_MPa"]
+    for name, value in plain.subsurface.scalars.items():
+        assert alike.subsurface.scalars[name] == pytest.approx(value, rel=3e-4, abs=2e-4 * plain.hertz["hertz_p0_MPa"]), name
+    assert alike.subsurface.scalars["interface_shear_max_upper_MPa"] > 0.0
+
+
+def test_bodies_coated_alike_share_tables() -> None:
+    problem = replace(rolling(grid=16), lower=COATED, upper=COATED, heating=MECHANICAL, subsurface=SubsurfaceRequest())
+    assert "same layers" in make_plan(problem).skipped["below the surface, tables of the second body"]
+    other = make_plan(replace(problem, upper=STEEL)).skipped
+    assert "below the surface, tables of the second body" not in other
+
+
+def test_an_interface_deeper_than_the_stresses_is_named() -> None:
+    """What the layers carry is reported all the same."""
+    thick = replace(STEEL, layers=(Layer(5e-3, 70e9, 0.3),))
+    problem = replace(rolling(grid=16, creepage=(0.5, 0.0)), upper=thick, heating=MECHANICAL, subsurface=SubsurfaceRequest())
+    assert "depth_mm" in make_plan(problem).skipped["below the surface, interface of the upper body"]
+    scalars = solve(problem).subsurface.scalars
+    assert math.isnan(scalars["interface_shear_max_upper_MPa"])
+    assert scalars["layer_tension_max_upper_MPa"] == scalars["tensile_stress_max_upper_MPa"]
+
+
+def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:
+    def warm(material: Material | Layer) -> Material | Layer:
+        return replace(material, conductivity=50.0, expansion=1e-5, diffusivity=1e-5)
+
+    coated = replace(warm(STEEL), layers=tuple(warm(layer) for layer in LAYERS))
+    problem = replace(rolling(grid=16, creepage=(0.5, 0.0)), lower=warm(STEEL), upper=coated, heating=Heating())
+    for request in (SubsurfaceRequest(thermal=False), SubsurfaceRequest(("lower",))):
+        make_plan(replace(problem, subsurface=request))
+    with pytest.raises(Unsolvable, match=r"subsurface\.thermal"):
+        make_plan(replace(problem, subsurface=SubsurfaceRequest()))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
+    """Of random stacks, stresses and places of both bodies together: nine of ten."""
+    problem = replace(random_layers(seed), subsurface=SubsurfaceRequest())
+    coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))).summary() for n in (32, 64))
+    changes = {name: abs(coarse[name] - fine[name]) / error_scale(name, fine) / (coarse["error"][name] + fine["error"][name])
+               for name in SUBSURFACE_SCALARS if name.endswith("MPa") and coarse["error"].get(name, 0.0) > 0.0}
+    assert len(changes) >= 3
+    assert sum(ratio <= 1.0 for ratio in changes.values()) >= 0.9 * len(changes)

@@ -1,0 +1,145 @@
+"""Stresses inside a layered half-space under one uniformly loaded rectangular element.
+
+In wave numbers, along k and across it (c), with V, T and S of `layered` at a depth and per unit traction on the surface,
+
+    σ_zz = S,   σ_kz = iT,   σ_kk = ν/(1−ν) S − 2G kV/(1−ν),   σ_cc = ν (σ_kk + S);
+
+across k, u = (A e^{−kz} + B e^{−kζ})/Gk, σ_kc = i(A e^{−kz} + B e^{−kζ}) and σ_cz = B e^{−kζ} − A e^{−kz}, B = ρ e^{−kh} A with
+the reflection ρ = (G − g)/(G + g) at what lies below, of impedance g. With M = ½(σ_kk + σ_cc), D = ½(σ_kk − σ_cc), Q = σ_kc/i
+and Hm[f] = ∫ f J_m(kr) k dk/2π, a point load gives
+
+    pressure:  σ_xx, σ_yy = H0[M] ∓ cos 2θ H2[D]      σ_xy = −sin 2θ H2[D]      σ_xz = −cos θ H1[T]
+    t_x:       σ_xx, σ_yy = −cos θ H1[M ± ½(D+Q)] ± cos 3θ H3[½(D−Q)]           σ_xz = H0[½(Z−T)] + cos 2θ H2[½(Z+T)]
+               σ_xy = −sin θ H1[½(D+Q)] + sin 3θ H3[½(D−Q)]                     σ_yz = sin 2θ H2[½(Z+T)],   Z = σ_cz.
+
+In the uppermost layer these are differences to the half-space of its material, whose closed forms (`subsurface_elastic`) are
+added: there the symbols decay like e^{−k(2h−z)}, below like e^{−kz}.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.halfspace import subsurface_elastic
+from thermoroll_cli.halfspace.layered import MIRROR, Constants, LayeredBody, RadialFunctions, element_integrals, layer_waves
+from thermoroll_cli.halfspace.subsurface_elastic import EXCHANGED_AXES
+
+
+def pressure_stress(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:
+    """Stresses xx yy zz xy xz yz at `depth` (m) under a dx × dy element (m) that carries unit pressure.
+
+    (6, nx, ny), at offsets (i dx, j dy), i < nx, j < ny, signs as in `subsurface_elastic`. The depth of an interface is its
+    upper side, the next larger number its lower side."""
+    parts = (("p mean", "even"), ("p difference", "cos2"), ("p zz", "even"), ("p difference", "sin2"), ("p kz", "cos"),
+             ("p kz", "sin"))
+    mean, turned, zz, xy, xz, yz = element_integrals(_point_stresses(body, depth), parts, shape, dx, dy)
+    stress = np.stack([mean - turned, mean + turned, zz, -xy, -xz, -yz])
+    return stress if depth > body.layers[0].thickness else stress + _closed_form(
+        subsurface_elastic.pressure_stress, body, shape, dx, dy, depth)
+
+
+def traction_stresses(
+    body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float
+) -> tuple[Array, Array]:
+    """The same under unit traction along x, and along y, on the body."""
+    along = _traction_x(body, shape, dx, dy, depth)
+    turned = along if shape[0] == shape[1] and dx == dy else _traction_x(body, shape[::-1], dy, dx, depth)
+    return along, turned.transpose(0, 2, 1)[list(EXCHANGED_AXES)]
+
+
+def _traction_x(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:
+    parts = (("t mean", "cos"), ("t single", "cos"), ("t triple", "cos3"), ("t zz", "cos"), ("t single", "sin"),
+             ("t triple", "sin3"), ("t even", "even"), ("t double", "cos2"), ("t double", "sin2"))
+    mean, single, triple, zz, single_sine, triple_sine, even, double, yz = element_integrals(
+        _point_stresses(body, depth), parts, shape, dx, dy)
+    turned = single - triple
+    stress = np.stack([-mean - turned, turned - mean, -zz, triple_sine - single_sine, even + double, yz])
+    return stress if depth > body.layers[0].thickness else stress + _closed_form(
+        subsurface_elastic.traction_x_stress, body, shape, dx, dy, depth)
+
+
+def _closed_form(
+    table: Callable[..., Array], body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float
+) -> Array:
+    """Stresses in a half-space of the uppermost layer's material."""
+    x, y = np.arange(float(shape[0])), np.arange(float(shape[1])) * (dy / dx)
+    return table(x, y, depth / dx, dy / dx, body.layers[0].poisson_ratio)
+
+
+@lru_cache(maxsize=128)
+def _point_stresses(body: LayeredBody, depth: float) -> RadialFunctions:
+    """The functions Hm of a pressure (p) and of a traction (t): the grids of the error estimates share them."""
+    k = body.wave_numbers
+    mean, difference, zz, kz = waves_along(body, k, depth)
+    kc, cz = waves_across(body, k, depth)
+    symbols = {
+        "p mean": (0, -mean[:, 1]), "p difference": (2, -difference[:, 1]), "p zz": (0, -zz[:, 1]), "p kz": (1, -kz[:, 1]),
+        "t mean": (1, mean[:, 0]), "t zz": (1, zz[:, 0]), "t single": (1, 0.5 * (difference[:, 0] + kc)),
+        "t triple": (3, 0.5 * (difference[:, 0] - kc)), "t even": (0, 0.5 * (cz - kz[:, 0])),
+        "t double": (2, 0.5 * (cz + kz[:, 0])),
+    }
+    return RadialFunctions.of({name: (order, k * symbol) for name, (order, symbol) in symbols.items()}, k, body.thickness)
+
+
+def waves_along(body: LayeredBody, k: Array, depth: float) -> tuple[Array, Array, Array, Array]:
+    """M, D, S and T in the plane of wave vectors of length `k` (n,), (n, 2): for T = 1 and for S = 1 on the surface."""
+    number, z = _place(body, depth)
+    waves, below = layer_waves(body.layers, body.substrate, k)
+    if number == len(body.layers):
+        own, ratio, down, up = Constants.of(*body.substrate), body.substrate[1], below, 0.0 * below
+    else:
+        layer, (down, up) = body.layers[number], waves[number]
+        own, ratio = Constants.of(layer.youngs_modulus, layer.poisson_ratio), layer.poisson_ratio
+        if number == 0:
+            # This makes up for the stresses of upward waves on the surface: the rest is the half-space's.
+            down = np.asarray(np.linalg.solve(own.stress, MIRROR @ own.stress @ _moved(up, k * layer.thickness)))
+        up = _moved(up, k * (layer.thickness - z))
+    down = _moved(down, k * z)
+    displacement = own.displacement @ down + MIRROR @ own.displacement @ up
+    stress = own.stress @ down - MIRROR @ own.stress @ up
+    zz, kz = stress[:, 1], stress[:, 0]
+    kk = (ratio * zz - own.shear_modulus * displacement[:, 0]) / (1.0 - ratio)
+    cc = ratio * (kk + zz)
+    return 0.5 * (kk + cc), 0.5 * (kk - cc), zz, kz
+
+
+def waves_across(body: LayeredBody, k: Array, depth: float) -> tuple[Array, Array]:
+    """Q and Z across the wave vector, (n,), for unit traction on the surface."""
+    number, z = _place(body, depth)
+    moduli = [0.5 * layer.youngs_modulus / (1.0 + layer.poisson_ratio) for layer in body.layers]
+    moduli.append(0.5 * body.substrate[0] / (1.0 + body.substrate[1]))
+    below, reflections = np.full(k.size, moduli[-1]), [np.zeros(k.size)]
+    decays = [np.exp(-k * layer.thickness) for layer in body.layers]
+    for modulus, decay in zip(moduli[-2::-1], decays[::-1], strict=True):
+        reflections.insert(0, (modulus - below) / (modulus + below) * decay)
+        below = modulus * (1.0 - reflections[0] * decay) / (1.0 + reflections[0] * decay)
+    down = 1.0 / (1.0 - reflections[0] * decays[0])
+    for upper in range(number):
+        face = down * (decays[upper] + reflections[upper]) * moduli[upper + 1] / moduli[upper]
+        down = face / (1.0 + reflections[upper + 1] * (decays[upper + 1] if upper + 1 < len(decays) else 0.0))
+    up = np.zeros(k.size)
+    if number < len(body.layers):
+        up = down * reflections[number] * np.exp(-k * (body.layers[number].thickness - z))
+    if number == 0:
+        down = down * reflections[0] * decays[0]
+    down = down * np.exp(-k * z)
+    return down + up, up - down
+
+
+def _place(body: LayeredBody, depth: float) -> tuple[int, float]:
+    """Number of the layer at a depth, that of the substrate after the last one, and the depth in it."""
+    for number, face in enumerate(body.interfaces):
+        if depth <= face:
+            return number, depth - (body.interfaces[number - 1] if number else 0.0)
+    return len(body.layers), depth - body.interfaces[-1]
+
+
+def _moved(coefficients: Array, phase: Array) -> Array:
+    """N(t) c e^{−t} of coefficients c (n, 2, 2)."""
+    moved = coefficients * np.exp(-phase)[:, None, None]
+    moved[:, 0] += phase[:, None] * moved[:, 1]
+    return moved
