@@ -1,19 +1,17 @@
 """Hertz contact against the classical elliptic-integral equations, direct quadrature and its own limits."""
 
-import json
 import math
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
+from tests.support.scenes import reference
 from thermoroll_cli.exact.hertz import hertz_contact, line_contact
 
-REFERENCE = Path(__file__).parents[1] / "reference"
 ASPECTS = [0.02, 0.1, 0.5, 0.97, 1.0, 1.3, 4.0, 50.0]
 
 
@@ -40,12 +38,12 @@ def test_circle_matches_the_closed_form():
 
 @pytest.mark.parametrize("case", ["article_3_1_case_1", "article_4_1_mechanical"])
 def test_matches_the_contact_program(case):
-    reference = json.loads((REFERENCE / "contact_rolling.json").read_text())["cases"][case]
-    given = reference["input"]
+    known = reference("contact_rolling")["cases"][case]
+    given = known["input"]
     modulus = given["youngs_modulus_GPa"] * 1e9 / (2 * (1 - given["poisson_ratio"] ** 2))
     contact = hertz_contact(2e3 / given["radius_mm"], 2e3 / given["radius_mm"], modulus, given["normal_N"])
-    assert contact.semi_axis_x == pytest.approx(reference["hertz"]["a_mm"] * 1e-3, rel=1e-12)
-    assert contact.peak_pressure == pytest.approx(reference["hertz"]["p0_MPa"] * 1e6, rel=1e-12)
+    assert contact.semi_axis_x == pytest.approx(known["hertz"]["a_mm"] * 1e-3, rel=1e-12)
+    assert contact.peak_pressure == pytest.approx(known["hertz"]["p0_MPa"] * 1e6, rel=1e-12)
 
 
 @pytest.mark.parametrize("aspect", [0.02, 0.2, 0.7, 3.0, 50.0])

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
+from tests.support.scenes import reference
 from thermoroll_cli import Case, CaseError, solve
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.refinement.plan import make_plan
 
-REFERENCE = Path(__file__).parents[1] / "reference"
 EUROSPRINTER = Path(__file__).parents[2] / "cases" / "eurosprinter.toml"
 LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s = 0.5\n'
 
@@ -61,7 +61,7 @@ def test_the_map_of_friction_lies_between_both_coefficients() -> None:
 
 def test_measured_creep_forces_of_a_locomotive() -> None:
     """Parameters were fitted to these points by others: this checks the form of the model and the program, not a prediction."""
-    measured = json.loads((REFERENCE / "friction_eurosprinter_measured.json").read_text())
+    measured = reference("friction_eurosprinter_measured")
     case = Case.read(EUROSPRINTER).with_values({"numerics.grid": 48})
     creepages = measured["ours"]["creepage"][::2]
     forces = [solve(case.with_values({"creepage.longitudinal": c})).coupled.scalars["force_x_N"] / 106700 for c in creepages]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.scenes import reference
 from thermoroll_cli.halfspace.subsurface_elastic import (
     EXCHANGED_AXES,
     pressure_stress,
@@ -18,7 +17,7 @@ from thermoroll_cli.halfspace.subsurface_elastic import (
 from thermoroll_cli.halfspace.subsurface_thermal import EXACT, FAST, thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths, temperature_table
 
-ELEMENTS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_elements.json").read_text())
+ELEMENTS = reference("subsurface_elements")
 NU = 0.3
 LOADS = {"p": pressure_stress, "tx": traction_x_stress, "ty": traction_y_stress}
 X = np.arange(-2.0, 9.0)

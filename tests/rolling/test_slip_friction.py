@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from tests.support.scenes import reference
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem, Unsolvable
 from thermoroll_cli.problem.result import Result
@@ -16,9 +15,8 @@ from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
-REFERENCE = Path(__file__).parents[1] / "reference"
-FALLING, WINKLER, SLOPE, BRANCHES = (json.loads((REFERENCE / f"friction_{name}.json").read_text())
-                           for name in ("falling", "winkler", "layer_slope", "branches"))
+FALLING, WINKLER, SLOPE, BRANCHES = (
+    reference(f"friction_{name}") for name in ("falling", "winkler", "layer_slope", "branches"))
 STEEL, RADIUS, LOAD = Material(210e9, 0.28), 0.05, 100.0
 LAWS = {
     "exponential": FrictionLaw("exponential", 0.4, 0.5),

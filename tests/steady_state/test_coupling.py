@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 
@@ -11,7 +10,7 @@ import pytest
 from scipy.signal import fftconvolve
 
 from scripts.references.estimate_cases import problem_of
-from tests.support.scenes import REFERENCE, STEEL, article_4_1, divided_heats, on_grid, order, rolling, solved
+from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, reference, rolling, solved
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Motion
@@ -309,7 +308,7 @@ def test_a_larger_domain_changes_nothing_but_the_resolution():
 
 def test_elements_of_the_border_that_come_and_go_are_no_limit_of_the_heat():
     """A pair of them changes the expansion by 1.2e-4 of the approach from turn to turn, on this grid alone."""
-    case = json.loads((REFERENCE / "estimate_references.json").read_text())["cases"][47]
+    case = reference("estimate_references")["cases"][47]
     result = solve(problem_of(case["input"], 48))
     assert result.converged, result.reason
     assert result.coupled.scalars["gamma_p"] == pytest.approx(case["reference"]["gamma_p"], rel=1e-3)

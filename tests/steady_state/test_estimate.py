@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cache
 
@@ -10,7 +9,7 @@ import numpy as np
 import pytest
 
 from scripts.references.estimate_cases import SCALARS, has_error, problem_of, scale_of
-from tests.support.scenes import REFERENCE
+from tests.support.scenes import reference
 from thermoroll_cli.refinement.solve import solve
 
 GRIDS = (24, 48)
@@ -32,7 +31,7 @@ class Pair:
 
 
 def cases() -> list[dict]:
-    return json.loads((REFERENCE / "estimate_references.json").read_text())["cases"]
+    return reference("estimate_references")["cases"]
 
 
 @cache

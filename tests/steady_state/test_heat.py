@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from tests.support.scenes import REFERENCE, STEEL, divided_heats, ellipse, on_grid, order, rolling, saturation, solved
+from tests.support.scenes import STEEL, divided_heats, ellipse, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.exact.moving_sources import ellipse_temperature, rectangle_temperature
 from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -19,7 +18,7 @@ from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies, peclet_numbers
 
-SOURCES = json.loads((REFERENCE / "moving_sources.json").read_text())
+SOURCES = reference("moving_sources")
 K, FREE_EXPANSION, KAPPA = 50.2, 1.28 * 11.7e-6, 10e-6
 SIZE = 2e-4
 

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
+from tests.support.scenes import reference
 from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
@@ -24,7 +25,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.wear import evolution as module
 from thermoroll_cli.wear.evolution import BeyondProfile, evolution, half_width, line_load, remapped
 
-REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "life_wear.json").read_text())
+REFERENCE = reference("life_wear")
 STEEL = Material(210e9, 0.28)
 RATE, LOAD, CREEPAGE = 1e-13, 1500.0, 1.0
 TWIN_DISC = Problem(
