@@ -187,6 +187,8 @@ def _unresolved(name: str, resolution: Resolution, levels: Levels, derived: Deri
         return resolution.narrow
     if name in TEMPERATURES or name.startswith("wear_depth"):
         return SPREAD * resolution.narrow
+    if (name in FORCES or name == "spin_moment_Nmm") and not resolution.sticking:
+        return SPREAD * unseen_stick(resolution, levels, derived)
     if name in INTEGRALS or name in CREEPAGES or name.startswith("wear_"):
         return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
     if name in EXPANSIONS:
@@ -209,7 +211,9 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
 
     A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes, about
     the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip, that is
-    a patch around the place without rigid slip. A creepage that is found is known up to its last change."""
+    a patch around the place without rigid slip. A creepage that is found is known up to its last change. Two more places:
+    forces below μW leave a share (1 − F/μW)^⅔ that sticks (Johnson, a circle without spin), and a compliant layer
+    sticks along the leading edge, a pure one over a share 1/(1 + κ²) with κ = ξ a/(L μ p0)."""
     if not derived.kinematics.has_traction:
         return 0.0
     problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
@@ -228,7 +232,11 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     slip_x = last["creepage_longitudinal"] + derived.kinematics.differential_slip(y) - spin * y
     slip_y = last["creepage_lateral"] + spin * x
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
-    return min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
+    patch = min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
+    below_limit = (1.0 - problem.prescribed_force / problem.traction_limit) ** (2.0 / 3.0) if problem.prescribed_force else 0.0
+    full = problem.layer * problem.friction * scales.peak_pressure / scales.semi_axis_x
+    strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
+    return max(patch, min(below_limit, resolution.border), min(strip, 1.0 / resolution.elements))
 
 
 def _carried(name: str, summary: Mapping[str, float]) -> float:
