@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -28,20 +27,10 @@ RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 table = typer.Typer(help="Build a table of creep forces for vehicle and bearing dynamics, or query one.", rich_markup_mode=None,
                     no_args_is_help=True, context_settings={"help_option_names": ["-h", "--help"]})  # fmt: skip
 
-
-class OutsideChoice(StrEnum):
-    """Treatment of a contact ellipse outside the table."""
-
-    error = "error"
-    saturation = "saturation"
-
-
-class LawChoice(StrEnum):
-    """Laws of friction that have a formula."""
-
-    exponential = "exponential"
-    rational = "rational"
-    linear = "linear"
+LawChoice = Literal["exponential", "rational", "linear"]
+"""Laws of friction that have a formula."""
+OutsideChoice = Literal["error", "saturation"]
+"""Treatments of a contact ellipse outside the table."""
 
 
 @table.command()
@@ -98,7 +87,7 @@ def query(
     limit: Annotated[float, typer.Option("--limit-coefficient", help="Coefficient of the law at large slip.")] = math.nan,
     half_slip: Annotated[float, typer.Option("--half-slip-m-s", help="Slip speed at half of the loss.")] = math.nan,
     speed: Annotated[float, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = math.nan,
-    outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = OutsideChoice.error,
+    outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = "error",
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the whole table as CSV.")] = None,
     as_json: options.AsJson = False,
 ) -> None:
@@ -118,7 +107,7 @@ def query(
     axes = options.numbers(semi_axes, 2, "two numbers A,B", "--semi-axes-mm")
     try:
         falling = None if law is None else _law(law, limit / friction, half_slip)
-        columns = _forces(found, (longitudinal, lateral, spin), axes, (modulus, friction, load), outside.value, falling, speed)
+        columns = _forces(found, (longitudinal, lateral, spin), axes, (modulus, friction, load), outside, falling, speed)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
         raise typer.Exit(ExitCode.INVALID_CASE) from None
@@ -198,12 +187,12 @@ def _law(kind: LawChoice, limit: float, half_slip: float) -> FrictionLaw:
 
     if not (0.0 <= limit <= 1.0 and 0.0 < half_slip < math.inf):
         raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s")
-    return FrictionLaw(kind.value, limit, half_slip)
+    return FrictionLaw(kind, limit, half_slip)
 
 
 def _forces(
     found: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
-    contact: tuple[float, float, float], outside: str, law: FrictionLaw | None, speed: float,
+    contact: tuple[float, float, float], outside: OutsideChoice, law: FrictionLaw | None, speed: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
     import numpy as np
@@ -213,7 +202,7 @@ def _forces(
     xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))
     (a, b), (modulus, friction, load) = semi_axes, contact
     forces = found.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9, friction=friction,
-                          load=load, outside=outside, law=law, speed=speed)  # type: ignore[arg-type]
+                          load=load, outside=outside, law=law, speed=speed)
     return {
         "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
         "force_y_N": forces.force_y, "force_error_N": forces.error, "spin_moment_Nmm": forces.spin_moment * 1e3,
