@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from scripts.benchmark.cases import HOT, ROOT
 from scripts.benchmark.contact import ratios
-from scripts.figures.figures_tables import fill
+from scripts.figures.figures_documents import fill
 
 NAMES = {HOT: "Sec. 4.1, coupled", "article_4_1_mechanical": "Sec. 4.1, isothermal",
          **{f"article_3_1_case_{n}": f"Sec. 3.1, case {n}" for n in range(1, 6)}}

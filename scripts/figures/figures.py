@@ -12,31 +12,21 @@ import sys
 import time
 
 from scripts.figures import (
+    figures_article,
     figures_borders,
     figures_creep_table,
-    figures_declared,
-    figures_eurosprinter,
-    figures_manchester,
+    figures_documents,
     figures_numerics,
-    figures_overview,
+    figures_peers,
+    figures_pictures,
     figures_recirculation,
-    figures_section_3,
-    figures_section_4_1,
-    figures_section_4_2,
-    figures_section_4_3,
-    figures_surfaces,
-    figures_tables,
-    figures_tutorial,
     figures_verification,
 )
 from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import applied
 
-MODULES = (
-    figures_overview, figures_section_3, figures_section_4_1, figures_section_4_2, figures_section_4_3, figures_numerics,
-    figures_borders, figures_surfaces, figures_manchester, figures_eurosprinter, figures_verification,
-    figures_recirculation, figures_creep_table,
-)  # fmt: skip
+MODULES = (figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_verification,
+           figures_recirculation, figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 
@@ -57,9 +47,9 @@ def main() -> None:
     text = json.dumps({name: numbers[name] for name in FIGURES if name in numbers}, indent=1, ensure_ascii=False)
     record.write_text(text + "\n", encoding="utf-8")
     if options.output == ROOT / "docs" / "figures":
-        figures_tables.fill(ROOT / "docs", {**numbers, "declared": figures_declared.declared()})
+        figures_documents.fill(ROOT / "docs", {**numbers, "declared": figures_documents.declared()})
         if not options.only:
-            figures_tutorial.run_commands(ROOT / "docs" / "tutorial.md")
+            figures_documents.run_commands(ROOT / "docs" / "tutorial.md")
 
 
 if __name__ == "__main__":

@@ -12,8 +12,7 @@ from pathlib import Path
 import pytest
 
 from scripts import closed_forms
-from scripts.figures import figures_declared
-from scripts.figures.figures_tables import markdown
+from scripts.figures.figures_documents import declared, markdown
 from tests.support.command_line import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -84,7 +83,7 @@ def test_closed_forms_are_met() -> None:
 
 
 def test_tables_of_what_is_declared_are_those_of_the_package() -> None:
-    """`python -m scripts.figures.figures_declared` writes them."""
+    """`python -m scripts.figures.figures_documents` writes them."""
     page = (ROOT / "docs" / "cases_and_files.md").read_text(encoding="utf-8")
-    for name, found in figures_declared.declared().items():
+    for name, found in declared().items():
         assert f"<!-- table declared {name} -->\n{markdown(found)}<!-- end -->" in page, name

@@ -1,18 +1,80 @@
-"""Tables of what the package declares: keys of a case (from the schema), fields and scalars of a result (problem/names.py).
+"""What is written into the documents: measured tables, what the package declares (keys of a case, fields and scalars of a
+result), between `<!-- table NAME -->` and `<!-- end -->`, and the output of the tutorial's commands.
 
-    python -m scripts.figures.figures_declared
+    python -m scripts.figures.figures_documents
 
-puts them into docs/."""
+puts what is declared into docs/.
+"""
 
 from __future__ import annotations
 
+import os
 import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from scripts.figures.figures_tables import fill
 from thermoroll_cli.files.case_schema import case_schema
-from thermoroll_cli.problem.names import FIELDS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS, Scalar
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
+
+PLACE = re.compile(r"(<!-- table (\S+) (\S+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MINUS = re.compile(r"(?<![\w.])-(?=\d)")
+"""A sign before a number, but not that of an exponent."""
+
+
+def fill(folder: pathlib.Path, numbers: dict[str, Any]) -> None:
+    """Write table `numbers[FIGURE][TABLE]` at each place `<!-- table FIGURE TABLE -->` in the documents of `folder`.
+
+    Places whose table has not been measured stay as they are."""
+    for path in sorted(folder.glob("*.md")):
+        text = path.read_text(encoding="utf-8")
+        filled = PLACE.sub(lambda place: _filled(place, numbers), text)
+        if filled != text:
+            path.write_text(filled, encoding="utf-8")
+
+
+def _filled(place: re.Match[str], numbers: dict[str, Any]) -> str:
+    begin, figure, name, end = place.groups()
+    measured = numbers.get(figure, {}).get(name)
+    return place.group(0) if measured is None else f"{begin}{markdown(measured)}{end}"
+
+
+def markdown(measured: dict[str, Any]) -> str:
+    """A Markdown table of `measured["header"]` and `measured["rows"]`."""
+    rows = [[MINUS.sub("−", cell) for cell in row] for row in measured["rows"]]
+    head, *body = ("| " + " | ".join(cells) + " |\n" for cells in (measured["header"], *rows))
+    return "".join([head, "|" + "---|" * len(measured["header"]) + "\n", *body])
+
+
+BLOCK = re.compile(r"(```console\n)(.*?)(```)", re.DOTALL)
+
+
+def run_commands(document: pathlib.Path) -> None:
+    """Run the commands of all ```console blocks (lines that begin with `$ `) in one empty folder, insert their output, and copy
+    the picture of the creep curve."""
+    text = document.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        ran = BLOCK.sub(lambda block: block[1] + _session(block[2], folder) + block[3], text)
+        shutil.copy(pathlib.Path(folder) / "creep" / "sweep.png", document.parent / "figures" / "creep_curve.png")
+    if ran != text:
+        document.write_text(ran, encoding="utf-8")
+
+
+def _session(block: str, folder: str) -> str:
+    commands = [line[2:] for line in block.splitlines() if line.startswith("$ ")]
+    path = os.pathsep.join([str(pathlib.Path(sys.executable).parent), os.environ.get("PATH", "")])
+    environment = {**os.environ, "PATH": path, "COLUMNS": "120", "NO_COLOR": "1"}
+    printed = []
+    for command in commands:
+        done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdout=subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, text=True, check=False)
+        printed.append(f"$ {command}\n{done.stdout}")
+    return "".join(printed)
+
 
 Schema = Mapping[str, Any]
 
@@ -22,22 +84,12 @@ def declared() -> dict[str, dict[str, Any]]:
     return {
         "keys": _table_of("key | allowed | default | meaning", _keys()),
         "fields": _table_of("field | unit | meaning", _merged((f.name, f.unit, f.meaning) for f in FIELDS.values())),
-        "scalars": _table_of("scalar | meaning", _merged(map(_scalar, _scalars()))),
+        "scalars": _table_of("scalar | meaning", _merged((s.name, s.meaning) for s in ALL_SCALARS.values())),
     }
 
 
 def _table_of(header: str, rows: Iterable[list[str]]) -> dict[str, Any]:
     return {"header": header.split(" | "), "rows": list(rows)}
-
-
-def _scalars() -> Iterator[Scalar]:
-    yield from SCALARS.values()
-    yield from HERTZ_SCALARS.values()
-    yield from SUBSURFACE_SCALARS.values()
-
-
-def _scalar(scalar: Scalar) -> tuple[str, str]:
-    return scalar.name, scalar.meaning
 
 
 def _merged(rows: Iterable[tuple[str, ...]]) -> list[list[str]]:

@@ -1,4 +1,4 @@
-"""The picture at the top of the README."""
+"""Pictures of runs: the one at the top of the README, cases with transverse profiles, stresses below a hot contact."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from scripts.figures.figures_drawing import (
     Panel,
     field_of,
     new_figure,
+    rounded,
     solve_case,
     some,
     view_of,
     write,
 )
 from thermoroll_cli.plots.maps import Colours, draw_arrows, draw_map
+from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.style import add_axes, few_ticks
 
 Folder = pathlib.Path
@@ -61,4 +63,21 @@ def _strip_panel(figure: Any, axes: Any, panel: Panel, colours: str) -> None:
     few_ticks(bar, y=5)
 
 
-FIGURES = {"overview": overview}
+PICTURES = {"crowned_roller": "profile", "worn_rail": "profile", "two_point": "profile", "hot_sliding": "subsurface_upper"}
+SCALARS = ("force_x_N", "Q_F_W", "pressure_max_MPa")
+
+
+def pictures(folder: pathlib.Path, grid: int) -> Numbers:
+    """A picture of each case; its forces and patches."""
+    numbers: Numbers = {}
+    for name, kind in PICTURES.items():
+        result = solve_case(name, grid=grid)
+        picture = figure(result, kind)
+        assert picture is not None
+        write(picture, folder, f"surfaces_{name}" if kind == "profile" else "subsurface")
+        numbers[name] = {key: rounded(result.coupled.scalars[key]) for key in SCALARS}
+        numbers[name]["patches"] = [{key: rounded(value) for key, value in patch.items()} for patch in result.patches]
+    return numbers
+
+
+FIGURES = {"overview": overview, "surfaces": pictures}
