@@ -14,17 +14,17 @@ from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
 
 LOAD_ERROR = 1e-6
-"""Over the load: the pressure is scaled to it, so that only rounding remains."""
+"""Largest error of the load, relative: the pressure is scaled to it, so that only rounding remains."""
 FORCE_ERROR = 1e-5
-"""Over μW: what a residual of the tractions may leave of a prescribed force."""
+"""Largest error of a prescribed force over μW: as much as the residual of the tractions may leave."""
 COULOMB_EXCESS = 1e-4
-"""Traction above its bound over the bound, both in the 2-norm: ten times the residual of the tractions."""
+"""Largest excess of the traction over its bound, relative, both in the 2-norm: ten times the residual of the tractions."""
 DIRECTION_ERROR = 1e-3
-"""Power lost because slip does not point along the traction, over the power: small slip is known to few digits."""
+"""Largest share of the power that is lost because slip does not point along the traction: small slip has few digits."""
 HEAT_BALANCE = 1e-6
-"""Heat over the work of the creep forces: it is distributed so that they agree, but for rounding."""
+"""Largest difference of the heat from the work of the creep forces, relative: they agree but for rounding."""
 TEMPERATURE_MISMATCH = 1e-4
-"""Temperature difference of both surfaces with a matched partition, over the peak: a hundred times the solver's tolerance."""
+"""Largest difference of both surface temperatures with a matched partition, over the peak: 100 times the tolerance."""
 UNRESOLVED_HEAT = 0.5
 """Share of the heat from slip zones narrower than an element: where most of the heat is, and it shapes the contact, the state
 is one of the grid's."""

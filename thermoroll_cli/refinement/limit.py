@@ -25,13 +25,13 @@ LOWERED_BY = 4.0
 LOWERINGS = 9
 """Speeds down to 1/260000 of the wanted one are tried; 0: nothing is searched for."""
 RESOLUTION = 0.02
-"""Part of the speed by which it is no longer raised."""
+"""Speeds that are higher by less than this share are not tried."""
 ATTEMPTS = 12
 """Speeds tried on the way up at most."""
 RETREATS = (1.0, 0.95, 0.8)
-"""Parts of that speed tried on the wanted grid, which may have its limit a little earlier."""
+"""Shares of the speed found that are tried on the wanted grid, where the limit may be a little lower."""
 RAISED_BY = 1.12
-"""From there the speed is raised by this factor, each state begun with the one before; by its root after a failure."""
+"""The speed is raised from there by this factor, each state begun with the one before; by its root after a failure."""
 RAISES = 6
 """Times that it is: to twice the speed that was found from a cold start at most."""
 MOST_WORK = 9.0
@@ -194,13 +194,13 @@ CURVE_GRID = 64
 FIRST = 0.5
 """Creepage from which the curve is followed, over that of saturation."""
 FACTOR = 2.0
-"""From one creepage to the next, until the force falls."""
+"""Ratio of one creepage to the one before, until the force falls."""
 MOST_STEPS = 14
 """Factors of two after which the curve counts as one without a maximum: friction has fallen to its limit by then."""
 MAXIMUM_RESOLUTION, BRANCH_RESOLUTION = 0.02, 1e-3
 """Relative width to which the creepage of the maximum, and that of the falling branch, are found: the maximum is flat."""
 ROUNDING = 1e-6
-"""Over the force: a smaller change is none."""
+"""Changes below this share of the force are rounding noise."""
 
 
 @dataclass(frozen=True)

@@ -24,9 +24,9 @@ from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
 
 OUT, STICK, SLIP = 0, 1, 2
 VANISHING = 1e-13
-"""Over μW: no force."""
+"""Forces below this share of μW are zero by symmetry, and rounding noise."""
 COOLED = 1e-12
-"""Rise over the largest change of temperature: none. Rounding leaves this much ahead of a contact that only cools."""
+"""Rises below this share of the largest change of temperature are rounding noise, ahead of a contact that only cools."""
 
 
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
@@ -244,7 +244,7 @@ def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float)
 
 
 ROUNDING = 1e-12
-"""Smaller differences of a sum of that size are none."""
+"""Differences below this share of the values are rounding noise."""
 
 
 def track_scalars(

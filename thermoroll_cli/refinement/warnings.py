@@ -290,7 +290,7 @@ def profile_warnings(derived: DerivedQuantities) -> Iterator[str]:
 
 FREE_END = ("the contact reaches the end of a profile: the pressure there has no upper bound, so pressure_max_MPa, gamma_p and "
             "shear_max_MPa grow with every refinement and have no error estimate")
-"""Told wherever a free end is loaded."""
+"""The warning wherever a free end is loaded."""
 RELIEVE = ('Give more of a measured profile, and relieve the ends of a roller, by a crown (kind = "logarithmic") or by points '
            "that fall off")
 
