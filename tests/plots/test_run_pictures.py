@@ -21,9 +21,8 @@ from tests.support.scenes import solved
 from tests.support.tracks import wheel_on_rail
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
-from thermoroll_cli.plots.borders import borders_of
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
-from thermoroll_cli.plots.run_frame import WITH, WITHOUT, frame_of, limits_of, unit_for
+from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, limits_of, unit_for
 from thermoroll_cli.plots.style import readable
 from thermoroll_cli.problem.names import QUANTITIES
 from thermoroll_cli.problem.result import Result

@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import (
@@ -21,7 +22,6 @@ from thermoroll_cli.plots.run_frame import (
     PRESSURE,
     TEMPERATURE,
     TRACTION,
-    Array,
     RunFrame,
     limits_of,
     unit_for,

@@ -19,6 +19,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, find_objects, label
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import (
     LONGEST_ASPECT,
@@ -31,8 +32,6 @@ from thermoroll_cli.plots.run_frame import (
     limits_of,
 )
 from thermoroll_cli.problem.names import Quantity
-
-Array = NDArray[np.float64]
 
 CONTACT, STICK = ("black", "white"), ("white", "black")
 """Colours of a border and of its casing, which make it visible on any ground."""

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from matplotlib.figure import Figure
 
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.cuts import curves_of, draw_diagram, line_handles
 from thermoroll_cli.plots.maps import (
@@ -27,7 +28,6 @@ from thermoroll_cli.plots.run_frame import (
     PRESSURE,
     TEMPERATURE,
     TRACTION,
-    Array,
     RunFrame,
     limits_of,
     unit_for,

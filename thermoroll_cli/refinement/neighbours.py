@@ -22,7 +22,7 @@ from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.refinement.refinement_level import RefinementLevel
+from thermoroll_cli.refinement.outcome import RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, SteadyState, unknowns_of
 

@@ -14,9 +14,8 @@ from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, last_steady_state, with_maximum
 from thermoroll_cli.refinement.neighbours import Course
-from thermoroll_cli.refinement.outcome import result_of, scalars_by_level
+from thermoroll_cli.refinement.outcome import RefinementLevel, refinement_level, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.refinement.refinement_level import RefinementLevel, refinement_level
 from thermoroll_cli.refinement.starts import Starts, followed_state, next_home
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities

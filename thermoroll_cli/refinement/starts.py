@@ -24,7 +24,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import Domain, Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.neighbours import Neighbours
-from thermoroll_cli.refinement.refinement_level import FollowedState, RefinementLevel
+from thermoroll_cli.refinement.outcome import FollowedState, RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.steady_state.fixed_point import Fields, SteadyState, fixed_point, unknowns_of
 from thermoroll_cli.steady_state.iteration import friction_before_heat

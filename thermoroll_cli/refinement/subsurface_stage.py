@@ -16,8 +16,8 @@ from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
+from thermoroll_cli.refinement.outcome import RefinementLevel
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.refinement_level import RefinementLevel
 from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
