@@ -13,9 +13,9 @@ from scipy.special import j0, j1, jn
 from tests.support.interpolation import at_point
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.exact.hertz import HertzContact, element_averages
-from thermoroll_cli.halfspace import layered_stress, subsurface_elastic
+from thermoroll_cli.halfspace import subsurface_elastic
 from thermoroll_cli.halfspace.layered import LayeredBody
-from thermoroll_cli.halfspace.layered_stress import waves_along
+from thermoroll_cli.halfspace.layered_stress import element_stresses, waves_along
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Layer
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms
@@ -37,8 +37,7 @@ def depth_of(row: dict) -> float:
 
 def all_tables(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:
     """Under pressure, traction along x, traction along y: (3, 6, nx, ny)."""
-    place = body, shape, dx, dy, depth
-    return np.stack([layered_stress.pressure_stress(*place), *layered_stress.traction_stresses(*place)])
+    return np.stack(element_stresses(body, shape, dx, dy, depth))
 
 
 def closed_forms(ratio: float, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:

@@ -12,62 +12,48 @@ and Hm[f] = ∫ f J_m(kr) k dk/2π, a point load gives
     t_x:       σ_xx, σ_yy = −cos θ H1[M ± ½(D+Q)] ± cos 3θ H3[½(D−Q)]           σ_xz = H0[½(Z−T)] + cos 2θ H2[½(Z+T)]
                σ_xy = −sin θ H1[½(D+Q)] + sin 3θ H3[½(D−Q)]                     σ_yz = sin 2θ H2[½(Z+T)],   Z = σ_cz.
 
-In the uppermost layer these are differences to the half-space of its material, whose closed forms (`subsurface_elastic`) are
-added: there the symbols decay like e^{−k(2h−z)}, below like e^{−kz}.
+and t_y by x ↔ y, θ ↔ π/2 − θ. In the uppermost layer these are differences to the half-space of its material, whose closed
+forms (`subsurface_elastic`) are added: there the symbols decay like e^{−k(2h−z)}, below like e^{−kz}.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace import subsurface_elastic
 from thermoroll_cli.halfspace.layered import MIRROR, Constants, LayeredBody, RadialFunctions, element_integrals, layer_waves
-from thermoroll_cli.halfspace.subsurface_elastic import EXCHANGED_AXES
+from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
+
+PRESSURE = (("p mean", "even"), ("p difference", "cos2"), ("p difference", "sin2"), ("p zz", "even"), ("p kz", "cos"),
+            ("p kz", "sin"))
+TRACTION = (("t mean", "cos"), ("t mean", "sin"), ("t zz", "cos"), ("t zz", "sin"), ("t single", "cos"), ("t single", "sin"),
+            ("t triple", "cos3"), ("t triple", "sin3"), ("t even", "even"), ("t double", "cos2"), ("t double", "sin2"))
+"""Functions and angular factors of the stresses under both kinds of load."""
 
 
-def pressure_stress(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:
-    """Stresses xx yy zz xy xz yz at `depth` (m) under a dx × dy element (m) that carries unit pressure.
+def element_stresses(
+    body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float, *, traction: bool = True
+) -> list[Array]:
+    """Stresses xx yy zz xy xz yz at `depth` (m) under a dx × dy element (m) that carries unit pressure, and with `traction`
+    under unit traction along x and along y on the body.
 
-    (6, nx, ny), at offsets (i dx, j dy), i < nx, j < ny, signs as in `subsurface_elastic`. The depth of an interface is its
-    upper side, the next larger number its lower side."""
-    parts = (("p mean", "even"), ("p difference", "cos2"), ("p zz", "even"), ("p difference", "sin2"), ("p kz", "cos"),
-             ("p kz", "sin"))
-    mean, turned, zz, xy, xz, yz = element_integrals(_point_stresses(body, depth), parts, shape, dx, dy)
-    stress = np.stack([mean - turned, mean + turned, zz, -xy, -xz, -yz])
-    return stress if depth > body.layers[0].thickness else stress + _closed_form(
-        subsurface_elastic.pressure_stress, body, shape, dx, dy, depth)
-
-
-def traction_stresses(
-    body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float
-) -> tuple[Array, Array]:
-    """The same under unit traction along x, and along y, on the body."""
-    along = _traction_x(body, shape, dx, dy, depth)
-    turned = along if shape[0] == shape[1] and dx == dy else _traction_x(body, shape[::-1], dy, dx, depth)
-    return along, turned.transpose(0, 2, 1)[list(EXCHANGED_AXES)]
-
-
-def _traction_x(body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float) -> Array:
-    parts = (("t mean", "cos"), ("t single", "cos"), ("t triple", "cos3"), ("t zz", "cos"), ("t single", "sin"),
-             ("t triple", "sin3"), ("t even", "even"), ("t double", "cos2"), ("t double", "sin2"))
-    mean, single, triple, zz, single_sine, triple_sine, even, double, yz = element_integrals(
-        _point_stresses(body, depth), parts, shape, dx, dy)
-    turned = single - triple
-    stress = np.stack([-mean - turned, turned - mean, -zz, triple_sine - single_sine, even + double, yz])
-    return stress if depth > body.layers[0].thickness else stress + _closed_form(
-        subsurface_elastic.traction_x_stress, body, shape, dx, dy, depth)
-
-
-def _closed_form(
-    table: Callable[..., Array], body: LayeredBody, shape: tuple[int, int], dx: float, dy: float, depth: float
-) -> Array:
-    """Stresses in a half-space of the uppermost layer's material."""
-    x, y = np.arange(float(shape[0])), np.arange(float(shape[1])) * (dy / dx)
-    return table(x, y, depth / dx, dy / dx, body.layers[0].poisson_ratio)
+    (6, nx, ny) each, at offsets (i dx, j dy), i < nx, j < ny, signs as in `subsurface_elastic`. The depth of an interface is
+    its upper side, the next larger number its lower side."""
+    found = element_integrals(_point_stresses(body, depth), PRESSURE + TRACTION if traction else PRESSURE, shape, dx, dy)
+    mean, turned, xy, zz, xz, yz = found[:6]
+    loads = [np.stack([mean - turned, mean + turned, zz, -xy, -xz, -yz])]
+    if traction:
+        mean, mean_y, zz, zz_y, single, single_y, triple, triple_y, even, double, yz = found[6:]
+        loads += [np.stack([triple - mean - single, single - mean - triple, -zz, triple_y - single_y, even + double, yz]),
+                  np.stack([single_y - mean_y + triple_y, -mean_y - single_y - triple_y, -zz_y, -single - triple, yz,
+                            even - double])]
+    if depth <= body.layers[0].thickness:
+        at = np.arange(float(shape[0])), np.arange(float(shape[1])) * (dy / dx), depth / dx, dy / dx
+        for load, closed_form in zip(loads, (pressure_stress, traction_x_stress, traction_y_stress), strict=False):
+            load += closed_form(*at, body.layers[0].poisson_ratio)
+    return loads
 
 
 @lru_cache(maxsize=128)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.halfspace import layered_stress
 from thermoroll_cli.halfspace.layered import LayeredBody
+from thermoroll_cli.halfspace.layered_stress import element_stresses
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
 from thermoroll_cli.halfspace.subsurface_thermal import thermal_stress
 from thermoroll_cli.halfspace.thermal import temperature_at_depths
@@ -153,30 +153,20 @@ class ElasticLayers:
         """Stresses in Pa at `depth` (m) by the pressure, and by the traction as it was given (None without one)."""
         # Kernels odd along one axis have −i times a real spectrum.
         pressure, *traction = [(sharp := load.below(depth), sharp * -1j) for load in self._loads]
-        normal = self._sum([(pressure, self._pressure_table(depth), (False, False))])
+        tables = self._tables(depth)
+        normal = self._sum([(pressure, tables[0], (False, False))])
         if not traction:
             return normal, None
-        along, across = self._traction_tables(depth)
-        return normal, self._sum([(traction[0], along, (True, False)), (traction[1], across, (False, True))])
+        return normal, self._sum([(traction[0], tables[1], (True, False)), (traction[1], tables[2], (False, True))])
 
-    def _pressure_table(self, depth: float) -> Array:
-        grid = self._transforms.grid
+    def _tables(self, depth: float) -> list[Array]:
+        """Stresses under one element with unit pressure and, where there is traction, along x and along y."""
+        grid, traction = self._transforms.grid, len(self._loads) > 1
         if self._layered is not None:
-            return layered_stress.pressure_stress(self._layered, grid.shape, grid.dx, grid.dy, depth)
-        return pressure_stress(*self._offsets(depth), self._poisson_ratio)
-
-    def _traction_tables(self, depth: float) -> tuple[Array, Array]:
-        grid = self._transforms.grid
-        if self._layered is not None:
-            return layered_stress.traction_stresses(self._layered, grid.shape, grid.dx, grid.dy, depth)
-        at = self._offsets(depth)
-        return traction_x_stress(*at, self._poisson_ratio), traction_y_stress(*at, self._poisson_ratio)
-
-    def _offsets(self, depth: float) -> tuple[Array, Array, float, float]:
-        """x, y, depth and dy in dx."""
-        grid = self._transforms.grid
+            return element_stresses(self._layered, grid.shape, grid.dx, grid.dy, depth, traction=traction)
         aspect = grid.dy / grid.dx
-        return np.arange(float(grid.nx)), np.arange(float(grid.ny)) * aspect, depth / grid.dx, aspect
+        at = np.arange(float(grid.nx)), np.arange(float(grid.ny)) * aspect, depth / grid.dx, aspect, self._poisson_ratio
+        return [pressure_stress(*at), *([traction_x_stress(*at), traction_y_stress(*at)] if traction else [])]
 
     def _sum(self, parts: list[tuple[tuple[Spectrum, Spectrum], Array, tuple[bool, bool]]]) -> Array:
         """Stresses by loads with the given spectra and element tables; a load along an axis flips the parity along it."""
