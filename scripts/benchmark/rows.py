@@ -141,15 +141,22 @@ def heat_through_layers() -> Row:
 
 def layers() -> Row:
     """A bonded coating."""
-    problem = _on_case("coated_ball", 128)
+    problem = dataclasses.replace(_on_case("coated_ball", 128), subsurface=None)
     plain = {name: dataclasses.replace(getattr(problem, name), layers=()) for name in ("lower", "upper")}
     return Row("bodies with layers, N = 128", "without layers", partial(solve, problem),
                partial(solve, dataclasses.replace(problem, **plain)))
 
 
+def stresses_in_layers() -> Row:
+    """Stresses inside a coated body."""
+    problem = _on_case("coated_ball", 128)
+    return Row("stresses in a body with layers, N = 128", "without layers", partial(solve, problem),
+               partial(solve, dataclasses.replace(problem, upper=dataclasses.replace(problem.upper, layers=()))))
+
+
 ROWS: list[Callable[[], Row]] = [
     sweep, sweep_of_hot_loads, sweep_of_hot_creepages, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear,
-    table_16, table_32, heat, heat_through_layers, subsurface, strength, friction_law, layers]
+    table_16, table_32, heat, heat_through_layers, subsurface, strength, friction_law, layers, stresses_in_layers]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:

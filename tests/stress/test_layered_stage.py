@@ -2,24 +2,31 @@
 
 from __future__ import annotations
 
+import csv
+import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from scripts.stress.random_layers import random_layers
+from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, elastic, rolling
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, SubsurfaceRequest, Unsolvable
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.result import Result, within_layers
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.subsurface_plan import layer_depths, with_interfaces
-from thermoroll_cli.stress.body_stresses import peak_of, within_layers
+from thermoroll_cli.stress.body_stresses import peak_of
 from thermoroll_cli.stress.strength import first_principal
 
+ROOT = Path(__file__).parents[2]
 STEEL = elastic(0.3)
 LAYERS = (Layer(4e-5, 350e9, 0.2), Layer(6e-5, 70e9, 0.4))
 COATED = replace(STEEL, layers=LAYERS)
@@ -144,3 +151,33 @@ def test_estimates_cover_what_a_finer_grid_changes(seed: int) -> None:
                for name in SUBSURFACE_SCALARS if name.endswith("MPa") and coarse["error"].get(name, 0.0) > 0.0}
     assert len(changes) >= 3
     assert sum(ratio <= 1.0 for ratio in changes.values()) >= 0.9 * len(changes)
+
+
+def test_a_coated_ball_through_files(tmp_path: Path) -> None:
+    """From the command line: scalars in JSON, HDF5 and CSV, the picture, a history on both sides of an interface, the plan."""
+    case = ROOT / "cases" / "coated_ball.toml"
+    done = call("run", case, "--set", "numerics.grid=32", "-o", tmp_path, "--json")
+    assert done.returncode == 0 and (tmp_path / "coated_ball_subsurface_upper.png").exists()
+    record = json.loads(done.stdout)
+    assert any("elements thick" in warning and "stresses" in warning for warning in record["warnings"])
+    stored = read_result(tmp_path / "coated_ball.h5")
+    for name in ("interface_shear_max_upper_MPa", "interface_tension_max_upper_MPa", "layer_tension_max_upper_MPa"):
+        assert record[name] == stored.summary()[name] > 0.0
+        assert 0.0 < record["error"][name] == stored.summary()["error"][name] < 0.5
+    axes = figure(stored, "subsurface_upper").axes
+    assert [line.get_ydata()[0] for line in axes[3].get_lines()[-2:]] == pytest.approx([2e-3, 2.5e-3])
+    y, below = stored.bodies["upper"].plane_y * 1e3, {}
+    for z in (1.999, 2.0, 2.001):
+        at = "--history", f"{y!r},{z * 1e-3!r}", "-o", tmp_path / str(z)
+        assert call("export", tmp_path / "coated_ball.h5", "--format", "csv", *at).returncode == 0
+        with open(tmp_path / str(z) / "coated_ball_history.csv") as stream:
+            below[z] = np.array([float(row["upper_stress_xx_MPa"]) for row in csv.DictReader(stream)])
+    change, jump = (np.abs(below[z] - below[2.0]).max() for z in (1.999, 2.001))
+    assert jump > 20.0 * change > 0.0
+    over = "--set", "numerics.grid=16", "--over", "load.normal_N=50,60"
+    assert call("sweep", case, *over, "-o", tmp_path / "s").returncode == 0
+    with open(tmp_path / "s" / "sweep.csv") as stream:
+        shear = [float(row["interface_shear_max_upper_MPa"]) for row in csv.DictReader(stream)]
+    assert shear[1] > shear[0] > 0.0
+    shown = json.loads(call("show", case, "--json").stdout)
+    assert "below the surface" in shown["run"] and shown["subsurface_layers"] == len(stored.bodies["upper"].depths)

@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -16,8 +18,10 @@ from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDO
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
 from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame, length_scale
+from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses, Result
+from thermoroll_cli.stress.strength import first_principal
 
 LEVELS = 24
 LINES = 12
@@ -25,6 +29,11 @@ COOL = 0.01
 """Share of the largest temperature rise: layers that are cooler all over are not shown."""
 ROOM = 1.25
 """Depth of the diagrams of temperatures over that of the heated layer."""
+LAYER_ROOM = 2.0
+"""Depth of the diagrams of layers over that of the lowest interface."""
+LARGEST: dict[str, tuple[str, Any]] = {"von Mises stress": (style.AFTER, style.DASHED), "shear stress": (style.BEFORE, "solid"),
+                                       "principal stress": (style.ALERT, style.DOTTED)}
+"""Line styles of the largest stresses over depth."""
 STRESSED, HEATED = style.AFTER, style.BEFORE
 """Colours of the lines below both points."""
 ROW = 58.0 * style.MM
@@ -40,9 +49,11 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         return None
     stress = _stress_scale(frame)
     hot = stresses.hottest is not None
-    y, plane = _plane(frame, stresses)
-    figure = style.new_figure(style.DOUBLE, (2 if hot else 1) * ROW + 15.0 * style.MM)
-    grid = figure.subplots(2 if hot else 1, 2, squeeze=False, width_ratios=(1.15, 1.0))
+    interfaces = getattr(frame.result.problem, body).interfaces
+    y, plane = (stresses.plane_y, stresses.plane) if interfaces else _plane(frame, stresses)
+    rows = 1 + hot + bool(interfaces)
+    figure = style.new_figure(style.DOUBLE, rows * ROW + 15.0 * style.MM)
+    grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
     _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
     grid[0, 0].plot([peak.x * x.factor], [peak.z * x.factor], "x", color="white", markersize=5.0, markeredgewidth=1.2,
@@ -55,6 +66,13 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         _draw_lines(grid[1, 1], frame, stresses, "temperature_rise", rise)
         for axes in grid[1]:
             axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
+    if interfaces:
+        _draw_layers(grid[-1], frame, stresses, stress)
+        for axes, colour in zip(grid[[0, -1]].flat, ("white", "0.3") * 2, strict=True):
+            for depth in interfaces:
+                axes.axhline(depth * x.factor, color=colour, linewidth=0.7)
+        for axes in grid[-1]:
+            axes.set_ylim(min(LAYER_ROOM * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
     place = length_scale(abs(y), "y")
     at = style.readable(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
     title = frame.result.problem.title
@@ -64,6 +82,9 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     handles += [Line2D([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")] if elastic else []
     handles += [Line2D([], [], color="white", marker="x", linestyle="none", markersize=5.0, label="largest stress",
                        path_effects=[withStroke(linewidth=2.6, foreground="black")])]
+    handles += [Line2D([], [], color=colour, linestyle=dashes, label=f"largest over x: {name}")
+                for name, (colour, dashes) in LARGEST.items() if interfaces]
+    handles += [Line2D([], [], color="0.3", linewidth=0.7, label="interfaces")] if interfaces else []
     style.add_legend(figure, handles)
     return figure
 
@@ -118,6 +139,19 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
     axes.grid(visible=True)
     style.few_ticks(axes, 5, 5)
     return elastic
+
+
+def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: AxisScale) -> None:
+    """The shear stress that interfaces carry over x and depth, and largest stresses of the plane over depth."""
+    shear = np.hypot(stresses.plane["stress_xz"], stresses.plane["stress_yz"])
+    principal = first_principal(np.stack([stresses.plane[name] for name in STRESSES]))
+    peak, lengths = scale.words.rsplit("/", 1)[1], frame.lengths[0]
+    _draw_plane(row[0], frame, stresses, shear, "viridis", replace(scale, words=rf"shear stress $|\tau_z|/{peak}"))
+    for values, (colour, dashes) in zip((stresses.plane["von_mises"], shear, principal), LARGEST.values(), strict=True):
+        row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes)
+    row[1].set(xlabel=rf"largest stress over x, $\sigma/{peak}", ylabel=lengths.label.replace("x", "z"))
+    row[1].grid(visible=True)
+    style.few_ticks(row[1], 5, 5)
 
 
 def _heated_depth(stresses: BodyStresses) -> float:

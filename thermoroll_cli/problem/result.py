@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any, TypeVar
 
 import numpy as np
@@ -72,8 +73,9 @@ class Peak:
 class BodyStresses:
     """One body: `fields` (nz, nx, ny) as asked for, `plane` (nz, nx) at y = `plane_y`, `below_stressed` and `below_heated`
     (nz,), lines into the depth below the most stressed and the hottest point of the surface (SI, names of
-    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,). `most_stressed` is the largest von Mises stress. `strength`
-    has shakedown and fatigue over depth, (nz,) or (nz, ny), where they are asked for (names of `STRENGTH_FIELDS`)."""
+    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,), which have both sides of interfaces (`within_layers`).
+    `most_stressed` is the largest von Mises stress. `strength` has shakedown and fatigue over depth, (nz,) or (nz, ny), where
+    they are asked for (names of `STRENGTH_FIELDS`)."""
 
     depths: Array
     plane_y: float
@@ -84,6 +86,12 @@ class BodyStresses:
     below_heated: Mapping[str, AnyArray] = field(default_factory=dict)
     fields: Mapping[str, AnyArray] = field(default_factory=dict)
     strength: Mapping[str, AnyArray] = field(default_factory=dict)
+
+
+def within_layers(depths: AnyArray) -> list[slice]:
+    """Parts of `depths` between interfaces, whose lower side is the next larger number: stresses jump there."""
+    jumps = np.flatnonzero(np.nextafter(depths[:-1], np.inf) == depths[1:]) + 1
+    return [slice(int(start), int(stop)) for start, stop in pairwise((0, *jumps, len(depths)))]
 
 
 @dataclass(frozen=True)

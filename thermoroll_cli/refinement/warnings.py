@@ -98,12 +98,18 @@ RESOLVED_BORDER = 0.5
 
 
 def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
-    """Doubt about layers of the order of an element, which matter at the border."""
-    coatings = derived.coatings
+    """Doubt about layers of the order of an element, which matter at the border and for the stresses in them."""
+    coatings, request, element = derived.coatings, derived.problem.subsurface, min(grid.dx, grid.dy)
+    for body in () if request is None else request.bodies:
+        for layer in getattr(derived.problem, body).layers[:1]:
+            if layer.thickness < THICK * element:
+                yield (f"the uppermost layer of the {body} body is {layer.thickness / element:.2g} elements thick: near "
+                       "borders of contact and stick its stresses vary within elements; "
+                       f"{THICK:g} elements would resolve them")
     if coatings is None or coatings.near_border(grid.dx, grid.dy).trust >= RESOLVED_BORDER:
         return
     bodies = (coatings.lower, coatings.upper)
-    thickness, element = min(body.layers[0].thickness for body in bodies if body.layers), min(grid.dx, grid.dy)
+    thickness = min(body.layers[0].thickness for body in bodies if body.layers)
     yield (f"the grid does not resolve the uppermost layer, {thickness / element:.2g} elements thick: the contact ends "
            f"at the border of an element, which shows in areas; {THICK:g} elements would resolve it")
 

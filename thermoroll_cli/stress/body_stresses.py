@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import KeptFields
-from thermoroll_cli.problem.result import BodyStresses, Peak
+from thermoroll_cli.problem.result import BodyStresses, Peak, within_layers
 from thermoroll_cli.stress.strength import StrengthCollector, first_principal, von_mises
 from thermoroll_cli.stress.superposition import ODD_IN_Y
 
@@ -178,12 +177,6 @@ LAYER_POINTS, ELEMENT_POINTS = 5, 3
 MOST_MOVES = 16
 ZOOMS, POINTS_PER_ZOOM = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
-
-
-def within_layers(depths: AnyArray) -> list[slice]:
-    """Parts of `depths` between interfaces, whose lower side is the next larger number: stresses jump there."""
-    jumps = np.flatnonzero(np.nextafter(depths[:-1], np.inf) == depths[1:]) + 1
-    return [slice(int(start), int(stop)) for start, stop in pairwise((0, *jumps, len(depths)))]
 
 
 def peak_of(

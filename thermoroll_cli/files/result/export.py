@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.files.atomic import replacing, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
-from thermoroll_cli.problem.result import BodyStresses, Result, State
+from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers
 from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, scalar_text
 
 Path = str | os.PathLike[str]
@@ -123,7 +123,7 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
 
     Columns: `x_mm`; `time_s`, from entering the domain at the rolling speed; the six stresses, the von Mises stress and the
     temperature rise of each body stored, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are in the
-    body's own frame, z into the body; values between layers and rows are of cubic splines.
+    body's own frame, z into the body; values between depths and rows are of cubic splines, at an interface those above it.
 
     Raises ResultFileError where the file holds no stresses there, OutsideError for a line outside the domain, WriteError.
     """
@@ -152,7 +152,8 @@ def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping
     fields, on_plane = (stresses.fields, False) if STRESSES[0] in stresses.fields else (stresses.plane, True)
     if on_plane and abs(y - stresses.plane_y) > half * (1.0 + 1e-9):
         return None
-    at_depth = {name: _spline(stresses.depths, values)(z) for name, values in fields.items()}
+    part = next((part for part in within_layers(stresses.depths) if z <= stresses.depths[part][-1]), slice(0, None))
+    at_depth = {name: _spline(stresses.depths[part], values[part])(z) for name, values in fields.items()}
     return at_depth if on_plane else {name: _spline(result.y, values.T)(y) for name, values in at_depth.items()}
 
 
