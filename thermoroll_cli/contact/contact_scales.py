@@ -93,7 +93,7 @@ def contact_scales(
         inside = y[lateral_gap(geometry, y) < depth]
         box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings)
+        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, mirror=mirror)
         if found is not None:
             break
         depth *= 1.5
@@ -103,7 +103,7 @@ def contact_scales(
     # Once more with all elements on the contact: its border is known to an element.
     box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
     grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-    found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings) or found
+    found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, mirror=mirror) or found
     return found
 
 
@@ -115,7 +115,7 @@ def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, 
     found, fits = None, 0
     for _ in range(4 * ATTEMPTS):
         grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
-        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings)
+        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, mirror=True)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
@@ -162,15 +162,18 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
 
 def _solve(
     geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
-    coatings: Coatings | None,
+    coatings: Coatings | None, *, mirror: bool,
 ) -> ContactScales | None:
-    """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
+    """Scales of the contact on a coarse grid over `box`, which is about as much larger as `grown` makes it; None if the contact
+    reaches a side of the box where no profile ends."""
     nx, ny = COARSE_GRID
     grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
     gap = undeformed_gap(geometry, grid.x, grid.y)
     solver = NormalSolver(grid, contact_modulus, coatings)
-    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), COARSE_TOLERANCE)
-    refined = solver.refine(solution, gap, normal_force, COARSE_TOLERANCE)
+    # As above an elliptic strip at each y, by the overlap of rigid bodies that has this length at most.
+    depth = 0.5 * geometry.curvature_x * (box.half_x / DOMAIN_OVER_CONTACT) ** 2 + gap.min()
+    solution = solver.solve(gap, normal_force, np.sqrt(np.maximum(depth - gap, 0.0)), COARSE_TOLERANCE)
+    refined = solver.refine(solution, gap, normal_force, COARSE_TOLERANCE, mirrored=mirror)
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])
     at_end = box.low <= limits[0] + slack, box.high >= limits[1] - slack
@@ -184,7 +187,9 @@ def _solve(
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
     high = grid.y[columns[-1]] + covered[columns[-1] + 1 : columns[-1] + 3].sum() * grid.dy
     area = float(refined.covered.sum()) * grid.element_area
+    # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
+    centre = 0.0 if mirror else float(0.5 * (low + high))
     return ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
-                         math.sqrt(area / math.pi), float(0.5 * (low + high)),
+                         math.sqrt(area / math.pi), centre,
                          (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits,
                          solution.converged)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
@@ -219,7 +219,9 @@ class NormalSolver:
         return NormalSolution(pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, iterations,
                               converged)
 
-    def refine(self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9) -> RefinedContact:
+    def refine(
+        self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False
+    ) -> RefinedContact:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
         gives them, the others are solved for once more.
 
@@ -228,7 +230,7 @@ class NormalSolver:
         be worse: the errors of whole elements on both sides of the border cancel, those beside elements of known load do not.
         """
         border, load, covered = border_elements(solution.pressure, solution.contact, solution.gap, self.grid,
-                                                self.contact_modulus, self._border_trust)
+                                                self.contact_modulus, self._border_trust, mirrored=mirrored)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
         wanted = normal_force / self.grid.element_area - float(fixed.sum())
@@ -290,28 +292,40 @@ SINGULAR_DETERMINANT = 1e-9
 
 
 def border_elements(
-    pressure: Array, contact: Mask, gap: Array, grid: Grid, contact_modulus: float, certainty: float = 1.0
+    pressure: Array, contact: Mask, gap: Array, grid: Grid, contact_modulus: float, certainty: float = 1.0, *,
+    mirrored: bool = False,
 ) -> tuple[Mask, Array, Array]:
     """Border of the contact from the `pressure` (Pa) inside it and the `gap` (m) around it, all (nx, ny).
 
     `pressure` and `gap` belong to whole elements, `contact` is the mask of those that touch; `contact_modulus` is E* in Pa, and
-    `certainty`, 0 to 1, says how well half-spaces of that modulus describe the surfaces within an element of the border.
+    `certainty`, 0 to 1, says how well half-spaces of that modulus describe the surfaces within an element of the border. With
+    `mirrored` all is even in y, and only the elements y > 0 of an even number are fitted.
     Returns the mask of elements at the border (partly covered, or next to such), and on these the element averages of the
     pressure and the covered fractions that the continued p² implies; elsewhere the pressure as given and 1 or 0.
     """
-    scale = max(float(pressure.max()), 1e-300)
+    scale, half = max(float(pressure.max()), 1e-300), mirrored * (grid.ny // 2)
+
+    def places(mask: Mask) -> tuple[Index, Index]:
+        i, j = np.nonzero(mask[:, half:])
+        return i, j + half
+
+    def complete(*fields: AnyArray) -> None:
+        for field in fields:
+            field[:, :half] = field[:, : -half - 1 : -1]
+
     # Whole elements next to the border carry up to 3 % too much pressure, and the gap of the first ones outside is as much too
     # large: each shifts the border by 0.02 elements, one inwards and one outwards, elements right at the border by up to 0.05.
     square = np.where(contact, pressure / scale, 0.0) ** 2
     loaded = np.minimum(square / np.maximum(LOADED_FROM * highest(square), 1e-300), 1.0)
     weight = 1.0 - highest(1.0 - loaded)
     beside = highest(loaded)
-    i, j = np.nonzero((beside > 0.0) & ~contact & (gap > 0.0))
+    i, j = places((beside > 0.0) & ~contact & (gap > 0.0))
     coefficients, trust = _paraboloids(square, weight, i, j)
     square[i, j], bend = _continued(coefficients, gap[i, j] * contact_modulus / scale, grid)
     away = -square[i, j] / np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
     weight[i, j] = trust * beside[i, j] * np.minimum(away / OPEN_FROM, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
-    i, j = np.nonzero(highest(contact) & highest(~contact))
+    complete(square, weight)
+    i, j = places(highest(contact) & highest(~contact))
     coefficients, trust = _paraboloids(square, weight, i, j)
     fitted = trust > 0.0
     i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]
@@ -326,6 +340,7 @@ def border_elements(
     load[i, j] += trust * (scale * root - load[i, j])
     border = np.zeros_like(contact)
     border[i, j] = True
+    complete(covered, load, border)
     covered[load <= 0.0] = 0.0
     load[covered <= 0.0] = 0.0
     return border, load, covered
@@ -362,23 +377,29 @@ def _sampled(coefficients: Array) -> tuple[Array, Array]:
     return part.mean(axis=1), np.sqrt(np.maximum(value, 0.0)).mean(axis=1)
 
 
+_U, _V = (offset.ravel() for offset in np.mgrid[-FIT_REACH : FIT_REACH + 1, -FIT_REACH : FIT_REACH + 1])
+"""Elements within reach, along x and y."""
+_GAUSSIAN = np.exp(-0.5 * (_U**2 + _V**2) / FIT_WEIGHT_LENGTH**2)
+_POWERS = [(degree - k, k) for degree in range(5) for k in range(degree + 1)]
+_MONOMIALS = np.stack([_U**a * _V**b for a, b in _POWERS], axis=1).astype(float)
+"""1, u, v, u², uv, v², and those of degrees three and four: (81, 15)."""
+_PRODUCTS = np.array([[_POWERS.index((a + c, b + d)) for c, d in _POWERS[:6]] for a, b in _POWERS[:6]])
+"""Which monomial the product of any two of the first six is."""
+
+
 def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Array, Array]:
     """Least-squares paraboloid of `square` around each element (i, j), fitted with `weight` to the elements within reach.
 
     Returns (m, 6) coefficients of 1, u, v, u², uv, v² in elements from the centre of (i, j), and how far each fit can be
     trusted, from 1 (exact) to 0 (not determined): a trust that falls smoothly keeps the coupled iteration from jumping."""
-    offsets = np.arange(-FIT_REACH, FIT_REACH + 1)
-    u, v = (o.ravel() for o in np.meshgrid(offsets, offsets, indexing="ij"))
-    basis = np.stack([np.ones(u.size), u, v, u * u, u * v, v * v], axis=1).astype(float)
-    products = (basis[:, :, None] * basis[:, None, :]).reshape(-1, 36)
     width = square.shape[1] + 2 * FIT_REACH
-    places = ((i + FIT_REACH) * width + j + FIT_REACH)[:, None] + (u * width + v)
-    w = framed(weight, FIT_REACH).ravel()[places] * np.exp(-0.5 * (u * u + v * v) / FIT_WEIGHT_LENGTH**2)
+    places = ((i + FIT_REACH) * width + j + FIT_REACH)[:, None] + (_U * width + _V)
+    w = framed(weight, FIT_REACH).ravel()[places]
     values = framed(square, FIT_REACH).ravel()[places]
-    normal = (w @ products).reshape(-1, 6, 6)
     weighted = w * values
-    right = weighted @ basis
-    total = w.sum(axis=1)
+    moments = w @ (_GAUSSIAN[:, None] * _MONOMIALS)
+    normal, total = moments[:, _PRODUCTS], moments[:, 0]
+    right = weighted @ (_GAUSSIAN[:, None] * _MONOMIALS[:, :6])
     # Fitted elements in a single row or column do not determine all coefficients: the determinant of the scaled matrix shows
     # it.
     diagonal = np.sqrt(np.maximum(np.einsum("maa->ma", normal), 1e-300))
@@ -388,7 +409,7 @@ def _paraboloids(square: Array, weight: Array, i: Index, j: Index) -> tuple[Arra
     if usable.any():
         solution = np.linalg.solve(scaled[usable], (right / diagonal)[usable][:, :, None])[:, :, 0]
         out[usable] = solution / diagonal[usable]
-    missed = np.einsum("mk,mk->m", weighted, values) - np.einsum("ma,ma->m", out, right)
+    missed = (weighted * values) @ _GAUSSIAN - np.einsum("ma,ma->m", out, right)
     misfit = np.sqrt(np.maximum(missed, 0.0) / np.maximum(total, 1e-300))
     shift = misfit / np.maximum(np.hypot(out[:, 1], out[:, 2]), 1e-300) / TOLERABLE_MISFIT
     return out, np.where(usable, 1.0 / (1.0 + np.minimum(shift, 1e9) ** 4), 0.0)

@@ -88,7 +88,7 @@ class PressureSolver:
         gap, force = self.undeformed_gap - (0.0 if offset is None else offset), self._derived.problem.normal_force
         profile = self._derived.problem.geometry.has_profile
         solution = self.solver.solve(gap, force, start, tolerance)
-        refined = self.solver.refine(solution, gap, force, tolerance)
+        refined = self.solver.refine(solution, gap, force, tolerance, mirrored=mirrored)
         pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
         if mirrored:
             # They are even but for rounding, which could otherwise add a border element on one side only.
