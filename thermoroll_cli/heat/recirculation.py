@@ -36,8 +36,8 @@ The present pass adds the half-space's response. Where ε is large both terms ca
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
@@ -53,26 +53,35 @@ SERIES_UP_TO = 1.0
 """ε below which the series is summed, above the passes themselves."""
 SERIES_TERMS = 24
 """Terms of either series: the last one is below 1e-17 at ε = 1."""
-SUMMED_PASSES = 40
-"""Passes summed for ε > 1: e^{−40}."""
+MOST_PASSES = 40
+"""Passes summed for ε > 1, and nε from which they are no longer felt: e^{−40}."""
 
 
 def pass_sum(epsilon: ArrayLike) -> Array:
     """D(ε) for ε ≥ 0: surface temperature by earlier passes, less its mean in time; shape of ε."""
-    k, n = np.arange(SERIES_TERMS), np.arange(1, SUMMED_PASSES + 1)
+    k = np.arange(SERIES_TERMS)
     coefficients = zeta(0.5 - k) * (-1.0) ** k / _factorials(SERIES_TERMS)
     return _either(
         epsilon, lambda few: polyval(few, coefficients),
-        lambda many: np.exp(-many[:, None] * n) @ (1.0 / np.sqrt(n)) - np.sqrt(math.pi / many))
+        lambda many: _over_passes(many, lambda n, eps: np.exp(-n * eps) / math.sqrt(n)) - np.sqrt(math.pi / many))
 
 
 def bulge_sum(epsilon: ArrayLike) -> Array:
     """S(ε) for ε ≥ 0: thermal expansion by earlier passes, less its mean in time; shape of ε."""
-    k, n = np.arange(SERIES_TERMS), np.arange(1, SUMMED_PASSES + 1)
+    k = np.arange(SERIES_TERMS)
     coefficients = zeta(-0.5 - k) * (-1.0) ** k / (_factorials(SERIES_TERMS) * math.sqrt(math.pi) * (k + 0.5))
     return _either(
         epsilon, lambda few: -0.5 - np.sqrt(few) * polyval(few, coefficients),
-        lambda many: erfc(np.sqrt(many[:, None] * n)).sum(axis=1) - 0.5 / many)
+        lambda many: _over_passes(many, lambda n, eps: erfc(np.sqrt(n * eps))) - 0.5 / many)
+
+
+def _over_passes(epsilon: Array, term: Callable[[int, Array], Array]) -> Array:
+    """Sum over all passes n of `term`(n, ε), which falls like e^{−nε} at least."""
+    total = np.zeros_like(epsilon)
+    for n in range(1, MOST_PASSES + 1):
+        felt = n * epsilon < MOST_PASSES
+        total[felt] += term(n, epsilon[felt])
+    return total
 
 
 def _either(epsilon: ArrayLike, series: Callable[[Array], Array], passes: Callable[[Array], Array]) -> Array:
@@ -187,50 +196,71 @@ class Roller:
         return wave, 0.5 * self.width * (1.0 + sign * np.sinc(wave * self.width / math.pi))
 
 
-class Track:
-    """Response of a `Roller`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
+class TrackModes:
+    """All of a `Roller`'s track on a grid that does not depend on its speed: wavenumbers `wave`, mode shapes at the columns of
+    the grid and over its elements, (ny, modes), and the matrices (ny, ny) of `temperature` and `bulge` by the mean heat."""
 
-    `temperature` (K per W/m²) and `bulge` (m per W/m², up to a constant), both (ny, ny), act on the sum of the flux into the
-    body over the rows of the grid.
-    """
-
-    def __init__(self, roller: Roller, grid: Grid) -> None:
-        self.roller, self.grid = roller, grid
-        highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
-                      FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
-        wave, norm = roller.modes(min(highest, FINEST_WAVE / grid.dy))
+    def __init__(self, roller: Roller, grid: Grid, highest: float) -> None:
+        self.roller, self.highest = roller, highest
+        wave, norm = roller.modes(highest)
         phase = np.outer(grid.y, wave)
         shape = np.empty_like(phase)
         shape[:, ::2], shape[:, 1::2] = np.cos(phase[:, ::2]), np.sin(phase[:, 1::2])
         # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
         element = shape * (grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi))) / norm
         element *= grid.dx * roller.passes / (2.0 * math.pi * roller.radius)
-        temperature, bulge = self._gains(wave)
-        self.temperature: Array = (shape * temperature) @ element.T
-        self.bulge: Array = (shape * bulge) @ element.T
-        self.modes = len(wave)
+        self.wave, self._shape, self._element = wave, shape, element.T.copy()
+        temperature, bulge = self._steady()
+        self.temperature, self.bulge = self.matrix(temperature), self.matrix(bulge)
 
-    def _gains(self, wave: Array) -> tuple[Array, Array]:
-        """Per mode: temperature in the contact (K per W/m² of q̄) and bulge (m per W/m²)."""
-        r = self.roller
-        k, h, period = r.conductivity, r.convection or 0.0, r.period
-        epsilon = r.diffusivity * wave**2 * period
+    def matrix(self, gain: Array) -> Array:
+        """(ny, ny) from a response per mode to q̄."""
+        return np.asarray((self._shape * gain) @ self._element)
+
+    def serve(self, roller: Roller, highest: float) -> bool:
+        """Whether another roller differs in its speed alone."""
+        return self.highest == highest and replace(self.roller, speed=roller.speed) == roller
+
+    def _steady(self) -> tuple[Array, Array]:
+        """Per mode: temperature (K per W/m² of q̄) and bulge (m per W/m²) by the mean heat."""
+        r, wave = self.roller, self.wave
         argument = wave * r.radius
         if r.resistance is not None:
             # The mean has the wavenumber 0; it is replaced below.
             argument[0] = 1.0
-        loss = k * wave * surface_slope(argument, bore=r.ring) + h
-        bulging = 2.0 * period * r.diffusivity / k * bulge_sum(epsilon)
+        loss = r.conductivity * wave * surface_slope(argument, bore=r.ring) + (r.convection or 0.0)
         if r.resistance is not None:
             loss[0] = 1.0
         steady = 1.0 / loss
         with np.errstate(divide="ignore"):
-            bulging += np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / wave, 0.0) * steady
+            bulging = np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / wave, 0.0) * steady
         if r.resistance is not None:
             # The mean would only add a constant to the bulge.
             steady[0] = r.resistance * 2.0 * math.pi * r.radius * r.width
-        passing = math.sqrt(period * r.diffusivity / math.pi) / k * pass_sum(epsilon)
-        return steady + passing, r.free_expansion * bulging
+        return steady, r.free_expansion * bulging
+
+
+class Track:
+    """Response of a `Roller`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
+
+    `temperature` (K per W/m²) and `bulge` (m per W/m², up to a constant), both (ny, ny), act on the sum of the flux into the
+    body over the rows of the grid. The modes of `others` on that grid are used again where only the speed differs.
+    """
+
+    def __init__(self, roller: Roller, grid: Grid, others: Iterable[Track] = ()) -> None:
+        self.roller, self.grid = roller, grid
+        highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
+                      FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
+        # Up to a power of two: the next speeds need no other modes.
+        highest = min(2.0 ** math.ceil(math.log2(highest)), FINEST_WAVE / grid.dy)
+        self.modes = next((other.modes for other in others if other.modes.serve(roller, highest)), None) or TrackModes(
+            roller, grid, highest)
+        period, diffusivity, k = roller.period, roller.diffusivity, roller.conductivity
+        epsilon = diffusivity * self.modes.wave**2 * period
+        passing = math.sqrt(period * diffusivity / math.pi) / k * pass_sum(epsilon)
+        bulging = roller.free_expansion * 2.0 * period * diffusivity / k * bulge_sum(epsilon)
+        self.temperature: Array = self.modes.temperature + self.modes.matrix(passing)
+        self.bulge: Array = self.modes.bulge + self.modes.matrix(bulging)
 
     def entry_temperature(self, flux: Array) -> Array:
         """T_rec(y) in K, (ny,), with which the track re-enters the contact, by the heat `flux` (W/m², (nx, ny)) into the

@@ -135,7 +135,7 @@ class HeatResponses:
     def _with_tracks(self, passing: HeatResponse, derived: DerivedQuantities, creepage: float) -> RecirculatingResponse:
         """`passing` with the recirculating heat of turning bodies."""
         both = rollers(derived.problem, creepage)
-        self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
+        self._tracks = {r: self._tracks.get(r) or Track(r, self.grid, self._tracks.values()) for r in both if r is not None}
         lower, upper = (None if r is None else self._tracks[r] for r in both)
         found = RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
         if self._recirculating is None or not self._recirculating.is_like(found):
