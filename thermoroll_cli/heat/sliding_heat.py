@@ -29,8 +29,8 @@ from thermoroll_cli.numerics.grid import Grid
 
 TOLERANCE = 1e-5
 """Error of the expansion relative to the largest coefficient, and to the sum of all."""
-RANGES_KEPT = 2
-"""Expansions kept per kind: a slip speed that varies about the end of a range needs both."""
+RANGES_KEPT = 4
+"""Expansions kept per kind: for either body both ranges, where the slip speed varies about the end of one."""
 
 
 @dataclass(frozen=True)
