@@ -253,8 +253,8 @@ class Track:
                       FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
         # Up to a power of two: the next speeds need no other modes.
         highest = min(2.0 ** math.ceil(math.log2(highest)), FINEST_WAVE / grid.dy)
-        self.modes = next((other.modes for other in others if other.modes.serve(roller, highest)), None) or TrackModes(
-            roller, grid, highest)
+        kept = (other.modes for other in others if other.modes.serve(roller, highest))
+        self.modes: TrackModes = next(kept, None) or TrackModes(roller, grid, highest)
         period, diffusivity, k = roller.period, roller.diffusivity, roller.conductivity
         epsilon = diffusivity * self.modes.wave**2 * period
         passing = math.sqrt(period * diffusivity / math.pi) / k * pass_sum(epsilon)

@@ -36,7 +36,9 @@ Fields = dict[str, Array]
 
 def step_length(problems: tuple[Problem, Problem, Problem]) -> float:
     """t: the last step between three problems over the one before it, 0 where that does not predict it."""
-    groups = [list(_numbers(problem)) for problem in problems]
+    parts = ([getattr(problem, field.name) for problem in problems] for field in fields(Problem))
+    changed = [part for part in parts if not part[0] == part[1] == part[2]]
+    groups = [[group for value in values for group in _numbers(value)] for values in zip(*changed, strict=True)]
     if len({tuple(group.shape for group in one) for one in groups}) > 1:
         return 0.0
     old, new = [], []
@@ -44,7 +46,7 @@ def step_length(problems: tuple[Problem, Problem, Problem]) -> float:
         scale = max(float(np.abs(group).max(initial=0.0)) for group in (first, second, third)) or 1.0
         old.append((second - first) / scale)
         new.append((third - second) / scale)
-    before, step = np.concatenate(old), np.concatenate(new)
+    before, step = np.concatenate([*old, np.zeros(1)]), np.concatenate([*new, np.zeros(1)])
     size = float(before @ before)
     if size == 0.0:
         return 0.0

@@ -82,14 +82,13 @@ def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
                        grid.dx, grid.dy, derived.shear_compliance.near_border(grid.dx, grid.dy))
 
 
-def scalars_of(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
+def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Array) -> dict[str, float]:
     """Scalars of `SCALARS` that need no temperature (those are added by `state_of`)."""
     derived, grid = discretisation.derived, discretisation.grid
     problem, (cold_area, cold_peak) = derived.problem, _reference(discretisation)
     normal, tangential = contact.normal, contact.tangential
     area = float(normal.covered.sum()) * grid.element_area
-    sticking = float(stick_share_of(discretisation, contact).sum())
-    stick_area = min(sticking * grid.element_area, area)
+    stick_area = min(float(stick_share.sum()) * grid.element_area, area)
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     x, y = grid.x[:, None], grid.y[None, :]
     moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
@@ -155,7 +154,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     if contact.local_friction is not None:
         fields["friction_coefficient"] = contact.local_friction * inside
     scalars = dict.fromkeys(SCALARS, math.nan)
-    scalars |= scalars_of(discretisation, contact) | _friction_scalars(discretisation, contact)
+    scalars |= scalars_of(discretisation, contact, fields["stick_share"]) | _friction_scalars(discretisation, contact)
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     if temperatures:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.rolling.newton import Iterate, Newton, TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.stick_inverse import StickInverse
@@ -34,6 +34,8 @@ LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
 Start = tuple[Array, tuple[float, float]]
+Finished = tuple[Iterate, AnyArray, AnyArray]
+"""The last iterate, its slip and its lost power: see `Newton.finish`."""
 
 MOST_FRICTION_ITERATIONS = 60
 """Solutions with given coefficients of friction after which the fixed point is given up; 12 to 21 are usual."""
@@ -80,11 +82,11 @@ class RollingSolver:
         iteration does not correct them."""
         before = self.gradient.applications
         history: list[float] = []
-        newton, state = self._newton(problem, starts, tolerance, history)
-        settled = state.norm <= 2.0 * tolerance
+        newton, finished = self._newton(problem, starts, tolerance, history)
+        settled = finished[0].norm <= 2.0 * tolerance
         if not settled and problem.slip_friction is not None:
-            newton, state, settled = self._fixed_point(problem, newton, state, tolerance, history)
-        state, slip, lost = newton.finish(state)
+            newton, finished, settled = self._fixed_point(problem, newton, finished[0], tolerance, history)
+        state, slip, lost = finished
         creep = newton.creepage(state.unknown)
         return TangentialSolution(
             traction=state.traction,
@@ -103,7 +105,7 @@ class RollingSolver:
 
     def _newton(
         self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float, history: list[float]
-    ) -> tuple[Newton, Iterate]:
+    ) -> tuple[Newton, Finished]:
         newton = Newton(problem, self.gradient, self._inverse, self.options)
         states = [newton.start(*start) for start in starts]
         if states:
@@ -111,15 +113,15 @@ class RollingSolver:
         if not states or state.norm > tolerance:
             start = newton.start(*self._full_stick(problem))
             state = self._iterate(newton, start, tolerance, history)
-        state, _, _ = newton.finish(state)
-        if tolerance < state.norm < LARGEST_REFINED_RESIDUAL:
+        finished = newton.finish(state)
+        if tolerance < finished[0].norm < LARGEST_REFINED_RESIDUAL:
             # Close to the friction limit the combined images lose digits: continue from the recomputed slip.
-            state = self._iterate(newton, state, tolerance, history)
-        return newton, state
+            finished = newton.finish(self._iterate(newton, finished[0], tolerance, history))
+        return newton, finished
 
     def _fixed_point(
         self, problem: TangentialProblem, newton: Newton, state: Iterate, tolerance: float, history: list[float]
-    ) -> tuple[Newton, Iterate, bool]:
+    ) -> tuple[Newton, Finished, bool]:
         """The undamped fixed point on the coefficient of friction, for laws so steep that Newton stalls.
 
         It ends on the mean change of the factor, because a few elements at the onset of slip keep alternating."""
@@ -129,13 +131,14 @@ class RollingSolver:
             fixed = replace(problem, traction_bound=problem.traction_bound * factor, slip_friction=None)
             creep = newton.creepage(state.unknown)
             start = state.traction, (float(creep[0]), float(creep[1]))
-            newton, state = self._newton(fixed, [start], tolerance, history)
+            newton, finished = self._newton(fixed, [start], tolerance, history)
+            state = finished[0]
             if state.norm > 2.0 * tolerance:
-                return newton, state, False
+                break
             before, factor = factor, problem.slip_friction.response(newton.free_slip(state)).factor
             if float(np.abs(factor - before)[newton.contact].mean()) <= FRICTION_SETTLED:
-                return newton, state, True
-        return newton, state, False
+                return newton, finished, True
+        return newton, finished, False
 
     def _iterate(self, newton: Newton, state: Iterate, tolerance: float, history: list[float]) -> Iterate:
         """Newton steps down to `tolerance`; the accuracy of each follows from the gain of the last (Eisenstat & Walker

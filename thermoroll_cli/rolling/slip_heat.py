@@ -114,11 +114,8 @@ def _root(near: Array, far: Array) -> tuple[Array, Array]:
 
 def _run_lengths(mask: Mask) -> Array:
     """Length of the run of True along x that ends at each element."""
-    lengths, run = np.zeros(mask.shape), np.zeros(mask.shape[1])
-    for i, row in enumerate(mask):
-        run = (run + 1.0) * row
-        lengths[i] = run
-    return lengths
+    row = np.arange(1.0, len(mask) + 1.0)[:, None]
+    return np.asarray(row - np.maximum.accumulate(np.where(mask, 0.0, row), axis=0))
 
 
 def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask, onset: _Onset) -> Array:
