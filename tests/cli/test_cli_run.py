@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
@@ -177,19 +176,3 @@ def test_places_that_cannot_be_written(case: Path, tmp_path: Path) -> None:
     assert done.returncode == 5
     assert strict(done.stdout)["files"] == []  # the numbers are not lost
     assert not any(path.suffix == ".part" for path in (tmp_path / "results").iterdir())
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_read_only_folder(case: Path, tmp_path: Path) -> None:
-    (tmp_path / "locked").mkdir(mode=0o500)
-    assert call("run", case, "-o", "locked", cwd=tmp_path).returncode == 5
-
-
-def test_paths_with_spaces_and_unicode(tmp_path: Path) -> None:
-    path = tmp_path / "Fälle 漢字" / "ä b.toml"
-    path.parent.mkdir()
-    path.write_text(MECHANICAL.replace("Two spheres", "Zwei Kugeln µ"), encoding="utf-8")
-    done = call("run", path, "-o", tmp_path / "aus gabe", "--json", "--no-plots")
-    assert done.returncode == 0
-    assert strict(done.stdout)["title"] == "Zwei Kugeln µ"
-    assert (tmp_path / "aus gabe" / "ä b.h5").exists()

@@ -21,6 +21,7 @@ SMALLER = (
     (r"(=[\d.]+:[\d.]+):\d+", r"\1:2"),  # two values of each key
     (r" --jobs \d+", ""),
     (r"(table(?: build)? -o \S+)", r"\1 --aspect 0.8,1.25 --accuracy 1e-2 --nodes 6,5,7 --checks 2"),
+    (r"for v in 50 100 200", "for v in 50"),
     (r"numerics.grid=\d+", "numerics.grid=16"),
     (r"((?:wear|run) (?:disc|cases/twin_disc_wear)\.toml)", r"\1 --set numerics.grid=16 --set wear.depth_um=1"),
     (r"((?:run|sweep) my_case\.toml)", r"\1 --set numerics.accuracy=0.03"),
@@ -104,7 +105,7 @@ def test_readme(place: Path) -> None:
     assert (place / "case.schema.json").read_text().startswith("{")
     assert (place / "creep" / "sweep.csv").read_text().count("\n") == 1 + 2
     run(recipes, place)
-    assert (place / "speeds.jsonl").read_text().count("\n") == 3
+    assert (place / "speeds.jsonl").read_text().count("\n") == 1
     assert (place / "speeds" / "sweep.png").exists()
     again, compared = (shlex.split(line)[1:] for line in recipes.splitlines()[-2:])
     assert call(*again, "--set", "load.friction_coefficient=0.31", cwd=place).returncode == 0

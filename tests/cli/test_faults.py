@@ -273,13 +273,14 @@ def test_a_result_cut_anywhere(folder: Path) -> None:
 def test_odd_names_everywhere(tmp_path: Path) -> None:
     place = tmp_path / "Ordner mit Leerzeichen – 漢字 🚂"
     place.mkdir()
-    (place / "fälle #1 (µ=0.3).toml").write_text(MECHANICAL, encoding="utf-8")
+    (place / "fälle #1 (µ=0.3).toml").write_text(MECHANICAL.replace("Two spheres", "Zwei Kugeln µ"), encoding="utf-8")
     case, out = place / "fälle #1 (µ=0.3).toml", place / "aus gabe"
     sweep = ("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", place / "swe ep")
     assert thermoroll(*sweep).returncode == 0
     for arguments in (("run", case, "--no-plots", "-o", out), (*sweep, "--resume")):
         assert call(*arguments).returncode == 0
     result = out / "fälle #1 (µ=0.3).h5"
+    assert read_result(result).problem.title == "Zwei Kugeln µ"
     assert call("plot", result).returncode == 0
     assert call("compare", result, result).returncode == 0
     assert call("export", result, "--format", "xdmf").returncode == 0
