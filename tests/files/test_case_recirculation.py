@@ -3,50 +3,30 @@
 import pytest
 
 from tests.support.cases import findings
+from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case, Override
 
-TWIN_DISC = """
-[material]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.28
-conductivity_W_mK = 50.2
-expansion_um_mK = 11.7
-diffusivity_mm2_s = 10.0
-[geometry]
-lower_radius_x_mm = 35.0
-lower_radius_y_mm = 100.0
-upper_radius_x_mm = 35.0
-upper_radius_y_mm = 100.0
-[load]
-normal_N = 600.0
-friction_coefficient = 0.3
-[rolling]
-speed_m_s = 2.0
-[creepage]
-longitudinal = 0.02
-[thermal]
-partition = "matched"
-"""
+SPHERES = THERMAL + '[thermal]\npartition = "matched"\n'
 
 COOLED = "[thermal.upper]\nrecirculate = true\nconvection_W_m2K = 30.0\n"
 
 
 def test_what_the_keys_mean():
-    text = (TWIN_DISC + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n"
+    text = (SPHERES + COOLED + "width_mm = 12.0\npasses_per_revolution = 3\n"
             "[thermal.lower]\nrecirculate = false\nthermal_resistance_K_W = 1.5\n")
     heating = Case.parse(text).problem.heating
     assert heating.lower_track is None  # given, but switched off
     assert (heating.upper_track.width, heating.upper_track.passes) == (0.012, 3)
     assert (heating.upper_track.convection, heating.upper_track.resistance) == (30.0, None)
     lower = Case.parse(text, overrides=[Override.parse("thermal.lower.recirculate=true")]).problem.heating.lower_track
-    assert (lower.width, lower.passes, lower.convection, lower.resistance) == (0.07, 1, None, 1.5)
-    assert heating.recirculates and not Case.parse(TWIN_DISC).problem.heating.recirculates
+    assert (lower.width, lower.passes, lower.convection, lower.resistance) == (0.06, 1, None, 1.5)
+    assert heating.recirculates and not Case.parse(SPHERES).problem.heating.recirculates
     mechanical = Case.parse(text, overrides=[Override.parse("thermal.heat=false")])
     assert not mechanical.problem.heating.recirculates
 
 
 def test_a_case_with_them_survives_being_written():
-    case = Case.parse(TWIN_DISC + COOLED)
+    case = Case.parse(SPHERES + COOLED)
     assert Case.parse(case.to_toml()).problem == case.problem
     assert Case.from_json(case.to_json()).problem == case.problem
     hotter = case.with_values({"thermal.upper.thermal_resistance_K_W": 2.0}).problem.heating.upper_track
@@ -57,9 +37,6 @@ def test_a_case_with_them_survives_being_written():
     ("table", "key", "message"),
     [
         ("convection_W_m2K = 0.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
-        ("convection_W_m2K = -5.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
-        ("convection_W_m2K = nan", "thermal.upper.convection_W_m2K", "nan is not a number"),
-        ("thermal_resistance_K_W = 0.0", "thermal.upper.thermal_resistance_K_W", "must be greater than 0"),
         ("convection_W_m2K = 1.0\nthermal_resistance_K_W = 1.0", "thermal.upper.thermal_resistance_K_W", "together with"),
         ("", "thermal.upper.recirculate", "must be cooled"),
         ("convection_W_m2K = 1.0\nwidth_mm = 0.1", "thermal.upper.width_mm", "below that of the contact"),
@@ -69,7 +46,7 @@ def test_a_case_with_them_survives_being_written():
     ],
 )
 def test_bad_values_name_the_key(table, key, message):
-    errors = findings(TWIN_DISC + "[thermal.upper]\nrecirculate = true\n" + table)
+    errors = findings(SPHERES + "[thermal.upper]\nrecirculate = true\n" + table)
     found = next(e for e in errors if message in e.message)
     assert found.key == key
     assert found.span is not None
@@ -79,21 +56,21 @@ def test_bad_values_name_the_key(table, key, message):
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        ("upper_radius_x_mm = 35.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never brings its track back"),
+        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never brings its track back"),
         ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
-        ("longitudinal = 0.02", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
-        ("upper_radius_x_mm = 35.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
+        ("longitudinal = 0.003", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
+        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
     ],
 )
 def test_what_must_hold_beside_it(old, new, key, message):
-    (found,) = findings(TWIN_DISC.replace(old, new) + COOLED)
+    (found,) = findings(SPHERES.replace(old, new) + COOLED)
     assert found.key == key and message in found.message and found.allowed
     # All of it is allowed where the body does not bring heat back.
-    assert not Case.parse(TWIN_DISC.replace(old, new) + COOLED.replace("true", "false")).problem.heating.recirculates
+    assert not Case.parse(SPHERES.replace(old, new) + COOLED.replace("true", "false")).problem.heating.recirculates
 
 
 def test_a_table_must_be_a_table():
-    (found,) = findings(TWIN_DISC + "upper = 3.0\n")
+    (found,) = findings(SPHERES + "upper = 3.0\n")
     assert found.key == "thermal.upper" and "table" in found.message
 
 
@@ -101,9 +78,9 @@ def test_a_table_must_be_a_table():
                                  "passes_per_revolution = 9"])
 def test_cooling_of_a_body_that_was_not_told_to_turn_is_an_error(key):
     """Without recirculate these keys would do nothing; said to be off, they wait."""
-    (found,) = findings(TWIN_DISC + f"[thermal.lower]\n{key}\n")
+    (found,) = findings(SPHERES + f"[thermal.lower]\n{key}\n")
     assert found.key == "thermal.lower." + key.split(" ")[0] and "no effect" in found.message
     assert "recirculate = true" in found.allowed and found.span is not None
-    off = Case.parse(TWIN_DISC + f"[thermal.lower]\nrecirculate = false\n{key}\n")
+    off = Case.parse(SPHERES + f"[thermal.lower]\nrecirculate = false\n{key}\n")
     assert off.problem.heating.lower_track is None
     assert Case.parse(off.to_toml()).problem == Case.from_json(off.to_json()).problem == off.problem

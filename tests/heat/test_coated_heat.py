@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from tests.support.cases import findings, parse
+from tests.support.command_line import THERMAL
 from tests.support.scenes import reference
 from thermoroll_cli.halfspace import layered_thermal
 from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
@@ -200,13 +201,7 @@ def test_problems_of_scripts_are_refused_likewise(changed: dict) -> None:
         solve(coated(STEEL, replace(STEEL, layers=(CARBON,)), **changed))
 
 
-CASE = """\
-[material]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.3
-conductivity_W_mK = 46.0
-expansion_um_mK = 11.8
-diffusivity_mm2_s = 12.5
+CASE = THERMAL.replace("[geometry]", """\
 [[material.layers]]
 thickness_um = 2.0
 youngs_modulus_GPa = 220.0
@@ -214,19 +209,7 @@ poisson_ratio = 0.2
 conductivity_W_mK = 1.5
 expansion_um_mK = 2.3
 diffusivity_mm2_s = 0.7
-[geometry]
-lower_radius_x_mm = 15.0
-lower_radius_y_mm = 15.0
-upper_radius_x_mm = 5.0
-upper_radius_y_mm = 5.0
-[load]
-normal_N = 50.0
-friction_coefficient = 0.1
-[rolling]
-speed_m_s = 2.0
-[creepage]
-longitudinal = 0.01
-"""
+[geometry]""")
 
 
 def test_constants_of_a_case() -> None:
@@ -249,5 +232,5 @@ def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) 
 
 
 def test_layers_far_from_solids_are_named() -> None:
-    result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0"), "numerics.grid=16").problem)
+    result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0")).problem)
     assert any("layer 1 of both bodies" in warning for warning in result.warnings)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.support import command_line
 from tests.support.cases import findings, parse
 from tests.support.scenes import MECHANICAL, reference
 from tests.support.strips import solve_cell
@@ -261,25 +262,12 @@ def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
 
 # --- files -------------------------------------------------------------------------------------------------------
 
-CASE = """\
-[material]
-youngs_modulus_GPa = 210.0
-poisson_ratio = 0.3
+CASE = command_line.MECHANICAL.replace("[geometry]", """\
 [[material.layers]]
 thickness_um = 2.0
 youngs_modulus_GPa = 250.0
 poisson_ratio = 0.2
-[geometry]
-lower_radius_x_mm = 15.0
-lower_radius_y_mm = 15.0
-upper_radius_x_mm = 5.0
-upper_radius_y_mm = 5.0
-[load]
-normal_N = 50.0
-friction_coefficient = 0.1
-[rolling]
-speed_m_s = 2.0
-"""
+[geometry]""")
 
 
 def test_layers_of_a_case() -> None:
@@ -294,8 +282,8 @@ def test_layers_of_a_case() -> None:
     ("old", "new", "key", "message"),
     [
         ("thickness_um = 2.0", "thickness_um = 0.0", "material.layers.0.thickness_um", "greater than 0"),
-        ("thickness_um = 2.0", "thickness_um = 5000.0", "material.layers.0.thickness_um", "smallest radius"),
-        ("poisson_ratio = 0.2", "poisson_ratio = 0.51", "material.layers.0.poisson_ratio", "above"),
+        ("thickness_um = 2.0", "thickness_um = 50000.0", "material.layers.0.thickness_um", "smallest radius"),
+        ("poisson_ratio = 0.2\n", "poisson_ratio = 0.51\n", "material.layers.0.poisson_ratio", "above"),
         ("= 250.0", "= 250000.0", "material.layers.0.youngs_modulus_GPa", "stiffer"),
         ("= 250.0", "= 1e-3", "material.layers.0.youngs_modulus_GPa", "softer"),
         ("thickness_um = 2.0", "thickness_um = 2.0\nexpansion_um_mK = 2.3", "material.layers.0", "missing: conductivity"),
@@ -317,7 +305,7 @@ def test_at_most_five_layers() -> None:
 
 
 def test_doubtful_layers_are_warned_of() -> None:
-    thick = make_plan(parse(CASE, "material.layers.0.thickness_um=900", "material.layers.0.youngs_modulus_GPa=100").problem)
+    thick = make_plan(parse(CASE, "material.layers.0.thickness_um=4000", "material.layers.0.youngs_modulus_GPa=100").problem)
     assert any("smallest radius thick" in warning for warning in thick.warnings)
     stiff = make_plan(parse(CASE.replace("210.0", "3.0"), "load.normal_N=0.01").problem)
     assert any("times stiffer" in warning for warning in stiff.warnings)
