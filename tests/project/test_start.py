@@ -19,17 +19,27 @@ def test_help_loads_neither_numpy_nor_matplotlib() -> None:
     assert done.stderr == "0\n"
 
 
+def loaded(arguments: list[str], names: tuple[str, ...]) -> str:
+    """The exit code of a command, and those of `names` that it has imported."""
+    program = (f"import sys; from thermoroll_cli.cli.main import main; code = main({arguments!r}); "
+               f"print(code, *(name for name in {names!r} if name in sys.modules))")  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    return done.stdout.splitlines()[-1]
+
+
 @pytest.mark.parametrize("pictures", [False, True])
 def test_a_run_loads_no_library_that_it_does_not_need(tmp_path: Path, pictures: bool) -> None:
     """SciPy's splines and minimisers take a quarter of the start of a process, matplotlib as much as the rest."""
     (tmp_path / "case.toml").write_text(THERMAL)
     arguments = ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path), "-q", *([] if pictures else ["--no-plots"])]
     heavy = ("scipy.optimize", "scipy.interpolate", "dask", *([] if pictures else ["matplotlib"]))
-    program = (f"import sys; from thermoroll_cli.cli.main import main; code = main({arguments!r}); "
-               f"print(code, *(name for name in {heavy!r} if name in sys.modules))")  # fmt: skip
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert done.stdout == "0\n"
+    assert loaded(arguments, heavy) == "0"
     assert bool(list(tmp_path.glob("*.png"))) == pictures
+
+
+def test_validating_needs_no_solver(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(THERMAL)
+    assert loaded(["validate", str(tmp_path / "case.toml")], ("matplotlib", "pyfftw")) == "0"
 
 
 def test_linear_algebra_gets_one_thread() -> None:

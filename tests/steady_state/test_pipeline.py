@@ -115,14 +115,6 @@ def test_every_field_is_there_with_the_shape_of_the_grid():
     assert set(np.unique(result.coupled.fields["state"])) == {0, 1, 2}
 
 
-def test_skipped_stages_are_listed_with_reasons():
-    skipped = solved(rolling(grid=32, creepage=(1e-3, 0.0))).work["skipped"]
-    assert {"heat", "deformation"} <= set(skipped)
-    assert all(isinstance(reason, str) and len(reason) > 5 for reason in skipped.values())
-    assert "tangential" not in skipped
-    assert "heat" not in solved(VARIED["hot"]).work["skipped"]
-
-
 def test_scalars_of_skipped_stages_are_nan_and_their_fields_absent():
     state = solved(rolling(grid=32, creepage=(1e-3, 0.0))).coupled
     for name in ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "thermal_displacement_max_um"):

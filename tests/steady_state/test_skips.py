@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import thermoroll_cli
 from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
@@ -188,39 +183,6 @@ def test_contact_s_box_serves_smaller_contacts() -> None:
     contact[:8] = False
     window = discretisation.traction.window_around(contact, None, discretisation.derived)
     assert discretisation.traction.solver_of(window) is solver, "kernels and plans are kept"
-
-
-# --- nothing plotted -------------------------------------------------------------------------------------------------
-
-PROBE = """
-import json, sys
-from thermoroll_cli.cli.main import main
-try:
-    main({arguments!r})
-except SystemExit as stop:
-    assert not stop.code, stop.code
-print(json.dumps([m for m in ("matplotlib", "h5py", "pyfftw") if m in sys.modules]))
-"""
-
-
-def loaded(*arguments: str) -> list[str]:
-    done = subprocess.run([sys.executable, "-c", PROBE.format(arguments=list(arguments))], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout.splitlines()[-1])
-
-
-CASE = Path(thermoroll_cli.__file__).parent.parent / "cases" / "article_3_1_case_1.toml"
-
-
-def test_nothing_plotted_needs_no_matplotlib(tmp_path: Path) -> None:
-    modules = loaded("run", str(CASE), "-o", str(tmp_path), "--no-plots", "--set", "numerics.grid=16")
-    assert "pyfftw" in modules
-    assert "matplotlib" not in modules
-    assert not list(tmp_path.glob("*.png")) and list(tmp_path.glob("*.h5"))
-
-
-def test_validating_needs_no_solver() -> None:
-    assert "matplotlib" not in loaded("validate", str(CASE)) and "pyfftw" not in loaded("validate", str(CASE))
 
 
 def test_skips_are_listed_with_reasons() -> None:

@@ -27,6 +27,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import datetime
+import functools
 import json
 import math
 import os
@@ -337,7 +338,7 @@ def _read(file: h5py.File, with_fields: bool) -> Result:
     history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)} if with_fields else {}
     texts = {name: file[f"input/{name}"].asstr()[()] for name in ("case_text", "case_json", "problem_json")}
     return Result(
-        problem=TypeAdapter(Problem).validate_json(texts.pop("problem_json")),
+        problem=_problem_adapter().validate_json(texts.pop("problem_json")),
         coupled=coupled,
         isothermal=isothermal,
         hertz=hertz,
@@ -353,6 +354,12 @@ def _read(file: h5py.File, with_fields: bool) -> Result:
         attributes={name: _python(value) for name, value in file.attrs.items()},
         **texts,
     )
+
+
+@functools.cache
+def _problem_adapter() -> TypeAdapter[Problem]:
+    """Reads problems; made once, which takes a third of the time of reading a file."""
+    return TypeAdapter(Problem)
 
 
 def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bool) -> State:
