@@ -25,6 +25,7 @@ from typing import Any
 
 from scripts.benchmark import contact, page, rows
 from scripts.benchmark.cases import (
+    BASELINES,
     FOLDER,
     HOT,
     MECHANICAL,
@@ -38,7 +39,6 @@ from scripts.benchmark.cases import (
     references,
     seconds,
 )
-from scripts.benchmark.taken_away import BASELINES
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 

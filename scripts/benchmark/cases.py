@@ -19,6 +19,8 @@ from scripts.problems import spin_ellipse
 from thermoroll_cli import Case
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.rolling.rolling_gradient import RollingOptions
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = pathlib.Path(__file__).resolve().parent
@@ -125,3 +127,35 @@ def machine() -> dict[str, Any]:
 def log(text: str) -> None:
     """Progress on standard error."""
     print(text, file=sys.stderr, flush=True)
+
+
+# --- the rolling solver with one of its ideas taken away at a time: a comparison shows the worth of that idea alone ---
+
+
+UPSTREAM = (0.0, -1.0, 1.0, 0.0)
+"""(u_i − u_{i−1})/h at offsets −2 … 1."""
+
+STANDARD = SolverOptions()
+
+WITHOUT_EXTRAPOLATION = SolverOptions(extrapolated=False)
+"""Values of the last grid as they are."""
+
+FIRST_ORDER = dataclasses.replace(
+    WITHOUT_EXTRAPOLATION,
+    rolling=RollingOptions(difference_weights=UPSTREAM, leading_known=False),
+    whole_elements=True,
+)
+"""CONTACT's discretisation: first-order upstream differences, whole elements inside the contact border, and the values of
+the last grid as they are."""
+
+UNPRECONDITIONED = SolverOptions(rolling=RollingOptions(preconditioned=False))
+"""GMRES on the Newton equations as they are (without restart, as long as it takes)."""
+
+NO_CONTINUATION = SolverOptions(sequence=False)
+"""The wanted grid alone, from a cold start: then there is neither an estimate nor an extrapolation."""
+
+BASELINES: dict[str, SolverOptions] = {
+    "first-order discretisation": FIRST_ORDER,
+    "no continuation": NO_CONTINUATION,
+    "unpreconditioned GMRES": UNPRECONDITIONED,
+}

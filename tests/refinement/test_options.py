@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from scripts.benchmark.taken_away import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
+from scripts.benchmark.cases import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import grid_sequence

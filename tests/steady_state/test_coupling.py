@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.signal import fftconvolve
 
-from scripts.references.estimate_cases import problem_of
+from scripts.references.estimate_references import problem_of
 from tests.support.scenes import STEEL, article_4_1, divided_heats, on_grid, order, reference, rolling, solved
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_slope_table, temperature_table
 from thermoroll_cli.numerics.grid import Grid

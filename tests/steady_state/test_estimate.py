@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from scripts.references.estimate_cases import SCALARS, has_error, problem_of, scale_of
+from scripts.references.estimate_references import SCALARS, has_error, problem_of, scale_of
 from tests.support.scenes import reference
 from thermoroll_cli.refinement.solve import solve
 
