@@ -17,7 +17,7 @@ from tests.support.scenes import MECHANICAL, elastic, rolling
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
-from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, SubsurfaceRequest, Unsolvable
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.problem.result import Result, within_layers
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
@@ -128,6 +128,33 @@ def test_an_interface_deeper_than_the_stresses_is_named() -> None:
     scalars = solve(problem).subsurface.scalars
     assert math.isnan(scalars["interface_shear_max_upper_MPa"])
     assert scalars["layer_tension_max_upper_MPa"] == scalars["tensile_stress_max_upper_MPa"]
+
+
+def test_layers_shake_down_by_their_own_yield() -> None:
+    """Those without one do not yield; the smallest factor of all depths counts, Dang Van's stress below the layers."""
+    def strong(first: float | None, own: float | None = 3e8) -> Result:
+        upper = replace(STEEL, layers=(replace(LAYERS[0], shear_yield=first), LAYERS[1]))
+        return solved(STEEL, upper, SubsurfaceRequest(("upper",), upper_strength=Strength(own, 0.3)), grid=16)
+
+    plain, given = strong(None), strong(1e8)
+    kept, depths = plain.bodies["upper"].strength, plain.bodies["upper"].depths
+    first, *_, last = within_layers(depths)
+    scalars = plain.subsurface.scalars
+    for name, field in (("shakedown_k", "shakedown_k"), ("alternating_k", "alternating_k"), ("dang_van_max", "dang_van")):
+        largest = kept[field][last].max() * 1e-6
+        assert largest * (1.0 - 1e-9) <= scalars[f"{name}_upper_MPa"] <= 1.02 * largest
+        assert math.isnan(scalars[f"{name}_surface_upper_MPa"])
+    assert scalars["shakedown_factor_upper"] == pytest.approx(300.0 / scalars["shakedown_k_upper_MPa"])
+    assert math.isnan(scalars["fatigue_index_surface_upper"])
+    assert not math.isnan(plain.subsurface.error["shakedown_factor_upper"])
+    assert strong(None, None).subsurface.scalars["shakedown_k_upper_MPa"] == scalars["shakedown_k_upper_MPa"]
+    weak, needed = given.subsurface.scalars, kept["shakedown_k"][first].max()
+    assert weak["shakedown_factor_upper"] == pytest.approx(1e8 / needed, rel=0.02)
+    assert weak["shakedown_depth_upper_mm"] <= depths[first][-1] * 1e3
+    assert weak["dang_van_max_upper_MPa"] == scalars["dang_van_max_upper_MPa"]
+    index = math.hypot(given.coupled.scalars["force_x_N"]) / given.problem.normal_force
+    assert weak["fatigue_index_surface_upper"] == pytest.approx(index - 100.0 / given.coupled.scalars["pressure_max_MPa"])
+    assert figure(given, "strength_upper") is not None and figure(given, "shakedown_map") is None
 
 
 def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:

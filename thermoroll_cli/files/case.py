@@ -307,7 +307,7 @@ def _recirculation(table: model.RecirculationTable | None, radius_mm: float) -> 
 
 def _material(material: model.MaterialTable) -> si.Material:
     return si.Material(*_constants(material), layers=tuple(
-        si.Layer(layer.si("thickness_um"), *_constants(layer)) for layer in material.layers or ()))
+        si.Layer(layer.si("thickness_um"), *_constants(layer), layer.si("shear_yield_MPa")) for layer in material.layers or ()))
 
 
 def _constants(table: model.MaterialConstants) -> tuple[float, float, float | None, float | None, float | None]:

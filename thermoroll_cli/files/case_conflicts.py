@@ -192,7 +192,7 @@ MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e5
 
 
 def _layers(sections: Sections) -> Iterator[Conflict]:
-    geometry = sections.get("geometry")
+    geometry, strength = sections.get("geometry"), sections.get("strength")
     for path, body_material in _materials(sections):
         below: MaterialTable | model.CoatingTable = body_material
         bodies = BODIES if path == ("material",) else path[-1:]
@@ -208,6 +208,10 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
                 missing = [key for key in THERMAL_CONSTANTS if key not in given]
                 yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
                                f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
+            owners = [getattr(strength, str(body), None) for body in bodies]
+            if layer.shear_yield_MPa is not None and all(owner is None or owner.shear_yield_MPa is None for owner in owners):
+                yield Conflict((*place, "shear_yield_MPa"), "has no effect without that of the body",
+                               " or ".join(f"strength.{body}.shear_yield_MPa" for body in bodies) + " beside it")
             ratio = layer.youngs_modulus_GPa / below.youngs_modulus_GPa
             if ratio > MOST_STIFF_ON_SOFT or 1.0 / ratio > MOST_SOFT_ON_STIFF:
                 kind, most = ("stiffer", MOST_STIFF_ON_SOFT) if ratio > 1.0 else ("softer", MOST_SOFT_ON_STIFF)
@@ -231,16 +235,11 @@ def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
             yield Conflict(("thermal", body, "recirculate"), "heat that returns is not computed for bodies with layers",
                            f"false, with {body}.bulk_temperature_K for a warm body, or no layers", other=coated[0])
     covered = [body for body in BODIES if any(path[1] in (body, "layers") for path in coated)]
-    subsurface, strength = sections.get("subsurface"), sections.get("strength")
+    subsurface = sections.get("subsurface")
     looked_into = [] if subsurface is None or subsurface.thermal is False else subsurface.bodies
     if any(body in looked_into for body in covered) and heat_is_on(sections):
         yield Conflict(("subsurface", "thermal"), "thermal stresses are not computed for bodies with layers",
                        "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other=coated[0])
-    for body in covered if strength is not None else ():
-        if getattr(strength, body) is not None:
-            yield Conflict(("strength", body), "shakedown and fatigue are not computed for bodies with layers",
-                           f"no [strength.{body}], with the von Mises stress over depth instead, or no layers", other=coated[0],
-                           at_key=True)
     wear = sections.get("wear")
     if wear is not None and (wear.distance_km is not None or wear.depth_um is not None):
         yield Conflict(("wear", "distance_km" if wear.distance_km is not None else "depth_um"),

@@ -123,6 +123,8 @@ class CoatingTable(MaterialConstants):
     """A bonded layer of a body, from the surface down."""
 
     thickness_um: float = quantity("um", "Thickness of the layer", ge=1e-6, le=1e9)
+    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress; without it the layer does not yield", None, ge=1e-12,
+                                             le=1e9)  # fmt: skip
 
 
 class MaterialTable(MaterialConstants):

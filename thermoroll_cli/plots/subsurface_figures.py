@@ -3,6 +3,7 @@ stress, and the shakedown map."""
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -21,7 +22,7 @@ from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFra
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses, Result
-from thermoroll_cli.stress.strength import first_principal
+from thermoroll_cli.stress.strength import first_principal, shear_yields
 
 LEVELS = 24
 LINES = 12
@@ -178,17 +179,24 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
         lines.append(("elastic_shakedown_k", "shakedown without thermal stresses", style.AFTER, style.DOTTED))
     for name, label, colour, dashes in lines:
         needed.plot(kept[name] * 1e-6, z, color=colour, linestyle=dashes, label=label)
-    strength = getattr(frame.result.problem.subsurface, f"{body}_strength")
+    strength, material = (getattr(owner, name) for owner, name in (
+        (frame.result.problem.subsurface, f"{body}_strength"), (frame.result.problem, body)))
     if strength is not None and strength.shear_yield is not None:
-        needed.axvline(strength.shear_yield * 1e-6, color=style.ALERT, linewidth=0.9, label="shear yield stress k of the body")
+        yields = shear_yields(material, strength.shear_yield, stresses.depths)
+        yields[np.isinf(yields)] = np.nan
+        needed.plot(yields * 1e-6, z, color=style.ALERT, linewidth=0.9, label="shear yield stress k of the body")
     needed.set(xlabel="shear yield stress needed (MPa)", ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
-    needed.set_xlim(left=0.0)
+    # Layers may have yields far beyond the diagram.
+    right = 1.1e-6 * max(kept["elastic_limit_k"].max(), strength.shear_yield or 0.0) if material.layers else None
+    needed.set_xlim(0.0, right)
     needed.grid(visible=True)
     style.few_ticks(needed, 5, 5)
     stress = kept["dang_van"] * 1e-6
     image = fatigue.contourf(frame.last.state.y * across.factor, z, stress, levels=LEVELS, cmap="viridis")
     fatigue.set(xlabel=across.label, ylabel=across.label.replace("y", "z"), ylim=(z[-1], 0.0))
     style.few_ticks(fatigue, 5, 5)
+    for axes, face in itertools.product((needed, fatigue), material.interfaces):
+        axes.axhline(face * across.factor, color="0.3" if axes is needed else "white", linewidth=0.7)
     bar = figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02)
     style.few_ticks(bar.ax, y=6)
     style.add_headline(figure, ", ".join(filter(None, (frame.result.problem.title, f"{body} body"))), frame.result.converged)
@@ -222,8 +230,8 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
 
 
 def _pressure_over_yield(result: Result, body: str) -> float | None:
-    """p₀/k of a body whose shear yield stress is given."""
+    """p₀/k of a homogeneous body whose shear yield stress is given."""
     strength = getattr(result.problem.subsurface, f"{body}_strength", None)
-    if strength is None or strength.shear_yield is None:
+    if strength is None or strength.shear_yield is None or getattr(result.problem, body).layers:
         return None
     return float(result.coupled.scalars["pressure_max_MPa"] * 1e6 / strength.shear_yield)

@@ -38,7 +38,8 @@ class Unsolvable(ValueError):
 
 @dataclass(frozen=True)
 class Layer:
-    """A bonded layer of a body: `thickness` (m) and constants as those of `Material`."""
+    """A bonded layer of a body: `thickness` (m), constants as those of `Material`, and shear yield stress (Pa; None where it
+    does not yield)."""
 
     thickness: float
     youngs_modulus: float
@@ -46,6 +47,7 @@ class Layer:
     conductivity: float | None = None
     expansion: float | None = None
     diffusivity: float | None = None
+    shear_yield: float | None = None
 
 
 @dataclass(frozen=True)

@@ -233,7 +233,6 @@ def _check_layers(problem: Problem) -> None:
     unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates}
     if request is not None:
         unknown["subsurface.thermal"] = heating.heat and request.thermal and any(body in request.bodies for body in coated)
-        unknown |= {f"strength.{body}": getattr(request, f"{body}_strength") is not None for body in coated}
     for key, asked in unknown.items():
         if asked and coated:
             raise Unsolvable(f"{key}: not computed for bodies with layers", key)

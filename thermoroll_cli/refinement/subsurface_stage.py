@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -125,8 +126,10 @@ def _below_the_surface(
         strength = getattr(request, f"{body}_strength")
         if strength is not None and strength.shear_yield is not None:
             name = f"shakedown_k_{body}_MPa"
+            layers = getattr(derived.problem, body).layers
+            of_surface = strength.shear_yield if not layers else layers[0].shear_yield or math.nan
             found, uncertain = strength_scalars(body, strength.shear_yield * 1e-6, derived.problem.normal_force, scalars[name],
-                                                error[name], summary)
+                                                error[name], summary, of_surface * 1e-6)
             scalars, error = scalars | found, error | uncertain
     return Subsurface(results, scalars, error, tuple(warnings))
 
@@ -149,7 +152,8 @@ def _collect(
     }
     for body, collector in collectors.items():
         if (strength := getattr(request, f"{body}_strength")) is not None:
-            collector.strength = StrengthCollector(strength, depths[body], len(y), mirrored, collector.thermal)
+            material = getattr(discretisation.derived.problem, body)
+            collector.strength = StrengthCollector(strength, material, depths[body], len(y), mirrored, collector.thermal)
     heats = {body: ThermalLayers(transforms, load).layers(depths[body]) for body, load in loads.items()
              if load.heat is not None}
     for alike in _alike(loads):

@@ -27,8 +27,8 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
-from thermoroll_cli.problem.problem import Strength
-from thermoroll_cli.problem.result import Peak
+from thermoroll_cli.problem.problem import Material, Strength
+from thermoroll_cli.problem.result import Peak, within_layers
 from thermoroll_cli.problem.scalar_errors import FORCES, absolute_error
 from thermoroll_cli.stress.smallest_ball import Balls, smallest_balls
 
@@ -126,12 +126,13 @@ def tresca_shear(q: Array) -> Array:
 def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
     """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
 
-    The surface is the first layer and serves only as a neighbour: with friction it converges more slowly and has a scalar of
-    its own. Both are nan if the values fall from the surface downwards, so that there is no maximum below it."""
-    top = int(np.argmax(values[1:])) + 1
-    if values[top] <= values[top - 1]:
+    The surface, at depth 0, serves only as a neighbour: with friction it converges more slowly and has a scalar of its own.
+    Both are nan if the values fall from the surface downwards, so that there is no maximum below it."""
+    first = int(depths[0] == 0.0)
+    top = int(np.argmax(values[first:])) + first
+    if first and values[top] <= values[top - 1]:
         return math.nan, math.nan
-    if top == len(values) - 1:
+    if top in (0, len(values) - 1):
         return float(values[top]), float(depths[top])
     z, v = depths[top - 1 : top + 2] - depths[top], values[top - 1 : top + 2]
     bend, slope, _ = np.polyfit(z, v, 2)
@@ -143,9 +144,13 @@ def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
 
 @dataclass
 class StrengthCollector:
-    """Collects the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state."""
+    """Collects the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state.
+
+    Stresses in bonded layers count as much as the body's shear yield stress exceeds theirs, and not at all where a layer does
+    not yield; Dang Van's stress is that of the `body` below them."""
 
     strength: Strength
+    body: Material
     depths: Array
     columns: int
     mirrored: bool
@@ -177,24 +182,28 @@ class StrengthCollector:
     def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
         """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one. Those below are nan
         where values only fall from the surface."""
-        found = {}
-        for name, values in (("shakedown_k", self.shakedown_k), ("elastic_shakedown_k", self.elastic_k),
-                             ("alternating_k", self.alternating_k.max(axis=1)), ("dang_van_max", self.dang_van.max(axis=1))):
-            below, depth = largest_over_depth(self.depths[::every], values[::every])
+        parts, bonded = within_layers(self.depths), self.depths <= (-1.0, *self.body.interfaces)[-1]
+        own, found = self.strength.shear_yield or 1.0, {}
+        counted = own / shear_yields(self.body, own, self.depths)
+        for name, values in (("shakedown_k", counted * self.shakedown_k), ("elastic_shakedown_k", counted * self.elastic_k),
+                             ("alternating_k", counted * self.alternating_k.max(axis=1)),
+                             ("dang_van_max", np.where(bonded, 0.0, self.dang_van.max(axis=1)))):
+            largest = [largest_over_depth(self.depths[part][::every], values[part][::every]) for part in parts]
+            below, depth = max(largest, key=lambda value_at: np.nan_to_num(value_at[0], nan=-1.0))
             found[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
         return found
 
     def scalars(self, body: str, every: int = 1) -> dict[str, float]:
-        """Scalars in the units of their names (`SUBSURFACE_SCALARS`)."""
+        """Scalars in the units of their names (`SUBSURFACE_SCALARS`), nan where no depth counts."""
         scalars: dict[str, float] = {}
         for name, (surface, below) in self.peaks(every).items():
             strongest = stronger(surface, below)
-            scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6
+            scalars[f"{name}_{body}_MPa"] = strongest.value * 1e-6 or math.nan
             if not name.startswith("elastic"):
-                scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6
-                scalars[f"{name}_surface_{body}_MPa"] = surface.value * 1e-6
+                scalars[f"{name}_below_{body}_MPa"] = below.value * 1e-6 or math.nan
+                scalars[f"{name}_surface_{body}_MPa"] = surface.value * 1e-6 or math.nan
             if (depth := depth_name(name, body)) in SUBSURFACE_SCALARS:
-                scalars[depth] = strongest.z * 1e3
+                scalars[depth] = strongest.z * 1e3 if strongest.value else math.nan
         return scalars
 
     def at_surface(self, body: str) -> set[str]:
@@ -216,6 +225,14 @@ class StrengthCollector:
         }
 
 
+def shear_yields(body: Material, own: float, depths: Array) -> Array:
+    """Shear yield stress of a body at `depths`, its `own` below its layers; infinite in layers that do not yield."""
+    yields = np.full(len(depths), own)
+    for face, layer in reversed(list(zip(body.interfaces, body.layers, strict=True))):
+        yields[depths <= face] = layer.shear_yield or math.inf
+    return yields
+
+
 def stronger(surface: Peak, below: Peak) -> Peak:
     """The larger of two peaks; the one below the surface if both are equal."""
     return below if below.value >= surface.value else surface
@@ -227,17 +244,19 @@ def depth_name(quantity: str, body: str) -> str:
 
 
 def strength_scalars(
-    body: str, shear_yield: float, load: float, needed: float, error: float, summary: Mapping[str, Any]
+    body: str, shear_yield: float, load: float, needed: float, error: float, summary: Mapping[str, Any],
+    surface_yield: float,
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Shakedown factor and surface fatigue index of a body with a `shear_yield` stress k under a `load` W, and their errors.
 
-    `needed` is the shear yield stress needed for shakedown; both in MPa, W in N, the `error` of `needed` over the largest
-    pressure. `summary` has the scalars of the surface. The index is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util −
-    2πabk/(3W) for a Hertz contact): surface fatigue is predicted above zero."""
+    `needed` is the shear yield stress needed for shakedown, `surface_yield` that of the surface (nan where it does not yield),
+    all in MPa, W in N, the `error` of `needed` over the largest pressure. `summary` has the scalars of the surface. The index
+    is FI = |F|/W − k/p₀ (Ekberg, Kabo & Andersson 2002: μ_util − 2πabk/(3W) for a Hertz contact): surface fatigue is
+    predicted above zero."""
     pressure = summary["pressure_max_MPa"]
     # A force that is prescribed has no error.
     uncertain = math.hypot(*(np.nan_to_num(absolute_error(force, summary)) for force in FORCES))
     names = f"shakedown_factor_{body}", f"fatigue_index_surface_{body}"
-    values = shear_yield / needed, math.hypot(*(summary[force] for force in FORCES)) / load - shear_yield / pressure
-    errors = error * pressure / needed, uncertain / load + shear_yield / pressure * summary["error"]["pressure_max_MPa"]
+    values = shear_yield / needed, math.hypot(*(summary[force] for force in FORCES)) / load - surface_yield / pressure
+    errors = error * pressure / needed, uncertain / load + surface_yield / pressure * summary["error"]["pressure_max_MPa"]
     return dict(zip(names, values, strict=True)), dict(zip(names, errors, strict=True))
