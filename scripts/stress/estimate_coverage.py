@@ -47,8 +47,8 @@ DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2"
 """Scalars whose error is that of another one."""
 
 BELOW, PROFILES, FALLING, STRONG = "below the surface", "profiles", "falling friction", "strength and wear"
-LAYERED, HOT = "layers", "heat through layers"
-APART = (PROFILES, BELOW, FALLING, STRONG, LAYERED, HOT)
+LAYERED, HOT, BONDED = "layers", "heat through layers", "stresses in layers"
+APART = (PROFILES, BELOW, FALLING, STRONG, LAYERED, HOT, BONDED)
 """Populations that are families of their own."""
 FAMILIES: dict[str, Sequence[str]] = {
     "integrals": INTEGRALS, "creepages found": CREEPAGES, "areas": AREAS, "stick": STICK, "maxima": MAXIMA,
@@ -76,7 +76,7 @@ def _below_the_surface(seed: int) -> Problem:
 POPULATIONS: dict[str, Callable[[int], Problem | None]] = {
     "random contacts": random_contact, "stress generator": _of_the_generator, PROFILES: random_profile_contact,
     BELOW: _below_the_surface, FALLING: random_friction, STRONG: random_strength, LAYERED: random_layers,
-    HOT: random_hot_layers}
+    HOT: random_hot_layers, BONDED: lambda seed: replace(random_layers(seed), subsurface=SubsurfaceRequest())}
 
 
 @dataclass(frozen=True)
