@@ -135,8 +135,6 @@ def log(text: str) -> None:
 UPSTREAM = (0.0, -1.0, 1.0, 0.0)
 """(u_i − u_{i−1})/h at offsets −2 … 1."""
 
-STANDARD = SolverOptions()
-
 WITHOUT_EXTRAPOLATION = SolverOptions(extrapolated=False)
 """Values of the last grid as they are."""
 
