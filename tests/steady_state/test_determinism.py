@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import h5py
-import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
+from tests.support.datasets import datasets
 
 SPINNING = MECHANICAL.replace("longitudinal = 0.003", "longitudinal = 0.001\nlateral = 0.0005\nspin_rad_mm = 0.01")
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0")
@@ -25,20 +25,6 @@ CASES = {
     "sliding": HOT + '[thermal]\npeclet = "sliding"\n',
     "stationary": HOT.replace("grid = 16", "accuracy = 0.05") + '[thermal]\npeclet = "stationary"\npartition = "matched"\n',
 }
-
-
-def datasets(path: Path) -> dict[str, bytes]:
-    """Every dataset of a result file as its type, shape and bytes."""
-    found: dict[str, bytes] = {}
-
-    def visit(name: str, item: h5py.Group | h5py.Dataset) -> None:
-        if isinstance(item, h5py.Dataset):
-            values = np.asarray(item[()])
-            found[name] = f"{values.dtype.str} {values.shape} ".encode() + values.tobytes()
-
-    with h5py.File(path) as file:
-        file.visititems(visit)
-    return found
 
 
 def scalars(path: Path) -> dict[str, object]:

@@ -11,12 +11,12 @@ import subprocess
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 import xarray
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, environment
+from tests.support.datasets import datasets
 from thermoroll_cli import Case, sweep
 from thermoroll_cli.sweeps.sweep import JOURNAL_NAME
 
@@ -46,14 +46,6 @@ def data(folder: Path) -> xarray.Dataset:
         return opened.load()
 
 
-def datasets(folder: Path) -> dict[str, np.ndarray]:
-    """All of the file's arrays; xarray takes ten times as long."""
-    found = {}
-    with h5py.File(folder / "sweep.h5") as file:
-        file.visititems(lambda name, item: found.update({name: item[()]} if isinstance(item, h5py.Dataset) else {}))
-    return found
-
-
 def solved(folder: Path) -> int:
     """Points in the journal, whose first line is its head."""
     path = folder / JOURNAL_NAME
@@ -66,10 +58,7 @@ def copied(serial: Path, folder: Path) -> Path:
 
 def assert_same(folder: Path, serial: Path) -> None:
     assert (folder / "sweep.csv").read_bytes() == (serial / "sweep.csv").read_bytes()
-    mine, other = datasets(folder), datasets(serial)
-    assert list(mine) == list(other)
-    for name, values in other.items():
-        np.testing.assert_array_equal(mine[name], values, err_msg=name)
+    assert datasets(folder / "sweep.h5") == datasets(serial / "sweep.h5")
     assert sorted(path.name for path in folder.iterdir()) == ["sweep.csv", "sweep.h5", "sweep.jsonl"]
 
 
@@ -124,7 +113,7 @@ def test_more_values_keep_what_is_there(case: Path, serial: Path, tmp_path: Path
     more = ("--over", f"{KEYS[1]}=0.0001,0.002,0.003", "--over", f"{KEYS[0]}=0.0005,0.006", *SWEEP[4:])
     done = call("sweep", case, *more, "-o", tmp_path, "--resume")
     assert "4 of 6 points are finished already" in done.stderr
-    old, new = datasets(serial)["force_x_N"], datasets(tmp_path)["force_x_N"]
+    old, new = (data(folder).force_x_N.values for folder in (serial, tmp_path))
     assert new.shape == (3, 2)
     np.testing.assert_array_equal(new[:2], old[[0, -1]][:, [0, -1]].T)
 

@@ -19,6 +19,7 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call, environment
+from tests.support.datasets import datasets
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.sweeps.runner import Item, _Cluster
@@ -28,7 +29,7 @@ HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npecl
 """The article's hot spheres: everything is coupled."""
 
 KEY = "creepage.longitudinal"
-POINTS = 24
+POINTS = 21
 SWEEP = ("--over", f"{KEY}=0.0005:0.006:{POINTS}", "--set", "numerics.grid=16")
 """Two stretches."""
 
@@ -69,14 +70,11 @@ def files(folder: Path) -> list[Path]:
 
 
 def assert_same(folder: Path, serial: Swept) -> None:
-    """Tables equal to the last digit, fields equal to the last bit, nothing left over."""
+    """Tables equal to the last digit, files equal to the last bit, nothing left over."""
     assert (folder / "sweep.csv").read_bytes() == serial.table
     assert [path.name for path in files(folder)] == [path.name for path in files(serial.folder)]
     for mine, other in zip(files(folder), files(serial.folder), strict=True):
-        a, b = read_result(mine), read_result(other)
-        assert a.case_json == b.case_json
-        for name, values in b.coupled.fields.items():
-            np.testing.assert_array_equal(a.coupled.fields[name], values, err_msg=f"{mine.name}: {name}")
+        assert datasets(mine) == datasets(other), mine.name
     assert {path.name for path in folder.iterdir()} <= {path.name for path in serial.folder.iterdir()}
 
 
