@@ -73,7 +73,7 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str,
 STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
 """Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
-LAYERED_SECONDS = 2.8e-6
+LAYERED_SECONDS = 2e-6
 """Time that the tables of a body with layers take per element and depth."""
 SIDEWAYS = 0.5
 """Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""

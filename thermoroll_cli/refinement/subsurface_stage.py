@@ -117,9 +117,9 @@ def _below_the_surface(
         "numerics.extent"
         for body, collector in finest.items() if collector.bonds_end_outside()
     ]
-    near = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    error = stress_estimates(by_grid, by_layers, summary, _at_surface(peaks[-1], finest, near), elements, derived,
-                             sum(plan.left_out.values()))
+    near, grid = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y), levels[-1].home.grid
+    at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
+    error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()))
     for value, places, rivals in _rivals(collected):
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
     for body in finest:
@@ -199,13 +199,18 @@ def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, 
     return scalars
 
 
-def _at_surface(peaks: Peaks, collectors: Collectors, near: float) -> set[str]:
-    """Names of the scalars whose maximum lies at the surface, no deeper than `near` in m."""
+JUMPS_PULL = 2.0
+"""Depth in elements above which σ_zz of interfaces has the jumps of pressures at the border: they pull by a part of it."""
+
+
+def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float) -> set[str]:
+    """Names of the scalars whose maximum lies at the surface, no deeper than `near` (m), for tension of interfaces `pulled`."""
     names: set[str] = set()
     for body, collector in collectors.items():
         if collector.strength is not None:
             names |= collector.strength.at_surface(body)
-        near_surface = {name: Peak(float(peak.z <= near)) for name, peak in collector.bond_peaks().items()}
+        near_surface = {name: Peak(float(peak.z <= (pulled if name == "interface_tension" else near)))
+                        for name, peak in collector.bond_peaks().items()}
         names |= {name for name, value in bond_scalars(body, near_surface).items() if value}
     for (body, prefix), found in peaks.items():
         von_mises, shear, principal = (Peak(*4 * (float(peak.z <= near),)) for peak in found)

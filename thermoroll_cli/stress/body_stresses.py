@@ -98,14 +98,13 @@ class Collector:
         first principal stress in its layers; nan where no interface was computed."""
         if not self.interfaces:
             return {}
-        at = {layer: peak_of(values[:1], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
-              for layer, values in self.at_interfaces.items()}
-        pulled = [peak_of(values[1:], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
-                  for layer, values in self.at_interfaces.items()]
+        shear, tension = ([peak_of(values[[i]], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
+                           for layer, values in self.at_interfaces.items()] for i in (0, 1))
+        far_away = [Peak(0.0, z=self.interfaces[0])] if tension else []
         bonded = self.depths <= self.interfaces[-1]
         return {
-            "interface_shear": max(at.values(), key=lambda peak: peak.value, default=Peak()),
-            "interface_tension": max(pulled + [Peak(0.0)] * bool(pulled), key=lambda peak: peak.value, default=Peak()),
+            "interface_shear": max(shear, key=_value, default=Peak()),
+            "interface_tension": max(tension + far_away, key=_value, default=Peak()),
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
 
@@ -168,6 +167,10 @@ def bond_scalars(body: str, peaks: Mapping[str, Peak]) -> dict[str, float]:
     return {f"{name}_max_{body}_MPa": peak.value * 1e-6 for name, peak in peaks.items()}
 
 
+def _value(peak: Peak) -> float:
+    return peak.value
+
+
 def _nearest(axis: AnyArray, at: float) -> int:
     return int(np.argmin(np.abs(axis - at)))
 
@@ -190,7 +193,7 @@ def peak_of(
     candidates = [_followed(values[part][::every], depths[part][::every], x, y, mirrored) for part in within_layers(depths)]
     if depths[0] == 0.0:
         candidates.append(_followed(values[:1], depths[:1], x, y, mirrored))
-    return max(candidates, key=lambda peak: peak.value)
+    return max(candidates, key=_value)
 
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
