@@ -46,7 +46,7 @@ HELD = """
 import os, sys, time
 from thermoroll_cli.cli.main import main
 from thermoroll_cli import process
-from thermoroll_cli.files import atomic
+from thermoroll_cli import atomic
 
 held = getattr(atomic.os, {step!r})
 

@@ -15,9 +15,8 @@ import pytest
 import xarray
 
 from tests.support import synthetic
-from thermoroll_cli import __version__
-from thermoroll_cli.files import atomic
-from thermoroll_cli.files.atomic import WriteError, write_bytes
+from thermoroll_cli import __version__, atomic
+from thermoroll_cli.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
 from thermoroll_cli.problem.names import FIELDS, SCALARS
 from thermoroll_cli.problem.result import Result

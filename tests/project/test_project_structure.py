@@ -15,7 +15,7 @@ PACKAGE = Path(thermoroll_cli.__file__).parent
 ROOT = PACKAGE.parent
 
 ROOMS = (
-    {"arrays", "process"},
+    {"arrays", "atomic", "process"},
     {"problem", "numerics", "exact"},
     {"halfspace"},
     {"contact", "rolling", "heat", "stress"},

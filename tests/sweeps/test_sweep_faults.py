@@ -22,7 +22,7 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, THERMAL, call, environment, on_terminal
-from thermoroll_cli.files.atomic import WriteError
+from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.journal import Journal
@@ -339,7 +339,7 @@ def test_a_stretch_is_solved_from_its_start_but_only_pending_points_are_kept() -
 
 
 def test_leftovers_of_dead_processes_are_removed_and_those_of_living_ones_are_not(tmp_path: Path) -> None:
-    from thermoroll_cli.files import atomic
+    from thermoroll_cli import atomic
 
     with subprocess.Popen([sys.executable, "-c", ""]) as gone:
         gone.wait()

@@ -84,7 +84,7 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    from thermoroll_cli.files.atomic import write_bytes
+    from thermoroll_cli.atomic import write_bytes
 
     text = template_text(template.value)
     if str(file) == "-":

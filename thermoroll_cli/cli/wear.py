@@ -102,7 +102,7 @@ def _followed(
 def _write(
     case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, formats: tuple[str, ...]
 ) -> list[Path]:
-    from thermoroll_cli.files.atomic import write_bytes
+    from thermoroll_cli.atomic import write_bytes
     from thermoroll_cli.files.result.hdf5 import write_result
     from thermoroll_cli.wear.wear_files import Snapshots, table, write_group, write_profiles
 

@@ -12,10 +12,10 @@ import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.atomic import replacing
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.files.atomic import replacing
 from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, label, opened, stamp
 
 LARGEST_MAGNITUDE = 1e4

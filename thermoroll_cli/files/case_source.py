@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-from thermoroll_cli.files.atomic import ReadError, read_bytes
+from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath, Place, Places, Span, syntax_error
 from thermoroll_cli.files.case_model import EXCLUSIVE
 

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from thermoroll_cli.files.atomic import ReadError, read_bytes
+from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import pathlib
 import re
-import secrets
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
@@ -21,6 +19,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+
+from thermoroll_cli.atomic import write_bytes
 
 STYLE = pathlib.Path(__file__).with_name("thermoroll.mplstyle")
 
@@ -141,7 +141,7 @@ def readable(text: str) -> str:
 def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathlib.Path:
     """Write `figure` in the format of the file name's ending, complete or not at all.
 
-    Raises OSError (the file cannot be written), ValueError (unknown format).
+    Raises WriteError (an OSError), ValueError (unknown format).
     """
     image_format = path.suffix[1:]
     if image_format not in FORMATS:
@@ -156,13 +156,5 @@ def save(figure: Figure, path: pathlib.Path, dpi: float | None = None) -> pathli
             FigureCanvasAgg(figure).print_png(content, **FILE_OPTIONS["png"])
         else:
             figure.savefig(content, format=image_format, dpi=dpi or DPI, **FILE_OPTIONS[image_format])
-    temporary = path.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
-    try:
-        temporary.write_bytes(content.getvalue())
-        os.replace(temporary, path)
-    except BaseException as cause:
-        temporary.unlink(missing_ok=True)
-        if isinstance(cause, OSError):
-            raise OSError(cause.errno, f"cannot write {path}: {cause.strerror or cause}") from cause
-        raise
+    write_bytes(path, content.getbuffer())
     return path

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self
 
-from thermoroll_cli.files.atomic import WriteError, write_bytes
+from thermoroll_cli.atomic import WriteError, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError
 
 Record = Mapping[str, Any]

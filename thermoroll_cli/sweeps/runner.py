@@ -18,7 +18,7 @@ from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from typing import Protocol, Self
 
-from thermoroll_cli.files.atomic import remove_leftovers
+from thermoroll_cli.atomic import remove_leftovers
 from thermoroll_cli.process import one_thread, safe_point
 from thermoroll_cli.sweeps.journal import Journal, Record, keep
 

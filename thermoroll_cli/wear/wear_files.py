@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.surface import surfaces
 from thermoroll_cli.wear.evolution import STRETCH, WearState, half_width, line_load

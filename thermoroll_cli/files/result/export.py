@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
 
 from thermoroll_cli.arrays import AnyArray, Array
-from thermoroll_cli.files.atomic import replacing, write_bytes
+from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
 from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers

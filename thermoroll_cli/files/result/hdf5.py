@@ -44,7 +44,7 @@ from pydantic import TypeAdapter
 
 from thermoroll_cli import __version__
 from thermoroll_cli.arrays import AnyArray
-from thermoroll_cli.files.atomic import write_bytes
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.numerics.convolution import fftw
 from thermoroll_cli.problem.names import (
     FIELDS,
