@@ -198,24 +198,27 @@ class Roller:
 
 class TrackModes:
     """All of a `Roller`'s track on a grid that does not depend on its speed: wavenumbers `wave`, mode shapes at the columns of
-    the grid and over its elements, (ny, modes), and the matrices (ny, ny) of `temperature` and `bulge` by the mean heat."""
+    the grid, (ny, modes), and the matrices (ny, ny) of `temperature` and `bulge` by the mean heat."""
 
     def __init__(self, roller: Roller, grid: Grid, highest: float) -> None:
         self.roller, self.highest = roller, highest
         wave, norm = roller.modes(highest)
-        phase = np.outer(grid.y, wave)
-        shape = np.empty_like(phase)
-        shape[:, ::2], shape[:, 1::2] = np.cos(phase[:, ::2]), np.sin(phase[:, 1::2])
+        self.wave, self._shape = wave, np.empty((grid.ny, len(wave)))
+        # cos λy and sin λy in turn, real parts that turn by λ dy from one column to the next.
+        phase, turn = np.exp(1j * grid.y[0] * wave), np.exp(1j * grid.dy * wave)
+        phase[1::2] *= -1j
+        for column in self._shape:
+            column[:] = phase.real
+            phase *= turn
         # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
-        element = shape * (grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi))) / norm
-        element *= grid.dx * roller.passes / (2.0 * math.pi * roller.radius)
-        self.wave, self._shape, self._element = wave, shape, element.T.copy()
+        element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) / norm
+        self._weight = element * (grid.dx * roller.passes / (2.0 * math.pi * roller.radius))
         temperature, bulge = self._steady()
         self.temperature, self.bulge = self.matrix(temperature), self.matrix(bulge)
 
     def matrix(self, gain: Array) -> Array:
         """(ny, ny) from a response per mode to q̄."""
-        return np.asarray((self._shape * gain) @ self._element)
+        return np.asarray((self._shape * (gain * self._weight)) @ self._shape.T)
 
     def serve(self, roller: Roller, highest: float) -> bool:
         """Whether another roller differs in its speed alone."""
