@@ -82,8 +82,7 @@ def summary_of(result: Result) -> dict[str, Any]:
     limit = summary.get("friction_limit_N", math.nan)
     summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
     summary.pop("patches", None)
-    found: dict[str, Any] = json.loads(json.dumps(_known(summary), default=lambda value: value.tolist()))
-    return found
+    return _known(summary)
 
 
 def _known(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -204,7 +204,7 @@ def _write_summary(group: h5py.Group, summary: Mapping[str, Any]) -> None:
         if name in ("isothermal", "error"):
             _write_summary(group.create_group(name), value)
         elif isinstance(value, (Mapping, list, tuple)):
-            label(group, **{name: json.dumps(value, default=_plain)})
+            label(group, **{name: json.dumps(value)})
         elif isinstance(value, str):
             label(group, **{name: value})
         else:
@@ -257,11 +257,6 @@ def fixed_text(value: str) -> AnyArray:
 def storable(value: str) -> str:
     """`value` as HDF5 can hold it: no NUL (TOML may spell one), no lone surrogates (file names may have them)."""
     return value.replace("\0", "\N{REPLACEMENT CHARACTER}").encode("utf-8", "backslashreplace").decode()
-
-
-def _plain(value: Any) -> Any:
-    """NumPy numbers and arrays as JSON knows them."""
-    return value.tolist() if hasattr(value, "tolist") else str(value)
 
 
 # --- reading ---------------------------------------------------------------------------------------------------------
