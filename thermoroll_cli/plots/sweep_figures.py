@@ -27,11 +27,11 @@ from thermoroll_cli.problem.scalar_errors import absolute_error
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]
+Numbers = Mapping[str, Column]
+"""The columns of a table as numbers, nan for all else."""
 
-ISOTHERMAL = ("isothermal.", "isothermal_")
-"""How the columns of the state without thermal deformation may begin."""
-ERROR = "error."
-"""How the columns of estimated errors begin."""
+ISOTHERMAL, ERROR = "isothermal.", "error."
+"""How the columns of the state without thermal deformation, and those of estimated errors, begin."""
 
 THEORIES = {"linear": "Kalker's linear theory", "fastsim": "FASTSIM", "polach": "Polach"}
 """Theories that creep forces can be compared with, and their words."""
@@ -126,25 +126,26 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     x, words = places(table[over[0]])
     if not np.any(np.isfinite(x) & ~failed) or (words and over[0] == "status"):
         raise ValueError(f"the column {over[0]} holds no numbers")
-    theories = {theory: theory_forces(table, theory) for theory in compare}
-    good = {name: [math.nan if bad and name not in over else value for value, bad in zip(column, failed, strict=True)]
-            for name, column in table.items()}
+    columns = {name: numbers(column) for name, column in table.items()}
+    theories = {theory: theory_forces(columns, theory) for theory in compare}
+    good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
     diagrams = [diagram for diagram in DIAGRAMS if _worth_drawing(good, diagram.names, over)]
-    columns = min(COLUMNS, max(1, len(diagrams)))
-    rows = max(1, -(-len(diagrams) // columns))
-    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[columns - 1], rows * HEIGHT + 20.0 * style.MM)
-    grid = figure.subplots(rows, columns, squeeze=False)
+    wide = min(COLUMNS, max(1, len(diagrams)))
+    rows = max(1, -(-len(diagrams) // wide))
+    figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], rows * HEIGHT + 20.0 * style.MM)
+    grid = figure.subplots(rows, wide, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
-    if len(over) == 2 and _is_grid(table, over):
+    if len(over) == 2 and _is_grid(good, over):
         for axes, diagram in zip(grid.flat, diagrams, strict=False):
             _draw_map(axes, good, diagram, over, failed)
     else:
         lines = list(_lines_of(table, over, x, failed))
         handles, scalars = _line_handles(lines), summaries(good)
         for place, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
-            handles += _draw_diagram(axes, x, good, diagram, errors(scalars, diagram.names), lines, theories)
-            _finish(axes, x, words, words_of(over[0]) if place + columns >= len(diagrams) else "")
+            endless = unbounded_points(table, diagram.names)
+            handles += _draw_diagram(axes, x, good, diagram, errors(scalars, diagram.names), endless, lines, theories)
+            _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
             if words:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
@@ -166,13 +167,13 @@ def is_logarithmic(values: Column) -> bool:
     return unevenness(np.log(points)) < unevenness(points)
 
 
-def _worth_drawing(table: Table, names: tuple[str, ...], over: Sequence[str]) -> bool:
+def _worth_drawing(table: Numbers, names: tuple[str, ...], over: Sequence[str]) -> bool:
     values = merged(table, names)
     if values is None:
         return False
     if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and _is_steady(values):
         return False
-    if names == ("pressure_max_MPa",) and np.isfinite(numbers(table.get("hertz_p0_MPa", ()))).any():
+    if names == ("pressure_max_MPa",) and np.isfinite(table.get("hertz_p0_MPa", ())).any():
         # γ_p over Hertz's pressure has it.
         return False
     creepage = dict(zip(FORCES, CREEPAGES, strict=True)).get(names[0], names[0])
@@ -192,11 +193,11 @@ def _is_steady(values: Column) -> bool:
     return bool(np.ptp(finite) <= STEADY * np.abs(finite).max())
 
 
-def _family_scale(table: Table, names: tuple[str, ...]) -> float:
+def _family_scale(table: Numbers, names: tuple[str, ...]) -> float:
     """The largest value in the family that the quantity belongs to; of a moment, the largest force times sqrt(a0 b0)."""
 
     def largest(*columns: str) -> float:
-        values = [np.abs(numbers(table[name])) for name in columns if name in table]
+        values = [np.abs(table[name]) for name in columns if name in table]
         return max((float(np.nanmax(column, initial=0.0, where=~np.isnan(column))) for column in values), default=0.0)
 
     if names == ("spin_moment_Nmm",):
@@ -206,9 +207,9 @@ def _family_scale(table: Table, names: tuple[str, ...]) -> float:
     return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
 
 
-def _is_grid(table: Table, over: Sequence[str]) -> bool:
+def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
     """Whether two swept quantities have many values each, and a point for most pairs."""
-    counts = [np.unique(found[np.isfinite(found)]).size for found in (numbers(table[name]) for name in over)]
+    counts = [np.unique(found[np.isfinite(found)]).size for found in (table[name] for name in over)]
     return min(counts) >= GRID and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
 
 
@@ -242,17 +243,16 @@ def _line_handles(lines: list[Line]) -> list[Artist]:
 
 
 def _draw_diagram(
-    axes: Axes, x: Column, table: Table, diagram: Diagram, error: Column, lines: list[Line],
+    axes: Axes, x: Column, table: Numbers, diagram: Diagram, error: Column, endless: NDArray[np.bool_], lines: list[Line],
     theories: dict[str, dict[str, Column]],
 ) -> list[Artist]:
     """The curves of a diagram; returns handles for the legend of all but the lines themselves."""
     values, error = merged(table, diagram.names), np.nan_to_num(error)
     assert values is not None
     handles: list[Artist] = []
-    endless = unbounded_points(table, diagram.names)
-    cold = isothermal(table, diagram.names)
+    cold = merged(table, [ISOTHERMAL + name for name in diagram.names])
     largest = float(np.nanmax(np.abs(values)))
-    falling = numbers(table.get("falling_friction_criterion", [math.nan] * len(values))) > 0.0
+    falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
         rows = line.rows[np.isfinite(values[line.rows])]
         axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
@@ -293,9 +293,9 @@ def _maximum(x: Column, force: Column, falling: NDArray[np.bool_]) -> tuple[floa
     return float(np.exp(place) if is_logarithmic(x) else place), float(c - 0.25 * b * b / a)
 
 
-def _draw_map(axes: Axes, table: Table, diagram: Diagram, over: Sequence[str], failed: NDArray[np.bool_]) -> None:
+def _draw_map(axes: Axes, table: Numbers, diagram: Diagram, over: Sequence[str], failed: NDArray[np.bool_]) -> None:
     """A quantity over two swept ones as a map; crosses where points failed."""
-    x, y, values = numbers(table[over[0]]), numbers(table[over[1]]), merged(table, diagram.names)
+    x, y, values = table[over[0]], table[over[1]], merged(table, diagram.names)
     assert values is not None
     columns, rows = (np.unique(found[np.isfinite(found)]) for found in (x, y))
     cells = np.full((rows.size, columns.size), math.nan)
@@ -344,9 +344,9 @@ def _not_closer_than(axes: Axes, error: float) -> None:
     axes.set_ylim(middle - half, middle + half)
 
 
-def _add_share_of_limit(axes: Axes, table: Table, name: str) -> None:
+def _add_share_of_limit(axes: Axes, table: Numbers, name: str) -> None:
     """An axis at the right with the force over μW, if μW is the same for all points."""
-    limits = numbers(table.get("friction_limit_N", ()))
+    limits = table.get("friction_limit_N", np.empty(0))
     limits = limits[np.isfinite(limits)]
     if limits.size == 0 or not 0.0 <= np.ptp(limits) <= STEADY * limits[0]:
         return
@@ -402,21 +402,18 @@ def unbounded_points(table: Table, names: Sequence[str]) -> NDArray[np.bool_]:
     return np.array([not set(names).isdisjoint(str(cell).split()) for cell in table.get("unbounded", [""] * rows)], dtype=bool)
 
 
-def merged(table: Table, names: Sequence[str]) -> Column | None:
+def merged(table: Numbers, names: Sequence[str]) -> Column | None:
     """The largest of the named columns point by point; None where none of them holds a number."""
-    found = [numbers(table[name]) for name in names if name in table]
-    found = [values for values in found if np.any(np.isfinite(values))]
+    found = [table[name] for name in names if name in table and np.any(np.isfinite(table[name]))]
     return np.fmax.reduce(found) if found else None
 
 
-def summaries(table: Table) -> list[dict[str, Any]]:
+def summaries(table: Numbers) -> list[dict[str, Any]]:
     """Each row as the summary of a result: its scalars, with their errors by name."""
-    columns = {name: numbers(column) for name, column in table.items() if not name.startswith(ISOTHERMAL)}
-    columns = {name: column for name, column in columns.items() if np.isfinite(column).any()}
-    scalars = [name for name in columns if not name.startswith(ERROR)]
-    wrong = [name for name in columns if name.startswith(ERROR)]
-    return [{name: float(columns[name][row]) for name in scalars}
-            | {"error": {name.removeprefix(ERROR): float(columns[name][row]) for name in wrong}}
+    known = {name: column for name, column in table.items() if not name.startswith(ISOTHERMAL) and np.isfinite(column).any()}
+    scalars, wrong = ([name for name in known if name.startswith(ERROR) == of_error] for of_error in (False, True))
+    return [{name: float(known[name][row]) for name in scalars}
+            | {"error": {name.removeprefix(ERROR): float(known[name][row]) for name in wrong}}
             for row in range(len(next(iter(table.values()), ())))]
 
 
@@ -425,18 +422,12 @@ def errors(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Column:
     return np.array([max(absolute_error(name, row) if name in row["error"] else 0.0 for name in names) for row in rows])
 
 
-def isothermal(table: Table, names: Sequence[str]) -> Column | None:
-    """The named columns of the state without thermal deformation."""
-    found = (merged(table, [prefix + name for name in names]) for prefix in ISOTHERMAL)
-    return next((values for values in found if values is not None), None)
-
-
-def theory_forces(table: Table, theory: str) -> dict[str, Column]:
+def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:
     """Creep forces of one of `THEORIES` at every point, by column. Raises ValueError for another one, and where the table lacks
     what it needs."""
     if theory not in THEORIES:
         raise ValueError(f"creep forces can be compared with {', '.join(THEORIES)}, not {theory!r}")
-    columns = [numbers(table.get(name, ())) for name in THEORY_COLUMNS]
+    columns = [table.get(name, np.empty(0)) for name in THEORY_COLUMNS]
     if any(not np.isfinite(column).any() for column in columns):
         missing = next(name for name, column in zip(THEORY_COLUMNS, columns, strict=True) if not np.isfinite(column).any())
         raise ValueError(f"{THEORIES[theory]} needs an elliptic contact with friction: the table has no numbers in {missing}")
