@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from tests.support.command_line import THERMAL, Called, call
+from thermoroll_cli.cli.tables import scalar_table
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS
 from thermoroll_cli.problem.scalar_errors import error_scale, rounded, with_error
 
 CASE = (
@@ -104,6 +105,18 @@ def test_table_fits_eighty_columns(outputs: tuple[Called, dict[str, Any], Path],
         lines = call("run", "case.toml", "--no-plots", cwd=path.parents[1]).stdout.splitlines()
         assert max(map(len, lines)) <= columns
         assert any("maximum temperature rise, lower body" in line for line in lines) == (columns == 130)
+
+
+def test_a_meaning_without_room_is_shortened() -> None:
+    summary = {"orthogonal_shear_range_max_upper_MPa": 422.0, "layer_tension_max_upper_MPa": 230.0,
+               "power_balance_error": 1.5997e-4, "error": {}}  # fmt: skip
+    lines = scalar_table(summary, list(ALL_SCALARS), both=False, width=76)
+    assert max(map(len, lines)) <= 76
+    assert [" ".join(line.split()[1:]) for line in lines] == [
+        "0.00016 power balance error",
+        "230 largest first principal …",
+        "422 largest range of σ_xz …",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -377,6 +377,16 @@ def test_a_stick_border_nearly_along_x_has_no_steps() -> None:
     assert len(inner) > 20 and np.abs(inner[:, 1] - (inner[:, 0] - 10.3) / 4.0).max() < 0.05
 
 
+def test_the_border_of_whole_elements_has_no_steps() -> None:
+    """Elements of a disc are covered entirely or not at all: four of them stand out at each of its ends."""
+    x, radius = np.arange(64.0) - 31.5, 26.55
+    (line,) = borders_of(x, x, {"state": (np.hypot(x[:, None], x) < radius).astype(int)}).contact
+    assert np.abs(np.hypot(*line.T) - radius).max() < 0.3
+    turned = np.unwrap(np.arctan2(*np.diff(line, axis=0).T))
+    turned *= np.sign(turned[-1] - turned[0])
+    assert (np.maximum.accumulate(turned) - turned).max() < 0.05
+
+
 def test_a_lone_stick_element_has_no_border() -> None:
     state = synthetic.result((32, 32), slip_share=1.0).isothermal
     stick = np.zeros((32, 32))

@@ -22,11 +22,13 @@ UNBOUNDED = "no limit: a free end"
 
 _NARROWEST = 9
 """A header is not broken into less."""
+_SHORTEST_MEANING = 20
+"""First words of a meaning with less room say nothing."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
     """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning,
-    a brief one or none where `width` has no room for it.
+    a brief one, its first words or none where `width` has no room for it.
 
     `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
     """
@@ -38,7 +40,8 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     for name in shown:
         meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
-        fitting = (text for text in (meaning, brief) if len(text) <= room)
+        shortened = textwrap.shorten(meaning, max(room, _SHORTEST_MEANING), placeholder=" …")
+        fitting = (text for text in (meaning, brief, shortened) if text and len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
     return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
 

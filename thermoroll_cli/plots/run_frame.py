@@ -42,6 +42,8 @@ SHOWN_ON_AXIS = 0.9
 """The cut runs along y = 0 if it passes this share of the maxima that the best cut passes."""
 SMOOTHING = 1.2
 """Width in elements of the bell by which covered shares are averaged: the border runs between the elements, without steps."""
+WHOLE_SMOOTHING = 2.4
+"""The same where elements are covered entirely or not at all, as under layers that elements do not resolve."""
 STICK_SMOOTHING = 0.7
 """Width of the bell for distances from the border of stick."""
 RIM = 4
@@ -292,7 +294,8 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     covered = np.pad(np.asarray(fields.get("covered", fields["state"] > 0), dtype=float), RIM)
     sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
     axes = (_widened(x), _widened(y))
-    contact = _contours(axes, gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING) - 0.5)
+    width = SMOOTHING if np.any((covered > 0.0) & (covered < 1.0)) else WHOLE_SMOOTHING
+    contact = _contours(axes, gaussian_filter(covered, width, mode="constant", truncate=RIM / width) - 0.5)
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
     distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")

@@ -79,6 +79,8 @@ def _number(summary: Mapping[str, Any], name: str) -> float:
 
 SIGNIFICANT_DIGITS = 5
 """Digits of a value without an error."""
+MISMATCH_DIGITS = 2
+"""Digits of a scalar that is an error itself."""
 NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
 SYMMETRY_NOISE = 1e-6
@@ -109,6 +111,8 @@ def listed_scalars(result: Result) -> list[str]:
 def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
     """A scalar of a result with its estimated error, in its own unit: `11.07 ± 0.02`. A force or moment that symmetry makes
     zero is `0`. `summary` has the shape of `Result.summary()`."""
+    if _is_mismatch(name):
+        return number(summary[name], MISMATCH_DIGITS)
     return "0" if is_noise(name, summary) else with_error(summary[name], absolute_error(name, summary))
 
 
@@ -117,7 +121,13 @@ def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
     isothermal = {**summary, **summary["isothermal"]}
     if name not in summary["isothermal"]:
         return ""
+    if _is_mismatch(name):
+        return number(isothermal[name], MISMATCH_DIGITS)
     return "0" if is_noise(name, isothermal) else rounded(isothermal[name], absolute_error(name, summary))
+
+
+def _is_mismatch(name: str) -> bool:
+    return name in ALL_SCALARS and ALL_SCALARS[name].scale == "mismatch"
 
 
 def with_error(value: float, error: float) -> str:
@@ -156,9 +166,9 @@ def _fixed(value: float, power: int, decimals: int) -> str:
     return f"{round(value / 10.0**power, decimals):.{max(decimals, 0)}f}"
 
 
-def number(value: float | None) -> str:
+def number(value: float | None, digits: int = SIGNIFICANT_DIGITS) -> str:
     """A number with the digits worth reading; a dash for one that was not computed."""
-    return f"{value:.{SIGNIFICANT_DIGITS}g}" if value is not None and math.isfinite(value) else "–"
+    return f"{value:.{digits}g}" if value is not None and math.isfinite(value) else "–"
 
 
 def computed(value: Any) -> bool:
