@@ -13,7 +13,7 @@ import pytest
 
 from scripts.stress.random_layers import random_layers
 from tests.support.command_line import call
-from tests.support.scenes import MECHANICAL, elastic, rolling
+from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
@@ -23,6 +23,7 @@ from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.refinement.subsurface_plan import layer_depths, with_interfaces
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.body_stresses import peak_of
 from thermoroll_cli.stress.strength import first_principal
 
@@ -155,6 +156,25 @@ def test_layers_shake_down_by_their_own_yield() -> None:
     index = math.hypot(given.coupled.scalars["force_x_N"]) / given.problem.normal_force
     assert weak["fatigue_index_surface_upper"] == pytest.approx(index - 100.0 / given.coupled.scalars["pressure_max_MPa"])
     assert figure(given, "strength_upper") is not None and figure(given, "shakedown_map") is None
+
+
+def test_deep_interfaces_are_searched_beyond_the_domain() -> None:
+    """Shear stress 2 semi-axes below a long contact is largest beside it: as on a domain of twice the side."""
+    problem = rolling(grid=32, friction=0.0, geometry=ellipse(0.3))
+    a = DerivedQuantities(problem).hertz.semi_axis_x
+    upper = replace(STEEL, layers=(Layer(2.0 * a, 100e9, 0.3),))
+    problem = replace(problem, upper=upper, heating=MECHANICAL, subsurface=SubsurfaceRequest(("upper",)))
+    found, wide = (solve(replace(problem, numerics=Numerics(grid=(grid, grid), extent=extent)))
+                   for grid, extent in ((32, 2.2), (64, 4.4)))
+    assert not [warning for warning in found.warnings if "border of the domain" in warning]
+    for name in ("interface_shear_max_upper_MPa", "interface_tension_max_upper_MPa"):
+        value, pressure = wide.subsurface.scalars[name], wide.coupled.scalars["pressure_max_MPa"]
+        assert found.subsurface.scalars[name] == pytest.approx(value, rel=0.005, abs=1e-3 * pressure)
+    assert found.subsurface.scalars["interface_shear_max_upper_MPa"] > 10.0
+    fields = solve(replace(problem, subsurface=replace(FULL, bodies=("upper",)))).bodies["upper"]
+    at = within_layers(fields.depths)[0].stop - 1
+    inside = np.hypot(fields.fields["stress_xz"][at], fields.fields["stress_yz"][at]).max() * 1e-6
+    assert inside < 0.998 * found.subsurface.scalars["interface_shear_max_upper_MPa"]
 
 
 def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:

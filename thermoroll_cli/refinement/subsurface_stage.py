@@ -115,7 +115,7 @@ def _below_the_surface(
     warnings += [
         f"the largest shear stress of the interfaces of the {body} body lies at the border of the domain: set a larger "
         "numerics.extent"
-        for body, collector in finest.items() if collector.bonds_end_outside()
+        for body, collector in finest.items() if collector.cut_off()
     ]
     near, grid = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y), levels[-1].home.grid
     at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
@@ -164,7 +164,22 @@ def _collect(
             for body in alike:
                 stress = by_pressure if by_traction is None else by_pressure + loads[body].sign * by_traction
                 collectors[body].take(layer, stress, next(heats[body]) if body in heats else None)
+    for body, collector in collectors.items():
+        for layer in collector.cut_off():
+            collector.take_interface(layer, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[layer])))
     return collectors
+
+
+def _on_a_wider_domain(transforms: LayerTransforms, load: SurfaceLoad, depth: float) -> tuple[Array, Array, Array]:
+    """Elastic stresses of a layer on twice the domain, and its x and y."""
+    grid = transforms.grid
+    margin = (grid.nx // 2,) * 2, (grid.ny // 2,) * 2
+    wide = LayerTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), transforms.mirrored)
+    traction = None if load.traction is None else np.pad(load.traction, ((0, 0), *margin))
+    elastic = ElasticLayers(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
+    by_pressure, by_traction = elastic.at(depth)
+    stress = by_pressure if by_traction is None else by_pressure + load.sign * by_traction
+    return stress, wide.grid.x, wide.grid.y[-wide.columns :]
 
 
 def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:

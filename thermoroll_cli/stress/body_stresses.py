@@ -58,7 +58,7 @@ class Collector:
     temperature: AnyArray | None = field(init=False)
     stresses: AnyArray | None = field(init=False)
     plane: AnyArray | None = field(init=False)
-    at_interfaces: dict[int, AnyArray] = field(init=False)
+    at_interfaces: dict[int, tuple[AnyArray, AnyArray, AnyArray]] = field(init=False)
 
     def __post_init__(self) -> None:
         self.at_interfaces = {}
@@ -84,7 +84,25 @@ class Collector:
         if self.plane is not None:
             self.plane[:, layer] = stress[:, :, self.plane_column]
         if self.depths[layer] in self.interfaces:
-            self.at_interfaces[layer] = np.stack([np.hypot(stress[4], stress[5]), stress[2]])
+            self.take_interface(layer, stress, self.x, self.y)
+
+    def take_interface(self, layer: int, stress: AnyArray, x: AnyArray, y: AnyArray) -> None:
+        """An interface: stresses (6, len(x), len(y)) on a domain that may be wider than that of other layers."""
+        self.at_interfaces[layer] = np.stack([np.hypot(stress[4], stress[5]), stress[2]]), x, y
+
+    def cut_off(self) -> list[int]:
+        """Layers that are interfaces whose shear stress grows up to the border of its domain."""
+        found = []
+        for layer, (_, x, y) in self.at_interfaces.items():
+            peak = self._at_interface(layer, 0)
+            if not (x[0] < peak.x < x[-1] and (self.mirrored or y[0] < peak.y) and peak.y < y[-1]):
+                found.append(layer)
+        return found
+
+    def _at_interface(self, layer: int, number: int) -> Peak:
+        """The largest shear stress (0) or σ_zz (1) of an interface."""
+        values, x, y = self.at_interfaces[layer]
+        return peak_of(values[[number]], self.depths[layer : layer + 1], x, y, self.mirrored)
 
     def peaks(self, judged: _Judged, every: int = 1) -> tuple[Peak, Peak, Peak]:
         """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
@@ -98,8 +116,7 @@ class Collector:
         first principal stress in its layers; nan where no interface was computed."""
         if not self.interfaces:
             return {}
-        shear, tension = ([peak_of(values[[i]], self.depths[layer : layer + 1], self.x, self.y, self.mirrored)
-                           for layer, values in self.at_interfaces.items()] for i in (0, 1))
+        shear, tension = ([self._at_interface(layer, number) for layer in self.at_interfaces] for number in (0, 1))
         far_away = [Peak(0.0, z=self.interfaces[0])] if tension else []
         bonded = self.depths <= self.interfaces[-1]
         return {
@@ -107,11 +124,6 @@ class Collector:
             "interface_tension": max(tension + far_away, key=_value, default=Peak()),
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
-
-    def bonds_end_outside(self) -> bool:
-        """Whether the shear stress of an interface grows up to the border of the domain."""
-        peak = self.bond_peaks().get("interface_shear", Peak())
-        return bool(abs(peak.x) >= self.x[-1] or abs(peak.y) >= self.y[-1])
 
     def rivals(self, judged: _Judged) -> tuple[Peak, Peak]:
         """Largest von Mises stress at the surface, and below it."""
