@@ -6,6 +6,7 @@ import csv
 import json
 import math
 from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import h5py
@@ -77,6 +78,15 @@ def test_remapping_keeps_the_worn_area() -> None:
     y = np.linspace(-1.7, 1.7, 257)
     widths = np.diff(np.concatenate([y[:1], 0.5 * (y[1:] + y[:-1]), y[-1:]]))
     assert (remapped(y, centres, depth) * widths).sum() == pytest.approx(depth.sum() * 0.05, rel=1e-12)
+
+
+def test_a_symmetric_crown_stays_symmetric() -> None:
+    """Half of the contact stands for all of it as long as the profiles are their own mirror images."""
+    sliding_in_part = replace(TWIN_DISC, motion=replace(TWIN_DISC.motion, creepage_x=2e-3))
+    state = list(islice(evolution(sliding_in_part), 6))[-1]
+    assert state.result is not None and DerivedQuantities(state.result.problem).symmetric
+    worn = state.worn["upper"]
+    assert worn == pytest.approx(worn[::-1], abs=1e-12 * worn.max())
 
 
 def test_a_crown_wears_flat() -> None:
