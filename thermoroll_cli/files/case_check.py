@@ -15,11 +15,11 @@ from pydantic.fields import FieldInfo
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, MOVED, Settings, Table
+from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, Settings, Table
 from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
 from thermoroll_cli.files.case_source import CaseSource
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
-from thermoroll_cli.problem.problem import STANDARD_ACCURACY
+from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""

@@ -12,8 +12,9 @@ from typing import Any
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import KeyPath
-from thermoroll_cli.files.case_model import BODIES, THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
+from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.profile_file import point_fault
+from thermoroll_cli.problem.problem import BODIES
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""

@@ -13,8 +13,9 @@ from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field,
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
+from thermoroll_cli.problem.problem import BODIES
+
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
-BODIES = ("lower", "upper")
 GRID_RANGE = (8, 2048)
 RADIUS_RANGE = (1e-9, 1e9)
 LARGEST_PROFILE = 2000

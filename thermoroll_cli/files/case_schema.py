@@ -10,7 +10,8 @@ from typing import Any, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from thermoroll_cli.files.case_model import BODIES, EXCLUSIVE, Allowed, Settings, Table, key_unit
+from thermoroll_cli.files.case_model import EXCLUSIVE, Allowed, Settings, Table, key_unit
+from thermoroll_cli.problem.problem import BODIES
 
 
 def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:

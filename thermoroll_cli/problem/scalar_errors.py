@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS
+from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 
 FORCES, CREEPAGES, TEMPERATURES = (
@@ -59,8 +60,8 @@ def absolute_error(name: str, summary: Mapping[str, Any]) -> float:
 
 def temperature_difference(summary: Mapping[str, Any]) -> float:
     """The largest temperature difference of the problem in K: a rise, or that of both bodies far from the contact."""
-    rises = [_number(summary, f"temperature_rise_max_{body}_K") for body in ("lower", "upper")]
-    surfaces = [_number(summary, f"surface_temperature_max_{body}_K") for body in ("lower", "upper")]
+    rises = [_number(summary, f"temperature_rise_max_{body}_K") for body in BODIES]
+    surfaces = [_number(summary, f"surface_temperature_max_{body}_K") for body in BODIES]
     bulk = [surface - rise for surface, rise in zip(surfaces, rises, strict=True)]
     return max(*rises, abs(bulk[1] - bulk[0]))
 

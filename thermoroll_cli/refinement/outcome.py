@@ -12,7 +12,7 @@ import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import account
 from thermoroll_cli.problem.contact import Contact
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported, unbounded
@@ -109,7 +109,7 @@ def result_of(
     if heat is not None:
         fields = last.coupled_state.fields
         rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
-        highest = max(last.coupled_state.scalars[f"temperature_rise_max_{body}_K"] for body in ("lower", "upper"))
+        highest = max(last.coupled_state.scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
         warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises, highest)
     wanted = problem.numerics.accuracy
     if wanted is not None:

@@ -284,7 +284,7 @@ def entry_fields(heat: Heat) -> dict[str, Array]:
     """Temperature in K with which each track enters the contact, above what surrounds the body, (nx, ny): the same along x."""
     return {
         f"entry_temperature_{body}": np.broadcast_to(entry, heat.flux.shape).copy()
-        for body, entry, track in zip(("lower", "upper"), heat.entry_temperatures(), heat.tracks, strict=True)
+        for body, entry, track in zip(BODIES, heat.entry_temperatures(), heat.tracks, strict=True)
         if track is not None
     }
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Material, SubsurfaceRequest
+from thermoroll_cli.problem.problem import BODIES, Material, SubsurfaceRequest
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.superposition import TABLE_BYTES
 
@@ -98,7 +98,7 @@ def subsurface_plan(
     if request.lower_strength is not None or request.upper_strength is not None:
         run.append(STRENGTH)
     hot = hot_bodies(request, derived, heated=heated)
-    for body in ("lower", "upper"):
+    for body in BODIES:
         if body not in request.bodies:
             skipped[f"{STAGE}, {body} body"] = "not asked for"
         elif hot and body not in hot:

@@ -32,7 +32,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Layer, Material, Problem, Unsolvable
+from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem, Unsolvable
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -81,7 +81,7 @@ def layer_warnings(problem: Problem) -> Iterator[str]:
     """Doubts about bonded layers."""
     geometry = problem.geometry
     radii = ((geometry.lower_radius_x, geometry.lower_radius_y), (geometry.upper_radius_x, geometry.upper_radius_y))
-    for body, material, both in zip(("lower", "upper"), (problem.lower, problem.upper), radii, strict=True):
+    for body, material, both in zip(BODIES, (problem.lower, problem.upper), radii, strict=True):
         thickness, radius = sum(layer.thickness for layer in material.layers), min(map(abs, both))
         if thickness > THICK_LAYER * radius:
             yield (f"layers of the {body} body are {thickness / radius:.2g} of its smallest radius thick: plane layers are a "
@@ -279,7 +279,7 @@ def profile_warnings(derived: DerivedQuantities) -> Iterator[str]:
     y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES)[1:-1]
     y = y[lateral_gap(geometry, y) < scales.approach]
     patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
-    for body, surface in zip(("lower", "upper"), surfaces(geometry), strict=True):
+    for body, surface in zip(BODIES, surfaces(geometry), strict=True):
         if (slope := float(np.abs(surface.slope(y)).max())) > STEEPEST:
             yield (f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the half-space "
                    f"assumption is doubtful above {STEEPEST:g}")
@@ -339,7 +339,7 @@ WIDE = 2.0
 
 def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
     """The bodies that bring heat back, by name, at the creepage that is given (0 where it is to be found)."""
-    found = zip(("lower", "upper"), rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
+    found = zip(BODIES, rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
     return {body: roller for body, roller in found if roller is not None}
 
 
