@@ -42,7 +42,8 @@ ROW = 58.0 * style.MM
 
 def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     """The von Mises stress over p₀ on the plane of rolling through its maximum, the temperature on it, and both along lines
-    into the depth below the most stressed and the hottest point; None where the problem does not ask for this body.
+    into the depth below the most stressed and the hottest point; of layers shear and largest stresses around the interfaces.
+    None where the problem does not ask for this body.
 
     Elastic stresses stand beside the total where heat adds to them."""
     stresses = frame.result.bodies.get(body)
@@ -50,7 +51,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         return None
     stress = _stress_scale(frame)
     hot = stresses.hottest is not None
-    interfaces = getattr(frame.result.problem, body).interfaces
+    interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
     y, plane = (stresses.plane_y, stresses.plane) if interfaces else _plane(frame, stresses)
     rows = 1 + hot + bool(interfaces)
     figure = style.new_figure(style.DOUBLE, rows * ROW + 15.0 * style.MM)
