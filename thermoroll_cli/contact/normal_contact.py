@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
-from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, periodic_symbol
+from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, quadrant_symbol
 from thermoroll_cli.numerics.grid import Grid, around, framed, highest
 
 FIRST_REDUCTION = 0.1
@@ -88,16 +88,17 @@ class NormalSolver:
         reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
         table = normal_table(*reach, grid.dx, grid.dy, contact_modulus)
         if coatings is None:
-            symbol = periodic_symbol(table, (px, py))
+            symbol = quadrant_symbol(table, (px, py))
         else:
             table = table + coatings.normal_table(*reach, grid.dx, grid.dy)
-            symbol = np.ascontiguousarray(coatings.periodic_symbols((px, py), grid.dx, grid.dy)[0].T)
+            symbol = coatings.periodic_symbols((px, py), grid.dx, grid.dy)[0]
             border = coatings.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
         self._kernel = self._convolution.quadrant_spectrum(table)
         self._hat = self._convolution.empty_spectrum()
-        # Rounding could leave a wavenumber without stiffness; the kernel itself is positive.
-        self._inverse_symbol = 1.0 / np.maximum(symbol, 1e-12 * symbol.max())
+        # Wrapped around, which costs a preconditioner nothing. Rounding could leave a wavenumber without stiffness; the kernel
+        # itself is positive.
+        self._inverse_symbol = 1.0 / np.maximum(np.ascontiguousarray(symbol.T), 1e-12 * symbol.max())
         self._field = pyfftw.zeros_aligned((px, py))
         self._field_hat = pyfftw.zeros_aligned((px, py // 2 + 1), dtype=np.complex128)
         flags = ("FFTW_ESTIMATE",)

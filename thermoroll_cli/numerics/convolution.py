@@ -264,14 +264,6 @@ def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
     return out
 
 
-def periodic_symbol(quadrant: Array, padded: tuple[int, int], parity: int = 1) -> Array:
-    """Real symbol, (px, py//2+1), of a kernel wrapped around a period of `padded` = (px, py) elements, both even.
-
-    `quadrant` holds offsets ≥ 0, shape (≥ px//2+1, ≥ py//2+1), of a kernel even (`parity` 1) or odd (−1) in both. For
-    preconditioners: the wrap-around costs them nothing that matters."""
-    return np.ascontiguousarray(quadrant_symbol(quadrant, padded, parity).T)
-
-
 Parities = tuple[int, int]
 """Parity across y = 0 of the x and the y component of a vector field, 1 (even) or −1 (odd); one of each."""
 

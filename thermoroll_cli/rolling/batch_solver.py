@@ -214,13 +214,9 @@ class _State:
 class BatchSolver:
     """Solves `problem` (its `rigid_slip` is not used, its creepages are given) for many rigid slips."""
 
-    def __init__(
-        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse,
-        options: RollingOptions | None = None,
-    ) -> None:
+    def __init__(self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse) -> None:
         shape, compliance = gradient.shape, gradient.compliance
-        self._newton = newton = Newton(replace(problem, rigid_slip=np.zeros((2, *shape))), gradient, inverse,
-                                        options or RollingOptions())
+        self._newton = newton = Newton(replace(problem, rigid_slip=np.zeros((2, *shape))), gradient, inverse, RollingOptions())
         self._shape = shape
         self._contact = newton.contact
         on = shape, gradient.dx, gradient.dy, compliance, gradient.weights, newton.contact

@@ -22,7 +22,7 @@ from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Problem, 
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.surface import surfaces
 from thermoroll_cli.refinement.scalars import sliding_work
-from thermoroll_cli.refinement.solve import Report, Solver
+from thermoroll_cli.refinement.solve import Solver
 
 STABLE_SHARE = 0.8
 """Share of the largest stable worn depth that a step takes."""
@@ -122,8 +122,7 @@ def _widths(y: Array) -> Array:
     return np.asarray(np.diff(_middles(y)))
 
 
-def evolution(problem: Problem, start: WearState | None = None, *, threads: int = 1, report: Report | None = None
-              ) -> Iterator[WearState]:  # fmt: skip
+def evolution(problem: Problem, start: WearState | None = None, *, threads: int = 1) -> Iterator[WearState]:
     """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`.
 
     It ends where the distance is rolled or the depth is worn, where nothing slips, and after a result that did not converge.
@@ -140,7 +139,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
         if state.steps % STRETCH == 0:
             solver = Solver(threads)
         worn = replace(problem, geometry=worn_geometry(problem.geometry, state.y, state.worn))
-        result = solver.solve(worn, report=report)
+        result = solver.solve(worn)
         state = replace(state, result=result)
         yield state
         if not result.converged or state.distance >= wear.distance or state.deepest >= (1.0 - REACHED) * wear.depth:
