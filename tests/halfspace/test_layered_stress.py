@@ -88,9 +88,10 @@ def test_layers_of_the_substrates_material_change_nothing(thickness: float, size
 def test_thin_and_thick_layers_are_half_spaces() -> None:
     """Of the substrate and of the layer; what remains is of the order of thickness over size, to the power of one and two."""
     place = (6, 6), 1e-3, 1e-3
-    thin, thick = (LayeredBody((Layer(thickness, 50e9, 0.2),), STEEL) for thickness in (1e-9, 1e2))
+    thin, thinner, thick = (LayeredBody((Layer(thickness, 50e9, 0.2),), STEEL) for thickness in (1e-9, 1e-12, 1e2))
     wanted = closed_forms(0.3, *place, 5e-4)
     assert np.abs(all_tables(thin, *place, 5e-4) - wanted).max() < 2e-5 * np.abs(wanted).max()
+    assert np.abs(all_tables(thinner, *place, 5e-4) - wanted).max() < 2e-8 * np.abs(wanted).max()
     wanted = closed_forms(0.2, *place, 5e-4)
     assert np.abs(all_tables(thick, *place, 5e-4) - wanted).max() < 1e-9 * np.abs(wanted).max()
 

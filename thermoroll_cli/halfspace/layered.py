@@ -130,7 +130,7 @@ def layer_waves(
 STEP = 0.02
 """Step of the logarithmic grids of wave numbers and radii."""
 FIRST_WAVE_NUMBER, LAST_WAVE_NUMBER = 1e-9, 1e6
-"""Smallest wave number times the total thickness: without its limit the symbol is proportional to k there. Largest wave number
+"""Smallest wave number times the total thickness, or depth: without its limit the symbol is proportional to k there. Largest wave number
 times the thinnest layer: radii begin at its inverse, and the area within the first of them does not count."""
 
 
@@ -268,16 +268,15 @@ class LayeredBody:
         """Depth of the lower face of each layer."""
         return tuple(accumulate(layer.thickness for layer in self.layers))
 
-    @cached_property
-    def wave_numbers(self) -> Array:
-        """Nodes of transforms in 1/m."""
+    def wave_numbers(self, depth: float = 0.0) -> Array:
+        """Nodes of transforms in 1/m, for responses down to a `depth` (m)."""
         thinnest = min(layer.thickness for layer in self.layers)
-        low, high = np.log(FIRST_WAVE_NUMBER / self.thickness), np.log(LAST_WAVE_NUMBER / thinnest)
+        low, high = np.log(FIRST_WAVE_NUMBER / max(self.thickness, depth)), np.log(LAST_WAVE_NUMBER / thinnest)
         return np.exp(np.arange(low, high, STEP))
 
     @cached_property
     def _compliance(self) -> SurfaceCompliance:
-        return difference_compliance(self.layers, self.substrate, self.wave_numbers)
+        return difference_compliance(self.layers, self.substrate, self.wave_numbers())
 
     @cached_property
     def _radials(self) -> RadialFunctions:
@@ -285,7 +284,7 @@ class LayeredBody:
         c = self._compliance
         symbols = {"normal": (0, c.nn), "isotropic": (0, 0.5 * (c.tt + c.ss)), "directional": (2, 0.5 * (c.tt - c.ss)),
                    "coupling": (1, c.tn)}
-        return RadialFunctions.of(symbols, self.wave_numbers, self.thickness)
+        return RadialFunctions.of(symbols, self.wave_numbers(), self.thickness)
 
     def normal_table(self, shape: tuple[int, int], dx: float, dy: float) -> Array:
         """u_z under p."""

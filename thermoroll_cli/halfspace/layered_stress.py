@@ -59,7 +59,7 @@ def element_stresses(
 @lru_cache(maxsize=128)
 def _point_stresses(body: LayeredBody, depth: float) -> RadialFunctions:
     """The functions Hm of a pressure (p) and of a traction (t): the grids of the error estimates share them."""
-    k = body.wave_numbers
+    k = body.wave_numbers(depth)
     mean, difference, zz, kz = waves_along(body, k, depth)
     kc, cz = waves_across(body, k, depth)
     symbols = {
