@@ -130,8 +130,8 @@ def layer_waves(
 STEP = 0.02
 """Step of the logarithmic grids of wave numbers and radii."""
 FIRST_WAVE_NUMBER, LAST_WAVE_NUMBER = 1e-9, 1e6
-"""Smallest wave number times the total thickness, or depth: without its limit the symbol is proportional to k there. Largest wave number
-times the thinnest layer: radii begin at its inverse, and the area within the first of them does not count."""
+"""Smallest wave number times the total thickness, or the depth: without its limit the symbol is proportional to k there.
+Largest wave number times the thinnest layer: radii begin at its inverse."""
 
 
 @dataclass(frozen=True)
