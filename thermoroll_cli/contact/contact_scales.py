@@ -164,15 +164,12 @@ def _solve(
     geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
     coatings: Coatings | None, *, mirror: bool,
 ) -> ContactScales | None:
-    """Scales of the contact on a coarse grid over `box`, which is about as much larger as `grown` makes it; None if the contact
-    reaches a side of the box where no profile ends."""
+    """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
     nx, ny = COARSE_GRID
     grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
     gap = undeformed_gap(geometry, grid.x, grid.y)
     solver = NormalSolver(grid, contact_modulus, coatings)
-    # As above an elliptic strip at each y, by the overlap of rigid bodies that has this length at most.
-    depth = 0.5 * geometry.curvature_x * (box.half_x / DOMAIN_OVER_CONTACT) ** 2 + gap.min()
-    solution = solver.solve(gap, normal_force, np.sqrt(np.maximum(depth - gap, 0.0)), COARSE_TOLERANCE)
+    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), COARSE_TOLERANCE)
     refined = solver.refine(solution, gap, normal_force, COARSE_TOLERANCE, mirrored=mirror)
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])

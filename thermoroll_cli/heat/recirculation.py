@@ -227,20 +227,13 @@ class TrackModes:
     def _steady(self) -> tuple[Array, Array]:
         """Per mode: temperature (K per W/m² of q̄) and bulge (m per W/m²) by the mean heat."""
         r, wave = self.roller, self.wave
-        argument = wave * r.radius
-        if r.resistance is not None:
-            # The mean has the wavenumber 0; it is replaced below.
-            argument[0] = 1.0
+        # The mean has the wavenumber 0 where it leaves through a resistance. It would only add a constant to the bulge.
+        argument = np.where(wave > 0.0, wave, 1.0) * r.radius
         loss = r.conductivity * wave * surface_slope(argument, bore=r.ring) + (r.convection or 0.0)
         if r.resistance is not None:
-            loss[0] = 1.0
-        steady = 1.0 / loss
-        with np.errstate(divide="ignore"):
-            bulging = np.where(wave > 0.0, cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / wave, 0.0) * steady
-        if r.resistance is not None:
-            # The mean would only add a constant to the bulge.
-            steady[0] = r.resistance * 2.0 * math.pi * r.radius * r.width
-        return steady, r.free_expansion * bulging
+            loss[0] = 1.0 / (r.resistance * 2.0 * math.pi * r.radius * r.width)
+        bulging = (wave > 0.0) * cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / (argument / r.radius) / loss
+        return 1.0 / loss, r.free_expansion * bulging
 
 
 class Track:
