@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from tests.support.strong import strong_circle
+from tests.support.scenes import strong_circle
 from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown, line_shear
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.problem.problem import Strength

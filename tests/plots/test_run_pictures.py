@@ -17,8 +17,7 @@ from matplotlib.figure import Figure
 
 from tests.support import synthetic
 from tests.support.command_line import PATIENCE
-from tests.support.scenes import solved
-from tests.support.tracks import wheel_on_rail
+from tests.support.scenes import solved, wheel_on_rail
 from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.pictures import KINDS, draw, figure

@@ -131,7 +131,8 @@ def test_the_peak_of_a_smooth_field_is_found_between_elements() -> None:
 
 
 def roller(grid: int) -> Problem:
-    return rolling(grid=grid, geometry=below(CROWN, 0.01), load=2000.0, friction=0.1, creepage=(7e-4, 0.0), differential_slip=True)
+    return rolling(grid=grid, geometry=below(CROWN, 0.01), load=2000.0, friction=0.1, creepage=(7e-4, 0.0),
+                   differential_slip=True)
 
 
 @pytest.mark.parametrize("grid", [32, 64])

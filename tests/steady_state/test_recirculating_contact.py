@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from scripts.figures.figures_recirculation import CASES
-from tests.support.scenes import rolling, solved
-from tests.support.tracks import twin_disc, wheel_on_rail
+from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.heat.recirculation import Track
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Recirculation
 from thermoroll_cli.refinement.plan import make_plan
@@ -160,7 +159,7 @@ def test_off_is_off():
     import subprocess
     import sys
 
-    code = ("import sys; from tests.support.tracks import wheel_on_rail; "
+    code = ("import sys; from tests.support.scenes import wheel_on_rail; "
             "from thermoroll_cli.refinement.solve import solve; assert solve(wheel_on_rail(16, upper_track=None)).converged; "
             "assert not [m for m in sys.modules if 'solvers.recirculation' in m]")
     subprocess.run([sys.executable, "-c", code], check=True)

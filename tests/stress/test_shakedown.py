@@ -11,7 +11,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from tests.support.command_line import MECHANICAL, call
-from tests.support.strong import strong_circle
+from tests.support.scenes import strong_circle
 from thermoroll_cli import read_result
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.smallest_ball import smallest_balls

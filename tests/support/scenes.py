@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -25,14 +25,23 @@ from scripts.problems import (
     spin_ellipse,
 )
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import (
+    Geometry,
+    Heating,
+    Material,
+    Motion,
+    Problem,
+    Recirculation,
+    Strength,
+    SubsurfaceRequest,
+)
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 
 __all__ = [
     "CASES", "MECHANICAL", "REFERENCE", "STEEL", "Dimensionless", "Saturation", "article_4_1", "divided_heats", "elastic",
     "ellipse", "on_grid", "order", "reference", "reference_problem", "rolled", "rolling", "saturation", "solved", "spheres",
-    "spin_ellipse",
+    "spin_ellipse", "strong_circle", "twin_disc", "wheel_on_rail",
 ]  # fmt: skip
 
 REFERENCE = Path(__file__).parents[1] / "reference"
@@ -120,3 +129,31 @@ class Dimensionless:
 def rolled(case: str, grid: int) -> Dimensionless:
     """One of the seven reference cases on a grid."""
     return Dimensionless.of(solved(reference_problem(case, grid)))
+
+
+# --- bodies that turn, and that are strong -----------------------------------------------------------------------------
+
+
+WHEEL = Recirculation(0.135, convection=30.0)
+BODY = Material(210e9, 0.3, 50.0, 12e-6, 13e-6)
+
+
+def wheel_on_rail(grid=32, **heating):
+    """Upper body turns; 2 % longitudinal creepage, 18 kW."""
+    geometry = Geometry(math.inf, 0.3, 0.46, math.inf)
+    problem = Problem(BODY, BODY, geometry, 100e3, 0.3, Motion(30.0, 0.02),
+                      Heating(**{"partition": "matched", "deformation": False, "upper_track": WHEEL, **heating}))
+    return on_grid(problem, grid)
+
+
+def twin_disc(grid=32, resistance=(1.0, 1.0), motion=None, **heating):
+    tracks = [Recirculation(0.01, resistance=r) for r in resistance]
+    settings = {"partition": "matched", "lower_track": tracks[0], "upper_track": tracks[1], **heating}
+    problem = rolling(grid=grid, geometry=Geometry(0.035, 0.1, 0.035, 0.1), load=600.0, speed=2.0, heating=Heating(**settings))
+    return replace(problem, motion=motion or Motion(2.0, 0.02))
+
+
+def strong_circle(friction: float, grid: int = 64) -> Problem:
+    """Two steel spheres that slide as a whole, with the strength of the lower one asked for."""
+    problem = rolling(grid=grid, body=elastic(0.3), friction=friction, creepage=(0.1, 0.0), differential_slip=True)
+    return replace(problem, subsurface=SubsurfaceRequest(("lower",), layers=28, lower_strength=Strength(200e6, 0.3)))
