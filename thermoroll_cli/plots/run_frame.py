@@ -26,7 +26,7 @@ PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE = (QUANTITIES[n] for n in ("pressure"
 
 WITHOUT, WITH = "without thermal deformation", "with thermal deformation"
 
-READABLE = (0.03, 1e4)
+READABLE = (0.1, 1e4)
 """The usual unit is kept while the largest number lies in here."""
 MARGIN = 0.06
 """Room around the contacts, over their size."""
@@ -167,8 +167,8 @@ class RunFrame:
     @property
     def cut_words(self) -> str:
         """Where the cut is."""
-        scale = length_scale(abs(self.cut_y), "y")
-        return style.readable(f"y = {self.cut_y * scale.factor:.3g} {scale.unit}") if self.cut_y else "y = 0"
+        y = self.lengths[1]
+        return style.readable(f"{y.words} = {self.cut_y * y.factor:.3g} {y.unit}").rstrip()
 
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""

@@ -155,7 +155,7 @@ def _remarks(frame: RunFrame) -> list[str]:
     factor, unit = unit_for("N", problem.normal_force)
     grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
     remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction:.4g}, "
-               f"V = {problem.motion.speed:.4g} m/s, grid {grid}"]
+               f"V = {number(problem.motion.speed)} m/s, grid {grid}"]
     remarks += [result.reason] if result.reason else []
     remarks += [f"Warning: {text}" for text in result.warnings[:3]]
     return [line for text in remarks for line in _wrapped(re.sub(r"(?<!\w)-(?=\d)", "−", text))]

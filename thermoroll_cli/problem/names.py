@@ -112,10 +112,10 @@ def _scalars(*scalars: Scalar) -> dict[str, Scalar]:
     return {scalar.name: scalar for scalar in scalars}
 
 
-def _of_both(name: str, meaning: str, scale: Scale = "value", *, listed: bool = False) -> Iterator[Scalar]:
+def _of_both(name: str, meaning: str, scale: Scale = "value", *, listed: bool = False, brief: str = "") -> Iterator[Scalar]:
     """A scalar of each body; {} in its name is replaced."""
     for body in BODIES:
-        yield Scalar(name.format(body), f"{meaning}, {body} body", scale, listed)
+        yield Scalar(name.format(body), f"{meaning}, {body} body", scale, listed, f"{brief}, {body} body" if brief else "")
 
 
 FIELDS = _fields(
@@ -149,7 +149,8 @@ SCALARS = _scalars(
            without_hertz="maximum pressure / cold one"),
     *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True),
     *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature"),
-    *_of_both("temperature_interface_max_{}_K", "hottest place below the uppermost layer", "temperature", listed=True),
+    *_of_both("temperature_interface_max_{}_K", "hottest place below the uppermost layer", "temperature", listed=True,
+              brief="hottest below the top layer"),
     *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
     *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
     *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
@@ -178,10 +179,12 @@ SCALARS = _scalars(
            brief="thermal displacement, both bodies"),
     Scalar("partition_mean", "share of the frictional heat that enters the lower body", brief="heat share of the lower body"),
     *_of_both("wear_area_{}_um2", "area worn off per passage", listed=True),
-    *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True),
-    *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled"),
-    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure"),
-    Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element"),
+    *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, brief="depth worn off per passage"),
+    *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", brief="volume worn per distance"),
+    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure",
+           brief="mean coefficient of sliding friction"),
+    Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
+           brief="fall of friction / element stiffness"),
     Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch",
            brief="power balance error"),
 )  # fmt: skip
@@ -210,7 +213,8 @@ HERTZ_SCALARS = _scalars(
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
     Scalar("shear_modulus_GPa", "combined shear modulus of both bodies"),
     Scalar("speed_solved_m_s", "rolling speed of the state"),
-    Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip"),
+    Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip",
+           brief="maximum of the creep curve"),
     Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve"),
     Scalar("creepage_falling_branch", "creepage of the same force beyond the maximum"),
 )
