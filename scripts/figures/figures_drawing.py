@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from thermoroll_cli import Case
-from thermoroll_cli.plots.maps import Colours, border_handles, draw_arrows, draw_map
+from thermoroll_cli.plots.maps import border_handles, draw_arrows, draw_map
 from thermoroll_cli.plots.run_frame import TRACTION, RunFrame, frame_of, on_line
 from thermoroll_cli.plots.style import add_axes, few_ticks
 from thermoroll_cli.problem.problem import Numerics, Problem
@@ -186,8 +186,8 @@ def map_figure(rows: Sequence[Row], side: float, *, legend: bool = False) -> Fig
             axes = add_axes(figure, LEFT + column * (side + GAP), floor, side, side)
             frame = panel.view.frame
             drawn = frame.states[panel.state]
-            image = draw_map(axes, frame, drawn, panel.values, Colours(row.colours, Normalize(0.0, row.top)),
-                             open_ended=not row.clipped)
+            image = draw_map(axes, frame, drawn, panel.values,
+                             {"cmap": row.colours, "norm": Normalize(0.0, row.top)}, open_ended=not row.clipped)
             if panel.arrows:
                 draw_arrows(axes, frame, drawn, (side, side))
             axes.set_title(panel.words, y=1.0, pad=3.5)

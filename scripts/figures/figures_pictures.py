@@ -19,7 +19,7 @@ from scripts.figures.figures_drawing import (
     view_of,
     write,
 )
-from thermoroll_cli.plots.maps import Colours, draw_arrows, draw_map
+from thermoroll_cli.plots.maps import draw_arrows, draw_map
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.style import add_axes, few_ticks
 
@@ -49,8 +49,8 @@ def _strip(count: int) -> tuple[Any, list[Any]]:
 
 def _strip_panel(figure: Any, axes: Any, panel: Panel, colours: str) -> None:
     frame = panel.view.frame
-    image = draw_map(axes, frame, frame.last, panel.values, Colours(colours, Normalize(0.0, float(panel.values.max()))),
-                     open_ended=colours == "inferno")
+    image = draw_map(axes, frame, frame.last, panel.values,
+                     {"cmap": colours, "norm": Normalize(0.0, float(panel.values.max()))}, open_ended=colours == "inferno")
     if panel.arrows:
         draw_arrows(axes, frame, frame.last, (2.2, 2.2))
     axes.set_title(panel.words, y=1.0, pad=4.0)

@@ -326,7 +326,7 @@ def test_numbers_look_as_in_print(text: str, expected: str) -> None:
 
 
 @pytest.mark.parametrize(("unit", "maximum", "expected"), [
-    ("m", 2e-4, "mm"), ("m", 5e-5, "µm"), ("m", 6e-3, "mm"), ("m", 5e-7, "nm"), ("m", 50.0, "m"), ("Pa", 1.4e9, "MPa"), ("Pa", 3e2, "Pa"),
+    ("m", 2e-4, "mm"), ("m", 5e-5, "µm"), ("m", 5e-7, "nm"), ("m", 50.0, "m"), ("Pa", 1.4e9, "MPa"), ("Pa", 3e2, "Pa"),
     ("Pa", 3e10, "GPa"), ("W/m2", 4e8, "W/mm²"), ("K", 300.0, "K"), ("K", 1e-3, "mK"), ("K", 0.0, "K"), ("N", 80e3, "kN"),
     ("1", 0.3, ""),
 ])  # fmt: skip

@@ -21,9 +21,7 @@ UNBOUNDED = "no limit: a free end"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
 
 _NARROWEST = 9
-"""A header is not broken into less."""
-_SHORTEST_MEANING = 20
-"""First words of a meaning with less room say nothing."""
+"""Headers and meanings are not cut to less."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
@@ -40,7 +38,7 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
     for name in shown:
         meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
-        shortened = textwrap.shorten(meaning, max(room, _SHORTEST_MEANING), placeholder=" …")
+        shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
         fitting = (text for text in (meaning, brief, shortened) if text and len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
     return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])

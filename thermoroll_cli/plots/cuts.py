@@ -73,8 +73,7 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
             axes.tick_params(labelbottom=False)
         else:
             axes.set_xlabel(flow_label(frame))
-    title = frame.result.problem.title
-    style.add_headline(figure, f"{title}, {frame.cut_words}" if title else frame.cut_words, frame.result.converged)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, frame.cut_words)
     style.add_legend(figure, handles)
     return figure
 

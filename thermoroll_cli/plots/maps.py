@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,14 +58,6 @@ TALLEST, SHORT_BAR = 120.0 * style.MM, 40.0 * style.MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
 LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (15.0, 21.5, 6.0, 10.0, 5.5, 6.0))
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
-
-
-@dataclass(frozen=True)
-class Colours:
-    """Colour map and the values at its ends (drawn units)."""
-
-    name: str
-    norm: Normalize
 
 
 @dataclass(frozen=True)
@@ -168,16 +161,16 @@ def _aspect(frame: RunFrame, whole: bool) -> float:
     return (top - bottom) / (right - left) * (y.factor / x.factor if frame.normalised else 1.0)
 
 
-def colours_of(quantity: Quantity, low: float, high: float) -> Colours:
-    """Colour map and limits: diverging from zero where values of both signs count."""
+def colours_of(quantity: Quantity, low: float, high: float) -> dict[str, Any]:
+    """Colour map and limits for `imshow`: diverging from zero where values of both signs count."""
     if low < 0.0 < high and min(-low, high) > ONE_SIDED * max(-low, high):
         reach = max(-low, high)
-        return Colours(DIVERGING, TwoSlopeNorm(0.0, -reach, reach))
-    return Colours(quantity.colours, Normalize(low, high if high > low else low + 1.0))
+        return {"cmap": DIVERGING, "norm": TwoSlopeNorm(0.0, -reach, reach)}
+    return {"cmap": quantity.colours, "norm": Normalize(low, high if high > low else low + 1.0)}
 
 
 def draw_map(
-    axes: Axes, frame: RunFrame, drawn: DrawnState, values: Array, colours: Colours, *, whole: bool = False,
+    axes: Axes, frame: RunFrame, drawn: DrawnState, values: Array, colours: Mapping[str, Any], *, whole: bool = False,
     open_ended: bool = False,
 ) -> AxesImage:
     """Draw `values` (nx, ny; drawn units) of a state with its borders; dashed, those of the state without thermal deformation.
@@ -185,7 +178,7 @@ def draw_map(
     The field is clipped by the border of the contact, unless it goes on outside, `open_ended`. The map shows the surroundings
     of the contact or the `whole` domain."""
     image = axes.imshow(values if frame.turned else values.T, origin="lower", extent=_placed(frame, drawn.domain),
-                        cmap=colours.name, norm=colours.norm, interpolation="bilinear", aspect="auto")
+                        interpolation="bilinear", aspect="auto", **colours)
     outline = _outline(frame, drawn)
     if outline is not None and not (whole or open_ended):
         image.set_clip_path(outline, transform=axes.transData)

@@ -167,8 +167,13 @@ class RunFrame:
     @property
     def cut_words(self) -> str:
         """Where the cut is."""
-        y = self.lengths[1]
-        return style.readable(f"{y.words} = {self.cut_y * y.factor:.3g} {y.unit}").rstrip()
+        return self.place_words(self.cut_y)
+
+    def place_words(self, y: float) -> str:
+        """Where a plane or line along x at `y` (m) is."""
+        across = self.lengths[1]
+        value = round(y * across.factor, 6)
+        return f"{across.words} = " + (style.readable(f"{value:.3g} {across.unit}").rstrip() if value else "0")
 
     def scale(self, quantity: Quantity, largest: float) -> AxisScale:
         """The scale of a quantity with values up to `largest` (SI)."""

@@ -18,7 +18,7 @@ from matplotlib.patheffects import withStroke
 from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import flow_label
-from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame, length_scale
+from thermoroll_cli.plots.run_frame import TEMPERATURE, Array, AxisScale, RunFrame
 from thermoroll_cli.problem.names import STRESSES
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import BodyStresses, Result
@@ -58,8 +58,8 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
     _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
-    grid[0, 0].plot([peak.x * x.factor], [peak.z * x.factor], "x", color="white", markersize=5.0, markeredgewidth=1.2,
-                    clip_on=False, path_effects=[withStroke(linewidth=2.6, foreground="black")])
+    mark = grid[0, 0].plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2,
+                           clip_on=False, label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
     elastic = _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
     grid[0, 1].set_xlim(left=0.0)
     if hot:
@@ -75,17 +75,13 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7)
         for axes in grid[-1]:
             axes.set_ylim(min(LAYER_ROOM * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
-    place = length_scale(abs(y), "y")
-    at = style.readable(f"y = {y * place.factor:.3g} {place.unit}") if abs(y) > 1e-9 * abs(frame.last.state.y[-1]) else "y = 0"
-    title = frame.result.problem.title
-    style.add_headline(figure, ", ".join(filter(None, (title, f"{body} body", at))), frame.result.converged)
+    place = f"{body} body, {frame.place_words(y)}"
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, place)
     handles = [Line2D([], [], color=STRESSED, label="below the largest stress")]
     handles += [Line2D([], [], color=HEATED, label="below the hottest point")] if stresses.below_heated else []
     handles += [Line2D([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")] if elastic else []
-    handles += [Line2D([], [], color="white", marker="x", linestyle="none", markersize=5.0, label="largest stress",
-                       path_effects=[withStroke(linewidth=2.6, foreground="black")])]
-    handles += [Line2D([], [], color=colour, linestyle=dashes, label=f"largest over x: {name}")
-                for name, (colour, dashes) in LARGEST.items() if interfaces]
+    handles += mark + [Line2D([], [], color=colour, linestyle=dashes, label=f"largest over x: {name}")
+                       for name, (colour, dashes) in LARGEST.items() if interfaces]
     handles += [Line2D([], [], color="0.3", linewidth=0.7, label="interfaces")] if interfaces else []
     style.add_legend(figure, handles)
     return figure
@@ -200,7 +196,7 @@ def strength_figure(frame: RunFrame, body: str) -> Figure | None:
         axes.axhline(face * across.factor, color="0.3" if axes is needed else "white", linewidth=0.7)
     bar = figure.colorbar(image, ax=fatigue, label="Dang Van's stress (MPa)", pad=0.02)
     style.few_ticks(bar.ax, y=6)
-    style.add_headline(figure, ", ".join(filter(None, (frame.result.problem.title, f"{body} body"))), frame.result.converged)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body")
     style.add_legend(figure, needed.get_legend_handles_labels()[0])
     return figure
 

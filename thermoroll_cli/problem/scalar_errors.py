@@ -10,8 +10,9 @@ from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 
-FORCES, CREEPAGES, TEMPERATURES = (
-    tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale) for scale in ("force", "creepage", "temperature")
+FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
+    tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale)
+    for scale in ("force", "creepage", "temperature", "mismatch")
 )
 
 
@@ -112,7 +113,7 @@ def listed_scalars(result: Result) -> list[str]:
 def scalar_text(name: str, summary: Mapping[str, Any]) -> str:
     """A scalar of a result with its estimated error, in its own unit: `11.07 ± 0.02`. A force or moment that symmetry makes
     zero is `0`. `summary` has the shape of `Result.summary()`."""
-    if _is_mismatch(name):
+    if name in MISMATCHES:
         return number(summary[name], MISMATCH_DIGITS)
     return "0" if is_noise(name, summary) else with_error(summary[name], absolute_error(name, summary))
 
@@ -122,13 +123,9 @@ def isothermal_text(name: str, summary: Mapping[str, Any]) -> str:
     isothermal = {**summary, **summary["isothermal"]}
     if name not in summary["isothermal"]:
         return ""
-    if _is_mismatch(name):
+    if name in MISMATCHES:
         return number(isothermal[name], MISMATCH_DIGITS)
     return "0" if is_noise(name, isothermal) else rounded(isothermal[name], absolute_error(name, summary))
-
-
-def _is_mismatch(name: str) -> bool:
-    return name in ALL_SCALARS and ALL_SCALARS[name].scale == "mismatch"
 
 
 def with_error(value: float, error: float) -> str:
