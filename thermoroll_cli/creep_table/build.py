@@ -86,8 +86,8 @@ class TableTask:
 
     def items(self) -> Iterator[Item]:
         solver = _solver(self.ratio, self.poisson_ratio, self.accuracy)
-        solved = solver.solve(self.scaled / np.array(solver.scales)[:, None])
-        yield self._record(np.concatenate([solved.values, solved.errors[None]])), b""
+        values, errors = solver.solve(self.scaled / np.array(solver.scales)[:, None])
+        yield self._record(np.concatenate([values, errors[None]])), b""
 
     def _record(self, values: Array, *, solved: bool = True) -> Record:
         return {"key": self.key, "solved": solved, "values": np.round(values, DECIMALS).tolist()}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,16 +39,6 @@ LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 """A contact to solve for; the scaling laws make all others of it."""
 
 
-@dataclass(frozen=True)
-class PointValues:
-    """`values` (4, n) of `QUANTITIES` with nan where `converged` (n,) is False; `errors` (n,) is the estimated error of the
-    forces over μW."""
-
-    values: Array
-    errors: Array
-    converged: NDArray[np.bool_]
-
-
 def grid_for(aspect_ratio: float, accuracy: float) -> tuple[int, int]:
     """Elements along x and y, multiples of four."""
     mean = STANDARD_ELEMENTS * math.sqrt(STANDARD_ACCURACY / accuracy)
@@ -78,17 +67,13 @@ class EllipseSolver:
         """The creepage with ξ' = 1 and the spin with φ' = 1 (rad/m) of `problem`."""
         return self._grids[-1].units
 
-    def finest(self, creepages: Array) -> Array:
-        """`QUANTITIES` (4, n) of the finer grid alone."""
-        return self._grids[-1].solve(creepages)[0]
-
-    def solve(self, creepages: Array) -> PointValues:
-        """For the scaled creepages ξ', η', φ' of (3, n)."""
+    def solve(self, creepages: Array) -> tuple[Array, Array]:
+        """`QUANTITIES` (4, n) for the scaled creepages ξ', η', φ' of (3, n), and the estimated errors of the forces over μW,
+        (n,); nan where a solution has not converged."""
         parts = [self._solve(creepages[:, i : i + BATCH]) for i in range(0, creepages.shape[1], BATCH)]
-        return PointValues(np.concatenate([p.values for p in parts], axis=1), np.concatenate([p.errors for p in parts]),
-                      np.concatenate([p.converged for p in parts]))
+        return np.concatenate([values for values, _ in parts], axis=1), np.concatenate([errors for _, errors in parts])
 
-    def _solve(self, creepages: Array) -> PointValues:
+    def _solve(self, creepages: Array) -> tuple[Array, Array]:
         below, above = self._grids
         coarse, first, tractions = below.solve(creepages)
         # A coarse solution starts most points better than full stick does, as it does in a single solve.
@@ -104,7 +89,7 @@ class EllipseSolver:
         values[:2] /= np.maximum(size, 1.0)
         converged = first & second
         errors = np.hypot(*change[:2]) / 3.0
-        return PointValues(np.where(converged, values, np.nan), np.where(converged, errors, np.nan), converged)
+        return np.where(converged, values, np.nan), np.where(converged, errors, np.nan)
 
 
 class _OneGrid:

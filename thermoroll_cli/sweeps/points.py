@@ -205,11 +205,6 @@ class Points:
     def count(self) -> int:
         return math.prod(self.shape)
 
-    @property
-    def varying(self) -> list[Axis]:
-        """The axes with more than one value, the one that varies fastest first."""
-        return [axis for axis in reversed(self.axes) if len(set(axis.values)) > 1]
-
     def values(self, number: int) -> tuple[Value, ...]:
         """The swept values of the point `number` (from 1)."""
         if self.listed:
