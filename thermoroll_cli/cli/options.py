@@ -109,11 +109,11 @@ def check_cluster(address: str, jobs: int) -> None:
     if jobs > 1 and address:
         raise typer.BadParameter("the cluster decides how many workers there are", param_hint="--jobs")
     if address:
-        from thermoroll_cli.sweeps.runner import NoDask, check_dask
+        from thermoroll_cli.sweeps.runner import check_dask
 
         try:
             check_dask()
-        except NoDask as cause:
+        except ImportError as cause:
             raise typer.BadParameter(str(cause), param_hint="--dask") from None
 
 

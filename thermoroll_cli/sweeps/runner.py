@@ -62,17 +62,10 @@ class Workers:
     dask: str = ""
 
 
-class NoDask(Exception):
-    """The package `distributed` is not installed."""
-
-    def __init__(self) -> None:
-        super().__init__("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
-
-
 def check_dask() -> None:
-    """Raises NoDask if clusters cannot be used."""
+    """Raises ImportError, which says what to install, if clusters cannot be used."""
     if importlib.util.find_spec("distributed") is None:
-        raise NoDask
+        raise ImportError("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
 
 
 def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
@@ -83,7 +76,7 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
     flight are tried again, one alone at a time. One that `DEATHS` processes died of is taken apart, and a single item given up
     after as many. `note` is called with remarks.
 
-    Raises OSError: a file cannot be written; no cluster, or it went away. NoDask.
+    Raises OSError: a file cannot be written; no cluster, or it went away. ImportError.
     """
     try:
         if workers.dask:
@@ -234,7 +227,6 @@ class _Cluster:
     and gives a task up that several workers died of."""
 
     def __init__(self, address: str) -> None:
-        check_dask()
         import distributed
 
         self.died = distributed.KilledWorker

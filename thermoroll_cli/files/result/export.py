@@ -19,10 +19,6 @@ from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_
 
 Path = str | os.PathLike[str]
 
-class OutsideError(ValueError):
-    """The requested line lies outside the computed domain."""
-
-
 # --- XDMF ------------------------------------------------------------------------------------------------------------
 
 
@@ -125,7 +121,7 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
     temperature rise of each body stored, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are in the
     body's own frame, z into the body; values between depths and rows are of cubic splines, at an interface those above it.
 
-    Raises ResultFileError where the file holds no stresses there, OutsideError for a line outside the domain, WriteError.
+    Raises ResultFileError where the file holds no stresses there, ValueError for a line outside the domain, WriteError.
     """
     result = read_result(result_path)
     if not result.bodies:
@@ -145,10 +141,10 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
 def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray] | None:
     """Every field of a body along x, (nx,); None beside the only plane that is kept."""
     if not 0.0 <= z <= stresses.depths[-1] * (1.0 + 1e-9):
-        raise OutsideError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
+        raise ValueError(f"the depth {z * 1e3:g} mm is outside 0 to {stresses.depths[-1] * 1e3:.4g} mm")
     half = 0.5 * (result.y[1] - result.y[0])
     if not result.y[0] - half <= y <= result.y[-1] + half:
-        raise OutsideError(f"y = {y * 1e3:g} mm is outside {result.y[0] * 1e3:.4g} to {result.y[-1] * 1e3:.4g} mm")
+        raise ValueError(f"y = {y * 1e3:g} mm is outside {result.y[0] * 1e3:.4g} to {result.y[-1] * 1e3:.4g} mm")
     fields, on_plane = (stresses.fields, False) if STRESSES[0] in stresses.fields else (stresses.plane, True)
     if on_plane and abs(y - stresses.plane_y) > half * (1.0 + 1e-9):
         return None
