@@ -23,7 +23,8 @@ from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.plots.run_frame import WITH, WITHOUT, borders_of, frame_of, limits_of, unit_for
 from thermoroll_cli.plots.style import readable
-from thermoroll_cli.problem.names import QUANTITIES
+from thermoroll_cli.plots.summary_sheet import LONGEST_WORDS
+from thermoroll_cli.problem.names import QUANTITIES, SCALARS, Scalar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import scalar_text
 
@@ -149,7 +150,9 @@ def test_odd_results_are_drawn(tmp_path: pathlib.Path, normalised: bool, options
     assert draw(synthetic.result(**options), tmp_path / "odd", normalised=normalised)
 
 
-@pytest.mark.parametrize(("normalised", "options"), [*ODD, (False, {}), (False, {"aspect": 2.5, "upper_heating": -0.8})])
+@pytest.mark.parametrize(("normalised", "options"), [
+    *ODD, (False, {}), (False, {"aspect": 2.5, "upper_heating": -0.8}), (False, {"aspect": 4.5, "size": 0.15}),
+])  # fmt: skip
 def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[str, Any]) -> None:
     result = synthetic.result(**{"shape": (16, 16), **options})
     for kind in ALL:
@@ -162,6 +165,12 @@ def test_all_words_and_numbers_are_on_the_page(normalised: bool, options: dict[s
             box = picture.get_tightbbox()
         width, height = picture.get_size_inches()
         assert min(box.x0, box.y0) >= -0.01 and box.x1 <= width + 0.01 and box.y1 <= height + 0.01, kind
+
+
+@pytest.mark.parametrize("scalar", SCALARS.values(), ids=SCALARS)
+def test_words_of_the_sheet_end_before_its_numbers(scalar: Scalar) -> None:
+    words = scalar.meaning if len(scalar.meaning) <= LONGEST_WORDS else scalar.brief
+    assert words and len(f"{words} ({scalar.unit})") <= 46
 
 
 def test_nan_fields_are_no_fields() -> None:

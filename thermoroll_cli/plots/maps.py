@@ -56,7 +56,7 @@ FLAT = 0.45
 """Maps of less height over width stand below each other."""
 TALLEST, SHORT_BAR = 120.0 * style.MM, 40.0 * style.MM
 """Largest height of a map; length of a colour bar from which the words fit beside it."""
-LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (15.0, 21.5, 6.0, 10.0, 5.5, 6.0))
+LABELS, BAR, TITLE, AXIS, HEADLINE, GAP = (size * style.MM for size in (16.5, 21.5, 6.0, 10.0, 5.5, 6.0))
 """Room for labels at the left, the colour bar, a line of words above a map, its axis, the title, between maps."""
 
 

@@ -121,7 +121,7 @@ def few_ticks(axes: Axes, x: int = 0, y: int = 0) -> None:
     """Round ticks, at most this many intervals on each axis (0 leaves an axis as it is)."""
     for axis, intervals in ((axes.xaxis, x), (axes.yaxis, y)):
         if intervals:
-            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 5, 10], min_n_ticks=2))
+            axis.set_major_locator(MaxNLocator(intervals, steps=[1, 2, 2.5, 5, 10], min_n_ticks=2))
 
 
 def one_line(text: str, length: int) -> str:

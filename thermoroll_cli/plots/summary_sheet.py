@@ -37,7 +37,7 @@ from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, numb
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
-LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (15.0, 11.0, 5.0, 6.0, 2.5))
+LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (16.5, 11.0, 5.0, 6.0, 2.5))
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
 LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * style.MM, 60.0 * style.MM, (60.0 * style.MM, 38.0 * style.MM)
 """Largest width and height of a map, and size of the diagrams of the cut."""
