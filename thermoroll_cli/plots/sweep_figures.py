@@ -23,7 +23,7 @@ from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_cr
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.problem.names import UNITS
-from thermoroll_cli.problem.scalar_errors import absolute_error
+from thermoroll_cli.problem.scalar_errors import CREEPAGES, FORCES, absolute_error
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]
@@ -39,33 +39,22 @@ THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_lim
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
 """Columns that the creep forces of these theories depend on."""
 
-FORCES, CREEPAGES = ("force_x_N", "force_y_N"), ("creepage_longitudinal", "creepage_lateral")
-
-
-@dataclass(frozen=True)
-class Diagram:
-    """Label and columns of a diagram; where several columns hold values, the largest is drawn."""
-
-    label: str
-    names: tuple[str, ...]
-
-
-DIAGRAMS = (
-    Diagram("frictional heat $Q_F$ (W)", ("Q_F_W",)),
-    Diagram(r"contact area ratio $\gamma_\mathrm{c}$", ("gamma_c",)),
-    Diagram(r"stick area ratio $\gamma_\mathrm{st}$", ("gamma_st",)),
-    Diagram(r"pressure ratio $\gamma_\mathrm{p}$", ("gamma_p",)),
-    Diagram("max. pressure (MPa)", ("pressure_max_MPa",)),
-    Diagram(r"max. temperature rise $\Delta T$ (K)", ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K")),
-    Diagram("creep force $F_x$ (N)", ("force_x_N",)),
-    Diagram("creep force $F_y$ (N)", ("force_y_N",)),
-    Diagram("spin moment $M_z$ (N mm)", ("spin_moment_Nmm",)),
-    Diagram(r"creepage $\xi_x$", ("creepage_longitudinal",)),
-    Diagram(r"creepage $\xi_y$", ("creepage_lateral",)),
-    Diagram("max. von Mises stress (MPa)", ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa")),
-    Diagram("max. tensile stress (MPa)", ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa")),
-)
-"""Diagrams of a sweep; one more scalar is one more line."""
+DIAGRAMS = {
+    "frictional heat $Q_F$ (W)": ("Q_F_W",),
+    r"contact area ratio $\gamma_\mathrm{c}$": ("gamma_c",),
+    r"stick area ratio $\gamma_\mathrm{st}$": ("gamma_st",),
+    r"pressure ratio $\gamma_\mathrm{p}$": ("gamma_p",),
+    "max. pressure (MPa)": ("pressure_max_MPa",),
+    r"max. temperature rise $\Delta T$ (K)": ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K"),
+    "creep force $F_x$ (N)": ("force_x_N",),
+    "creep force $F_y$ (N)": ("force_y_N",),
+    "spin moment $M_z$ (N mm)": ("spin_moment_Nmm",),
+    r"creepage $\xi_x$": ("creepage_longitudinal",),
+    r"creepage $\xi_y$": ("creepage_lateral",),
+    "max. von Mises stress (MPa)": ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa"),
+    "max. tensile stress (MPa)": ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa"),
+}
+"""Diagrams of a sweep: labels and columns, of which the largest value is drawn; one more scalar is one more line."""
 
 HEIGHT, COLUMNS = 44.0 * style.MM, 3
 """Height of a diagram, and how many stand side by side at most."""
@@ -129,7 +118,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     columns = {name: numbers(column) for name, column in table.items()}
     theories = {theory: theory_forces(columns, theory) for theory in compare}
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
-    diagrams = [diagram for diagram in DIAGRAMS if _worth_drawing(good, diagram.names, over)]
+    diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(good, names, over)]
     wide = min(COLUMNS, max(1, len(diagrams)))
     rows = max(1, -(-len(diagrams) // wide))
     figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], rows * HEIGHT + 20.0 * style.MM)
@@ -137,14 +126,16 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     for axes in grid.flat[len(diagrams) or 1:]:
         axes.set_visible(False)
     if len(over) == 2 and _is_grid(good, over):
-        for axes, diagram in zip(grid.flat, diagrams, strict=False):
-            _draw_map(axes, good, diagram, over, failed)
+        for axes, (label, names) in zip(grid.flat, diagrams, strict=False):
+            _draw_map(axes, good, names, over, failed)
+            axes.set_title(label)
     else:
         lines = list(_lines_of(table, over, x, failed))
         handles, scalars = _line_handles(lines), summaries(good)
-        for place, (axes, diagram) in enumerate(zip(grid.flat, diagrams, strict=False)):
-            endless = unbounded_points(table, diagram.names)
-            handles += _draw_diagram(axes, x, good, diagram, errors(scalars, diagram.names), endless, lines, theories)
+        for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
+            endless = unbounded_points(table, names)
+            handles += _draw_diagram(axes, x, good, names, errors(scalars, names), endless, lines, theories)
+            axes.set_ylabel(label)
             _finish(axes, x, words, words_of(over[0]) if place + wide >= len(diagrams) else "")
             if words:
                 for line in axes.get_lines():
@@ -243,14 +234,14 @@ def _line_handles(lines: list[Line]) -> list[Artist]:
 
 
 def _draw_diagram(
-    axes: Axes, x: Column, table: Numbers, diagram: Diagram, error: Column, endless: NDArray[np.bool_], lines: list[Line],
+    axes: Axes, x: Column, table: Numbers, names: Sequence[str], error: Column, endless: NDArray[np.bool_], lines: list[Line],
     theories: dict[str, dict[str, Column]],
 ) -> list[Artist]:
     """The curves of a diagram; returns handles for the legend of all but the lines themselves."""
-    values, error = merged(table, diagram.names), np.nan_to_num(error)
+    values, error = merged(table, names), np.nan_to_num(error)
     assert values is not None
     handles: list[Artist] = []
-    cold = merged(table, [ISOTHERMAL + name for name in diagram.names])
+    cold = merged(table, [ISOTHERMAL + name for name in names])
     largest = float(np.nanmax(np.abs(values)))
     falling = table.get("falling_friction_criterion", np.full(len(values), math.nan)) > 0.0
     for line in lines:
@@ -265,19 +256,18 @@ def _draw_diagram(
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
             handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit: a free end")]
-        if diagram.names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
+        if names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
             axes.plot(*place, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
     _not_closer_than(axes, float(error.max(initial=0.0)))
     for theory, forces in theories.items():
-        for line in lines if diagram.names[0] in forces else ():
-            axes.plot(x[line.rows], forces[diagram.names[0]][line.rows], color=line.colour, linestyle=THEORY_LOOKS[theory],
+        for line in lines if names[0] in forces else ():
+            axes.plot(x[line.rows], forces[names[0]][line.rows], color=line.colour, linestyle=THEORY_LOOKS[theory],
                       linewidth=0.9, scaley=theory != "linear")
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
     _mark_failed(axes, lines)
-    axes.set_ylabel(diagram.label)
-    if diagram.names[0] in FORCES:
-        _add_share_of_limit(axes, table, diagram.names[0])
+    if names[0] in FORCES:
+        _add_share_of_limit(axes, table, names[0])
     return handles
 
 
@@ -293,9 +283,9 @@ def _maximum(x: Column, force: Column, falling: NDArray[np.bool_]) -> tuple[floa
     return float(np.exp(place) if is_logarithmic(x) else place), float(c - 0.25 * b * b / a)
 
 
-def _draw_map(axes: Axes, table: Numbers, diagram: Diagram, over: Sequence[str], failed: NDArray[np.bool_]) -> None:
+def _draw_map(axes: Axes, table: Numbers, names: Sequence[str], over: Sequence[str], failed: NDArray[np.bool_]) -> None:
     """A quantity over two swept ones as a map; crosses where points failed."""
-    x, y, values = table[over[0]], table[over[1]], merged(table, diagram.names)
+    x, y, values = table[over[0]], table[over[1]], merged(table, names)
     assert values is not None
     columns, rows = (np.unique(found[np.isfinite(found)]) for found in (x, y))
     cells = np.full((rows.size, columns.size), math.nan)
@@ -309,7 +299,6 @@ def _draw_map(axes: Axes, table: Numbers, diagram: Diagram, over: Sequence[str],
     axes.set(xlabel=words_of(over[0]), ylabel=words_of(over[1]))
     bar = axes.figure.colorbar(image, ax=axes, pad=0.02)
     style.few_ticks(bar.ax, y=5)
-    axes.set_title(diagram.label)
 
 
 def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
