@@ -113,8 +113,15 @@ def test_a_layer_that_yields_carries_so_much() -> None:
     state = solve(sliding).coupled
     assert state.scalars["force_x_N"] == pytest.approx(carried, rel=1e-3)
     assert (state.fields["shear_x"] <= inputs["yield_MPa"] * 1e6 * (1.0 + 1e-5)).all()
-    too_much = solve(case({**inputs, "force_N": 1.02 * carried}, 16))
+    with pytest.raises(Unsolvable, match=f"it carries {carried:.6g} N at most"):
+        solve(case({**inputs, "force_N": 1.02 * carried}, 16))
+    # Bodies of unlike materials have another pressure, which is known only when it is solved.
+    problem = case({**inputs, "force_N": 1.02 * carried}, 16)
+    stiffer = replace(problem.upper, youngs_modulus=1.2 * problem.upper.youngs_modulus)
+    too_much = solve(replace(problem, upper=stiffer))
     assert not too_much.converged and "the layer yields" in too_much.reason
+    with pytest.raises(Unsolvable, match="unless friction has memory"):
+        solve(replace(sliding, friction_law=LAWS["linear"], layer_yield=None, layer=1e-14))
     with pytest.raises(Unsolvable, match="is not computed with it"):
         solve(replace(sliding, friction_law=LAWS["linear"]))
 

@@ -202,12 +202,9 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (|F| > μW), for a layer that yields
-    between surfaces whose friction depends on slip, and for what is not computed below bonded layers."""
+    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (a force above μW or above what a
+    layer carries that yields), and for what `_check_layers` refuses."""
     _check_layers(problem)
-    if problem.layer_yield is not None and problem.friction_law is not None:
-        raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
-                         "layer.yield_MPa")
     if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
         raise Unsolvable(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
                          f"{problem.traction_limit:g} N", "force")
@@ -216,6 +213,13 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     reasons = stages(derived)
     run = [stage for stage, reason in reasons.items() if reason == ""]
     skipped = {stage: reason for stage, reason in reasons.items() if reason}
+    if problem.layer_yield is not None and "normal (isothermal)" in skipped and "deformation" not in run:
+        # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
+        share = min(1.0, problem.layer_yield / (problem.friction * derived.scales.peak_pressure))
+        limit = 0.5 * (3.0 * share - share**3) * problem.traction_limit
+        if problem.prescribed_force >= limit:
+            raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
+                             f"{problem.prescribed_force:.6g} N", "force")
     warnings = []
     extent = problem.numerics.extent
     if extent < SMALLEST_EXTENT:
@@ -228,7 +232,15 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
 
 
 def _check_layers(problem: Problem) -> None:
-    """Case files are checked before (`case_conflicts`), problems of scripts are not."""
+    """What is not computed with layers, those between the surfaces and those bonded to a body. Case files are checked before
+    (`case_conflicts`), problems of scripts are not."""
+    law = problem.friction_law
+    if law is not None and problem.layer_yield is not None:
+        raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
+                         "layer.yield_MPa")
+    if law is not None and problem.layer and not law.memory:
+        raise Unsolvable("a compliant layer and friction that falls with slip have no continuous solution unless friction has "
+                         "memory", "friction.memory_um")
     heating, request, coated = problem.heating, problem.subsurface, [b for b in BODIES if getattr(problem, b).layers]
     unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates}
     if request is not None:
