@@ -212,7 +212,7 @@ def test_a_coated_ball_through_files(tmp_path: Path) -> None:
         assert record[name] == stored.summary()[name] > 0.0
         assert 0.0 < record["error"][name] == stored.summary()["error"][name] < 0.5
     axes = figure(stored, "subsurface_upper").axes
-    assert [line.get_ydata()[0] for line in axes[3].get_lines()[-2:]] == pytest.approx([2e-3, 2.5e-3])
+    assert [line.get_ydata()[0] for line in axes[3].get_lines()[-2:]] == pytest.approx([2.0, 2.5])  # µm
     y, below = stored.bodies["upper"].plane_y * 1e3, {}
     for z in (1.999, 2.0, 2.001):
         at = "--history", f"{y!r},{z * 1e-3!r}", "-o", tmp_path / str(z)
