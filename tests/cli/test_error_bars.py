@@ -117,6 +117,8 @@ def test_a_meaning_without_room_is_shortened() -> None:
         "230 largest first principal …",
         "422 largest range of σ_xz …",
     ]
+    narrow = scalar_table(summary, list(ALL_SCALARS), both=False, width=64)
+    assert max(map(len, narrow)) <= 64 and "…" not in "".join(narrow)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,8 @@ UNBOUNDED = "no limit: a free end"
 
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
+_TELLING = 20
+"""Meanings that are cut to fewer characters are left out: "maximum …" says nothing."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
@@ -39,7 +41,8 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
         meaning = ALL_SCALARS[name].meaning_of(hertz=computed(summary.get("hertz_a_mm", 0.0)))
         brief = ALL_SCALARS[name].brief if meaning == ALL_SCALARS[name].meaning else ""
         shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
-        fitting = (text for text in (meaning, brief, shortened) if text and len(text) <= room)
+        candidates = (meaning, brief, shortened if len(shortened) >= _TELLING else "")
+        fitting = (text for text in candidates if text and len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
     return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
 
