@@ -180,7 +180,7 @@ def _seen(body: Material, size: float) -> tuple[Material, float]:
 
 @lru_cache(maxsize=16)
 def _body(material: Material) -> LayeredBody:
-    return LayeredBody(material.layers, (material.youngs_modulus, material.poisson_ratio))
+    return LayeredBody.of(material)
 
 
 @lru_cache(maxsize=16)

@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Layer
+from thermoroll_cli.problem.problem import Layer, Material
 
 MIRROR = np.diag([1.0, -1.0])
 
@@ -258,6 +258,11 @@ class LayeredBody:
 
     layers: tuple[Layer, ...]
     substrate: tuple[float, float]
+
+    @classmethod
+    def of(cls, material: Material) -> LayeredBody:
+        """The layers of `material` on their body."""
+        return cls(material.layers, (material.youngs_modulus, material.poisson_ratio))
 
     @property
     def thickness(self) -> float:

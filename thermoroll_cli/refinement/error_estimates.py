@@ -51,8 +51,9 @@ NEAR_LIMIT = 0.9
 SLIDES = 1.5
 """Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
 
+RESULTANTS = (*FORCES, "spin_moment_Nmm")
 INTEGRALS = ("Q_F_W", "T_gamma_N", "T_gamma_without_spin_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W",
-             *FORCES, "spin_moment_Nmm")
+             *RESULTANTS)
 AREAS, STICK = ("gamma_c", "contact_area_mm2"), ("gamma_st", "stick_area_mm2")
 MAXIMA = ("shear_max_MPa", "heat_flux_max_W_mm2")
 PRESSURES = ("gamma_p", "pressure_max_MPa", "approach_um")
@@ -145,6 +146,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     summary = {**levels[-1], **input_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
+    unseen = 0.0 if resolution.sticking else unseen_stick(resolution, levels, derived)
     given, exact = _given(derived), _exact(derived)
     errors = {}
     for name in SCALARS:
@@ -156,7 +158,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
         elif name in exact:
             errors[name] = 0.0
         else:
-            unresolved = carried * _unresolved(name, resolution, levels, derived, plan)
+            unresolved = carried * _unresolved(name, resolution, unseen, derived, plan)
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
                                     safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
@@ -176,13 +178,12 @@ def _order(name: str, derived: DerivedQuantities) -> float:
     return ORDER_UNEVEN if derived.dissimilar or exchanged or name == "thermal_crown_ratio" else ORDER
 
 
-def _unresolved(name: str, resolution: Resolution, levels: Levels, derived: DerivedQuantities, plan: Plan) -> float:
-    """R of one scalar."""
+def _unresolved(name: str, resolution: Resolution, unseen: float, derived: DerivedQuantities, plan: Plan) -> float:
+    """R of one scalar; `unseen` is the share that may stick without an element that does."""
     if name in STICK:
-        return resolution.border if resolution.sticking else unseen_stick(resolution, levels, derived)
+        return resolution.border if resolution.sticking else unseen
     if name in AREAS:
-        hertzian = "normal (isothermal)" in plan.skipped and not plan.runs("deformation")
-        return 0.0 if hertzian else resolution.border + _whole_elements(resolution, derived)
+        return 0.0 if plan.hertzian else resolution.border + _whole_elements(resolution, derived)
     if name == "heat_flux_max_W_mm2":
         # The heat of a zone narrower than an element is spread over all of it.
         return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
@@ -190,9 +191,9 @@ def _unresolved(name: str, resolution: Resolution, levels: Levels, derived: Deri
         return resolution.narrow
     if name in TEMPERATURES or name.startswith("wear_depth"):
         return SPREAD * resolution.narrow
-    if (name in FORCES or name == "spin_moment_Nmm") and not resolution.sticking and any(derived.kinematics.creepage_variation):
+    if name in RESULTANTS and not resolution.sticking and any(derived.kinematics.creepage_variation):
         # Slip turns around the place without rigid slip: what sticks there changes its direction.
-        return SPREAD * unseen_stick(resolution, levels, derived)
+        return SPREAD * unseen
     if name in INTEGRALS or name in CREEPAGES or name.startswith("wear_"):
         return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
     if name in EXPANSIONS:
@@ -245,9 +246,9 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
 
 def _carried(name: str, summary: Mapping[str, float]) -> float:
     """The share of μW that forces and moment carry: where all is proportional to creepage, so are errors."""
-    if name not in FORCES and name != "spin_moment_Nmm":
+    if name not in RESULTANTS:
         return 1.0
-    forces = [summary[force] / error_scale(force, summary) for force in (*FORCES, "spin_moment_Nmm")
+    forces = [summary[force] / error_scale(force, summary) for force in RESULTANTS
               if error_scale(force, summary) > 0.0]
     return min(1.0, math.hypot(*forces))
 
@@ -262,7 +263,7 @@ def _exact(derived: DerivedQuantities) -> Collection[str]:
     """Forces and moment that vanish because everything is its own mirror image across y = 0; without traction stick, too."""
     motion, kinematics = derived.problem.motion, derived.kinematics
     if not kinematics.has_traction:
-        return (*FORCES, "spin_moment_Nmm", *STICK)
+        return (*RESULTANTS, *STICK)
     if kinematics.mirror == (1, -1):
         return ("spin_moment_Nmm",) if motion.force_y is not None else ("force_y_N", "spin_moment_Nmm")
     if kinematics.mirror == (-1, 1) and (kinematics.heat_mirrors or not derived.problem.heating.heat):

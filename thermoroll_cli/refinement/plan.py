@@ -200,6 +200,11 @@ class Plan:
     def runs(self, stage: str) -> bool:
         return stage in self.run
 
+    @property
+    def hertzian(self) -> bool:
+        """Whether the pressure is Hertz's in every state."""
+        return "normal (isothermal)" in self.skipped and not self.runs("deformation")
+
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (a force above μW or above what a
@@ -213,13 +218,6 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     reasons = stages(derived)
     run = [stage for stage, reason in reasons.items() if reason == ""]
     skipped = {stage: reason for stage, reason in reasons.items() if reason}
-    if problem.layer_yield is not None and "normal (isothermal)" in skipped and "deformation" not in run:
-        # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
-        share = min(1.0, problem.layer_yield / (problem.friction * derived.scales.peak_pressure))
-        limit = 0.5 * (3.0 * share - share**3) * problem.traction_limit
-        if problem.prescribed_force >= limit:
-            raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
-                             f"{problem.prescribed_force:.6g} N", "force")
     warnings = []
     extent = problem.numerics.extent
     if extent < SMALLEST_EXTENT:
@@ -228,6 +226,13 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     warnings += warnings_before(derived)
     plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
+    if plan.hertzian and problem.layer_yield is not None:
+        # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
+        share = min(1.0, problem.layer_yield / (problem.friction * derived.scales.peak_pressure))
+        limit = 0.5 * (3.0 * share - share**3) * problem.traction_limit
+        if problem.prescribed_force >= limit:
+            raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
+                             f"{problem.prescribed_force:.6g} N", "force")
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
 
 

@@ -65,8 +65,8 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str,
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     skin = math.inf
     if heated and derived.problem.heating.peclet == "rolling":
-        materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
-        skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(materials[body])) for body in request.bodies)
+        skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(getattr(derived.problem, each)))
+                   for each in request.bodies)
     return with_interfaces(layer_depths(width, request.depth, request.layers, skin), getattr(derived.problem, body).interfaces)
 
 

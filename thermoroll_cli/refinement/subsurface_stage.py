@@ -54,9 +54,8 @@ def surface_loads(
     rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
     for body in bodies:
         material = materials[body]
-        ratio = material.layers[0].poisson_ratio if material.layers else material.poisson_ratio
-        layered = LayeredBody(material.layers, (material.youngs_modulus, material.poisson_ratio)) if material.layers else None
-        plain = SurfaceLoad(contact.normal.pressure, traction, None, ratio, TRACTION_SIGNS[body], layered=layered)
+        plain = SurfaceLoad(contact.normal.pressure, traction, None, material.surface.poisson_ratio, TRACTION_SIGNS[body],
+                            layered=LayeredBody.of(material) if material.layers else None)
         heat = None if heat_of_both is None else getattr(heat_of_both.into, body)
         if heat is None or not heat.any():
             loads[body] = plain
@@ -160,10 +159,9 @@ def _collect(
         first = loads[alike[0]]
         elastic = ElasticLayers(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
         for layer, depth in enumerate(depths[alike[0]]):
-            by_pressure, by_traction = elastic.at(float(depth))
+            parts = elastic.at(float(depth))
             for body in alike:
-                stress = by_pressure if by_traction is None else by_pressure + loads[body].sign * by_traction
-                collectors[body].take(layer, stress, next(heats[body]) if body in heats else None)
+                collectors[body].take(layer, loads[body].elastic(*parts), next(heats[body]) if body in heats else None)
     for body, collector in collectors.items():
         for layer in collector.cut_off():
             collector.take_interface(layer, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[layer])))
@@ -177,9 +175,7 @@ def _on_a_wider_domain(transforms: LayerTransforms, load: SurfaceLoad, depth: fl
     wide = LayerTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), transforms.mirrored)
     traction = None if load.traction is None else np.pad(load.traction, ((0, 0), *margin))
     elastic = ElasticLayers(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
-    by_pressure, by_traction = elastic.at(depth)
-    stress = by_pressure if by_traction is None else by_pressure + load.sign * by_traction
-    return stress, wide.grid.x, wide.grid.y[-wide.columns :]
+    return load.elastic(*elastic.at(depth)), wide.grid.x, wide.grid.y[-wide.columns :]
 
 
 def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:

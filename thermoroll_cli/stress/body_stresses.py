@@ -58,10 +58,9 @@ class Collector:
     temperature: AnyArray | None = field(init=False)
     stresses: AnyArray | None = field(init=False)
     plane: AnyArray | None = field(init=False)
-    at_interfaces: dict[int, tuple[AnyArray, AnyArray, AnyArray]] = field(init=False)
+    at_interfaces: dict[int, tuple[AnyArray, AnyArray, AnyArray]] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        self.at_interfaces = {}
         shape = (len(self.depths), len(self.x), len(self.y))
         self.elastic = _Judged.empty(shape)
         self.total = _Judged.empty(shape) if self.thermal else self.elastic

@@ -46,6 +46,10 @@ class SurfaceLoad:
     surface_rise: Array | None = None
     layered: LayeredBody | None = None
 
+    def elastic(self, by_pressure: Array, by_traction: Array | None) -> Array:
+        """Stresses in this body from those of `ElasticLayers.at`."""
+        return by_pressure if by_traction is None else by_pressure + self.sign * by_traction
+
 
 class LayerTransforms:
     """Free-space convolutions of loads on one grid; results on the whole grid or, for mirror-symmetric states, for y > 0."""
