@@ -190,6 +190,12 @@ def test_heat_without_its_constants_names_them() -> None:
     assert finding.message.endswith("missing: expansion_um_mK")
 
 
+def test_errors_in_thermal_beside_a_coated_body_are_errors_alone() -> None:
+    layer = "[[material.layers]]\nthickness_um = 2.0\nyoungs_modulus_GPa = 300.0\npoisson_ratio = 0.2\n[geometry]"
+    text = MECHANICAL.replace("[geometry]", layer) + "[subsurface]\n[thermal]\npeclet = 3\n"
+    assert [finding.key for finding in findings(text)] == ["thermal.peclet"]
+
+
 def test_materials_are_shared_or_separate() -> None:
     each = "poisson_ratio = 0.28\n[material.lower]\nyoungs_modulus_GPa = 210\npoisson_ratio = 0.28\n"
     (finding,) = findings(MECHANICAL.replace("poisson_ratio = 0.28\n", each))

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import tomli_w
@@ -15,6 +15,7 @@ import tomli_w
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
+from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_source import (
     CaseSource,
     Override,
@@ -25,7 +26,6 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.problem import problem as si
-from thermoroll_cli.problem.problem import FrictionLaw, Profile
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
 
@@ -192,132 +192,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_plain(item) for item in value]
     return value.tolist() if hasattr(value, "tolist") else value
-
-
-def problem_of(settings: model.Settings) -> si.Problem:
-    """The problem in SI units that a case describes: units are converted here (`case_model.Table.si`) and nowhere else."""
-    lower, upper = (_material(material) for material in settings.materials.values())
-    geometry, load, rolling, friction = settings.geometry, settings.load, settings.rolling, settings.friction
-    creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
-    grid = (numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid
-    return si.Problem(
-        lower=lower,
-        upper=upper,
-        geometry=si.Geometry(
-            lower_radius_x=geometry.si("lower_radius_x_mm"),
-            lower_radius_y=geometry.si("lower_radius_y_mm") or math.inf,
-            upper_radius_x=geometry.si("upper_radius_x_mm"),
-            upper_radius_y=geometry.si("upper_radius_y_mm") or math.inf,
-            lower_profile=_profile(geometry.lower_profile),
-            upper_profile=_profile(geometry.upper_profile),
-        ),
-        normal_force=load.normal_N,
-        friction=load.friction_coefficient,
-        motion=si.Motion(
-            speed=rolling.speed_m_s,
-            creepage_x=creepage.longitudinal,
-            creepage_y=creepage.lateral,
-            spin=creepage.si("spin_rad_mm"),
-            force_x=force.longitudinal_N,
-            force_y=force.lateral_N,
-            differential_slip=rolling.differential_slip,
-        ),
-        heating=si.Heating(
-            heat=thermal.heat,
-            deformation=thermal.deformation,
-            peclet=thermal.peclet,
-            partition=thermal.partition,
-            bulk_lower=thermal.bulk_temperature_lower_K,
-            bulk_upper=thermal.bulk_temperature_upper_K,
-            lower_track=_recirculation(thermal.lower, geometry.lower_radius_x_mm),
-            upper_track=_recirculation(thermal.upper, geometry.upper_radius_x_mm),
-        ),
-        numerics=si.Numerics(grid=grid, accuracy=numerics.accuracy, extent=numerics.extent),
-        title=settings.title,
-        friction_slope=friction.temperature_slope_1_K,
-        friction_minimum=friction.temperature_minimum_factor,
-        friction_maximum=friction.temperature_maximum_factor,
-        friction_start=friction.temperature_start_K,
-        friction_law=_friction_law(settings),
-        wear=_wear(settings),
-        layer=0.0 if settings.layer is None else settings.layer.si("compliance_um_GPa") or 0.0,
-        layer_yield=None if settings.layer is None else settings.layer.si("yield_MPa"),
-        subsurface=_subsurface(settings),
-    )
-
-
-def _friction_law(settings: model.Settings) -> FrictionLaw | None:
-    """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
-    law that does not fall, which is warned of."""
-    friction, at_rest = settings.friction, settings.load.friction_coefficient
-    if at_rest == 0.0 or not (friction.law or friction.memory_um):
-        return None
-    law = FrictionLaw(friction.law or "exponential", memory=friction.si("memory_um"),
-                      memory_slip=friction.si("memory_slip_mm_s"))
-    if friction.law == "table":
-        return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in friction.table or ()))
-    if friction.law is None:
-        return law
-    return replace(law, limit=(friction.limit_coefficient or 0.0) / at_rest, half_slip=friction.half_slip_m_s or 0.0)
-
-
-def _subsurface(settings: model.Settings) -> si.SubsurfaceRequest | None:
-    table = settings.subsurface
-    return None if table is None else si.SubsurfaceRequest(
-        bodies=tuple(body for body in si.BODIES if body in table.bodies),
-        depth=table.si("depth_mm"),
-        layers=table.layers,
-        thermal=table.thermal is not False,
-        fields=table.fields,
-        lower_strength=_strength(settings.strength.lower if settings.strength else None),
-        upper_strength=_strength(settings.strength.upper if settings.strength else None),
-    )  # fmt: skip
-
-
-def _strength(table: model.BodyStrengthTable | None) -> si.Strength | None:
-    return None if table is None else si.Strength(table.si("shear_yield_MPa"), table.dang_van_coefficient)
-
-
-def _wear(settings: model.Settings) -> si.Wear | None:
-    table = settings.wear
-    if table is None:
-        return None
-    bodies = {body: _worn_body(getattr(table, body), getattr(settings.geometry, f"{body}_radius_x_mm")) for body in si.BODIES}
-    return si.Wear(
-        **bodies,
-        distance=table.si("distance_km") or math.inf,
-        depth=table.si("depth_um") or math.inf,
-        step_fraction=table.step_fraction,
-        snapshots=table.snapshots,
-    )
-
-
-def _worn_body(table: model.WornBodyTable | None, radius_mm: float) -> si.WornBody:
-    if table is None:
-        return si.WornBody()
-    return si.WornBody(table.si("specific_wear_rate_mm3_Nm"), table.track_length_m or 2e-3 * math.pi * abs(radius_mm))
-
-
-def _recirculation(table: model.RecirculationTable | None, radius_mm: float) -> si.Recirculation | None:
-    if table is None or not table.recirculate:
-        return None
-    width = 2.0 * abs(radius_mm) / 1e3 if table.width_mm is None else table.si("width_mm")
-    return si.Recirculation(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
-
-
-def _material(material: model.MaterialTable) -> si.Material:
-    return si.Material(*_constants(material), layers=tuple(
-        si.Layer(layer.si("thickness_um"), *_constants(layer), layer.si("shear_yield_MPa")) for layer in material.layers or ()))
-
-
-def _constants(table: model.MaterialConstants) -> tuple[float, float, float | None, float | None, float | None]:
-    return (table.si("youngs_modulus_GPa"), table.poisson_ratio, table.conductivity_W_mK, table.si("expansion_um_mK"),
-            table.si("diffusivity_mm2_s"))
-
-
-def _profile(table: model.ProfileTable | None) -> Profile | None:
-    if table is None:
-        return None
-    points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
-    length, drop, flat = (table.si(key) or 0.0 for key in ("length_mm", "drop_um", "flat_mm"))
-    return Profile(points, table.interpolation, length, drop, flat, table.si("offset_mm"), table.si("tilt_mrad"))

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, Settings, Table
+from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, UNIT_AT_END, Settings, Table, quantity_of
 from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
 from thermoroll_cli.files.case_source import CaseSource
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
@@ -23,13 +23,6 @@ from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
-
-# The unit at the end of a key: those of case files, and others that people write.
-_UNIT = re.compile(
-    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
-    r"|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|rad)$",
-    re.IGNORECASE,
-)
 
 _MESSAGES = {
     "float_type": "must be a number",
@@ -239,17 +232,17 @@ def _value_hint(value: Any, field: FieldInfo) -> str:
 
 def _unknown_key(table: KeyPath, key: str) -> str:
     """Help for `key`, which `table` does not have."""
-    moved = next((new for old, new in MOVED.items() if old[:-1] == table and _quantity(old[-1]) == _quantity(key)), None)
+    moved = next((new for old, new in MOVED.items() if old[:-1] == table and _alike(old[-1], key)), None)
     if moved is not None:
         return f"it is now {moved[-1]} in [{'.'.join(moved[:-1])}]"
     known = known_keys(table)
-    unit = _UNIT.search(key)
+    unit = UNIT_AT_END.search(key)
     same = _same_quantity(key, known)
     elsewhere = [name for name in Settings.model_fields if key in known_keys((name,)) and name != (*table, "")[0]]
     if elsewhere and (unit or not same):
         return f"{key} belongs in [{elsewhere[0]}]"
     if same:
-        wanted = _UNIT.search(same)
+        wanted = UNIT_AT_END.search(same)
         found = f"not {unit.group()[1:]}" if unit else "which is missing here"
         return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
     near = _nearest(key, known)
@@ -265,11 +258,11 @@ def _missing_table(name: str, field: FieldInfo) -> str:
 
 def _same_quantity(key: str, known: Iterable[str]) -> str:
     """The known key that differs from `key` in its unit only."""
-    return next((name for name in known if _quantity(name) == _quantity(key) and name.lower() != key.lower()), "")
+    return next((name for name in known if _alike(name, key) and name.lower() != key.lower()), "")
 
 
-def _quantity(key: str) -> str:
-    return _UNIT.sub("", key).lower()
+def _alike(one: str, other: str) -> bool:
+    return quantity_of(one).lower() == quantity_of(other).lower()
 
 
 def _nearest(word: str, known: Iterable[str]) -> str:

@@ -238,7 +238,7 @@ def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
     covered = [body for body in BODIES if any(path[1] in (body, "layers") for path in coated)]
     subsurface = sections.get("subsurface")
     looked_into = [] if subsurface is None or subsurface.thermal is False else subsurface.bodies
-    if any(body in looked_into for body in covered) and heat_is_on(sections):
+    if any(body in looked_into for body in covered) and "thermal" in sections and heat_is_on(sections):
         yield Conflict(("subsurface", "thermal"), "thermal stresses are not computed for bodies with layers",
                        "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other=coated[0])
     wear = sections.get("wear")

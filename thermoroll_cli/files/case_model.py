@@ -1,11 +1,12 @@
 """The case file as data: every table and key with its unit, meaning, range and words, in the units of the keys.
 
-A new key is one line here, and one where `case.problem_of` puts it into the problem. Conflicts between keys: `case_conflicts`.
+A new key is one line here, and one where `case_problem` puts it into the problem. Conflicts between keys: `case_conflicts`.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -37,6 +38,13 @@ SI = {
     "rad/mm": ("rad/m", 1e3),
 }
 """Unit of a key → its SI unit, and the factor to it. Units not named here are SI units."""
+
+UNIT_AT_END = re.compile(
+    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
+    r"|um_GPa|mm3_Nm|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|m?rad)$",
+    re.IGNORECASE,
+)
+"""The unit at the end of a key: those of case files, and others that people write."""
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
 
@@ -108,6 +116,10 @@ class Table(BaseModel):
         if value is None or factor == 1.0:
             return value
         return value / round(1.0 / factor) if factor < 1.0 else value * factor
+
+    def in_si(self) -> dict[str, Any]:
+        """The numbers and words given here, in SI units, by the names of their keys without the unit."""
+        return {quantity_of(key): self.si(key) for key, value in self if isinstance(value, int | float | str)}
 
 
 class MaterialConstants(Table):
@@ -428,6 +440,11 @@ MOVED = {
     ("load", "friction_maximum_factor"): ("friction", "temperature_maximum_factor"),
 }
 """Keys of earlier versions → their present places."""
+
+
+def quantity_of(key: str) -> str:
+    """A key without the unit at its end."""
+    return UNIT_AT_END.sub("", key)
 
 
 def key_unit(field: FieldInfo) -> str:

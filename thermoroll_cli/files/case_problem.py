@@ -1,0 +1,114 @@
+"""From the tables of a case to the problem in SI units. A key that is called like its attribute, but for the unit at its end,
+needs no line here; for a key left out the attribute has its default."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from thermoroll_cli.files import case_model as model
+from thermoroll_cli.problem import problem as si
+
+
+def problem_of(settings: model.Settings) -> si.Problem:
+    """The problem that a case describes."""
+    load, friction, layer = settings.load, settings.friction, settings.layer
+    creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
+    lower, upper = (material_of(material) for material in settings.materials.values())
+    return si.Problem(
+        lower=lower,
+        upper=upper,
+        geometry=geometry_of(settings.geometry),
+        normal_force=load.normal_N,
+        friction=load.friction_coefficient,
+        motion=si.Motion(
+            **settings.rolling.in_si(),
+            creepage_x=creepage.longitudinal,
+            creepage_y=creepage.lateral,
+            spin=creepage.si("spin_rad_mm"),
+            force_x=force.longitudinal_N,
+            force_y=force.lateral_N,
+        ),
+        heating=si.Heating(
+            heat=thermal.heat,
+            deformation=thermal.deformation,
+            peclet=thermal.peclet,
+            partition=thermal.partition,
+            bulk_lower=thermal.bulk_temperature_lower_K,
+            bulk_upper=thermal.bulk_temperature_upper_K,
+            lower_track=_recirculation(thermal.lower, settings.geometry.si("lower_radius_x_mm")),
+            upper_track=_recirculation(thermal.upper, settings.geometry.si("upper_radius_x_mm")),
+        ),
+        numerics=si.Numerics(
+            grid=(numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid,
+            accuracy=numerics.accuracy,
+            extent=numerics.extent,
+        ),
+        title=settings.title,
+        friction_slope=friction.temperature_slope_1_K,
+        friction_minimum=friction.temperature_minimum_factor,
+        friction_maximum=friction.temperature_maximum_factor,
+        friction_start=friction.temperature_start_K,
+        friction_law=_friction_law(friction, load.friction_coefficient),
+        wear=_wear(settings.wear, settings.geometry),
+        layer=0.0 if layer is None else layer.si("compliance_um_GPa") or 0.0,
+        layer_yield=None if layer is None else layer.si("yield_MPa"),
+        subsurface=_subsurface(settings.subsurface, settings.strength),
+    )
+
+
+def material_of(table: model.MaterialTable) -> si.Material:
+    return si.Material(**table.in_si(), layers=tuple(si.Layer(**layer.in_si()) for layer in table.layers or ()))
+
+
+def geometry_of(table: model.GeometryTable) -> si.Geometry:
+    radii = {"lower_radius_y": math.inf, "upper_radius_y": math.inf, **table.in_si()}
+    return si.Geometry(**radii, lower_profile=_profile(table.lower_profile), upper_profile=_profile(table.upper_profile))
+
+
+def _profile(table: model.ProfileTable | None) -> si.Profile | None:
+    if table is None:
+        return None
+    points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
+    return si.Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
+
+
+def _friction_law(table: model.FrictionTable, at_rest: float) -> si.FrictionLaw | None:
+    """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
+    law that does not fall, which is warned of."""
+    if at_rest == 0.0 or not (table.law or table.memory_um):
+        return None
+    law = si.FrictionLaw(table.law or "exponential", memory=table.si("memory_um"), memory_slip=table.si("memory_slip_mm_s"))
+    if table.law == "table":
+        return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in table.table or ()))
+    if table.law is None:
+        return law
+    return replace(law, limit=(table.limit_coefficient or 0.0) / at_rest, half_slip=table.half_slip_m_s or 0.0)
+
+
+def _recirculation(table: model.RecirculationTable | None, radius: float) -> si.Recirculation | None:
+    if table is None or not table.recirculate:
+        return None
+    width = 2.0 * abs(radius) if table.width_mm is None else table.si("width_mm")
+    return si.Recirculation(width, table.passes_per_revolution, table.convection_W_m2K, table.thermal_resistance_K_W)
+
+
+def _subsurface(table: model.SubsurfaceTable | None, strength: model.StrengthTable | None) -> si.SubsurfaceRequest | None:
+    if table is None:
+        return None
+    limits = {body: si.Strength(**given.in_si()) for body, given in strength or () if given is not None}
+    return si.SubsurfaceRequest(tuple(body for body in si.BODIES if body in table.bodies), **table.in_si(),
+                                lower_strength=limits.get("lower"), upper_strength=limits.get("upper"))
+
+
+def _wear(table: model.WearTable | None, geometry: model.GeometryTable) -> si.Wear | None:
+    if table is None:
+        return None
+    lower, upper = (_worn_body(getattr(table, body), geometry.si(f"{body}_radius_x_mm")) for body in si.BODIES)
+    return si.Wear(lower, upper, **table.in_si())
+
+
+def _worn_body(table: model.WornBodyTable | None, radius: float) -> si.WornBody:
+    if table is None:
+        return si.WornBody()
+    return si.WornBody(table.si("specific_wear_rate_mm3_Nm"), table.track_length_m or 2.0 * math.pi * abs(radius))
