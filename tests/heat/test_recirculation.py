@@ -18,6 +18,7 @@ from thermoroll_cli.heat.recirculation import (
     Track,
     bulge_sum,
     cylinder_factor,
+    entry_temperatures,
     pass_sum,
     robin_roots,
     surface_slope,
@@ -218,7 +219,7 @@ def test_heat_that_divides_itself(case):
     response = response_of(case, grid)
     found = match(response, flux, inside)
     assert found.converged and found.applications <= 8
-    temperatures, entries = response.temperatures(found.heat), response.entry_temperatures(found.heat)
+    temperatures, entries = response.temperatures(found.heat), entry_temperatures(response.tracks, found.heat)
     for i, (name, into) in enumerate((("lower", found.heat.lower), ("upper", found.heat.upper))):
         known, track = reference("recirculation")[case]["matched"][name], response.tracks[i]
         uncertain = known["rel_uncertainty"]

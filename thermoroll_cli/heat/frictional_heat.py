@@ -19,7 +19,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
-from thermoroll_cli.heat.recirculation import Track
+from thermoroll_cli.heat.recirculation import RecirculatingResponse, Tracks, entry_temperatures
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.krylov import Vector, gmres
 from thermoroll_cli.problem.contact import Mask
@@ -95,31 +95,16 @@ def _on_grid(values: Vector, contact: Mask) -> Array:
 
 
 def _preconditioner(response: ThermalResponse, contact: Mask) -> Callable[[Vector], Vector]:
-    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution, with the recirculating
-    heat, u vᵀ between columns summed and spread over rows, by Woodbury's formula."""
+    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution."""
     convolution, spectrum = response.gap_symbol()
     inverse = 1.0 / spectrum
 
-    def inverted(field: Array) -> Array:
-        hat = convolution.forward(field)
+    def inverted(residual: Vector) -> Vector:
+        hat = convolution.forward(_on_grid(residual, contact))
         hat *= inverse
-        return convolution.inverse(hat)
+        return convolution.inverse(hat)[contact]
 
-    def passing(residual: Vector) -> Vector:
-        return inverted(_on_grid(residual, contact))[contact]
-
-    patterns = response.gap_patterns(contact, inverted)
-    if patterns is None:
-        return passing
-    spread = np.stack([field[contact] for field in patterns[0]], axis=1)
-    right = patterns[1][np.nonzero(contact)[1]]
-    small = np.eye(right.shape[1]) + right.T @ spread
-
-    def returning(residual: Vector) -> Vector:
-        value = passing(residual)
-        return np.asarray(value - spread @ np.linalg.solve(small, right.T @ value))
-
-    return returning
+    return inverted
 
 
 @dataclass(frozen=True)
@@ -155,18 +140,13 @@ class Heat:
         return np.zeros(self.flux.shape) if self.is_zero else self.response.displacement(self.into)
 
     @property
-    def tracks(self) -> tuple[Track | None, Track | None]:
+    def tracks(self) -> Tracks:
         """Track of the lower and of the upper body; None for one that brings no heat back."""
-        tracks: tuple[Track | None, Track | None] = getattr(self.response, "tracks", (None, None))
-        return tracks
+        return self.response.tracks if isinstance(self.response, RecirculatingResponse) else (None, None)
 
     def entry_temperatures(self) -> tuple[Array, Array]:
         """Temperature in K, (ny,), with which each track enters the contact, above what surrounds the body."""
-        lower, upper = (
-            np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
-            for track, flux in zip(self.tracks, (self.into.lower, self.into.upper), strict=True)
-        )
-        return lower, upper
+        return entry_temperatures(self.tracks, self.into)
 
     def temperatures(self) -> tuple[Array, Array]:
         """Surface temperature rise of the lower and the upper body above their bulk temperatures in K."""

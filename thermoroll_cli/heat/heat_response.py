@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import displacement_table, slopes, temperature_slope_table, temperature_table
@@ -98,14 +97,9 @@ class ThermalResponse(Protocol):
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
         """A convolution and the spectrum with which it equals or approximates `temperature_gap`."""
 
-    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> tuple[Array, Array] | None:
-        """Low-rank difference u vᵀ between `temperature_gap` and `gap_symbol` on the `contact` (nx, ny), if there is one: it
-        acts on fluxes summed over rows and adds the same to all rows. Returns the inverse of the symbol, `inverted`, applied to
-        the n patterns u on the contact, or on one nearly the same, (n, nx, ny), and v, (ny, n)."""
-
 
 MOST_TABLES = 6
-"""Number of tables of one kind that are kept: those built last."""
+"""Number of tables that are kept: those built last."""
 INTERPOLATION_NODES = 5, 4, 3
 """Numbers of tables that an interpolation tries to use."""
 INTERPOLATION_TOLERANCE = 1e-6
@@ -115,10 +109,13 @@ LARGEST_WEIGHTS = 16.0
 
 
 class KeptTables:
-    """Influence tables of one kind, by Péclet numbers: those built last are kept, and a table between them, or slightly beyond,
-    is interpolated in ln |P| if that is accurate enough. Neighbouring problems share them."""
+    """Influence tables of thermal expansion by Péclet numbers: those built last are kept, and a table between them, or slightly
+    beyond, is interpolated in ln |P| if that is accurate enough. Neighbouring problems share them.
 
-    def __init__(self, build: Callable[[int, int, float, float, float], Array]) -> None:
+    This saves a third of the CPU time of a point of a sweep where a force is prescribed, because every iteration then has other
+    speeds, and a fifth of a single solve. Tables of temperature are built forty times as fast, and are not kept."""
+
+    def __init__(self, build: Callable[[int, int, float, float, float], Array] = displacement_table) -> None:
         self._build = build
         self._known: list[tuple[tuple[int, int, float], tuple[float, float], Array]] = []
 
@@ -151,15 +148,6 @@ class KeptTables:
         return None
 
 
-@dataclass(frozen=True)
-class InfluenceTables:
-    """Tables of thermal expansion, of temperature, and of temperature by heat that changes along x within its element."""
-
-    expansion: KeptTables = field(default_factory=lambda: KeptTables(displacement_table))
-    temperature: KeptTables = field(default_factory=lambda: KeptTables(temperature_table))
-    slope: KeptTables = field(default_factory=lambda: KeptTables(temperature_slope_table))
-
-
 def _weights_at_zero(places: Array) -> Array:
     """Lagrange's weights at 0 of values at different `places`."""
     return np.array([np.prod([other / (other - place) for other in places if other != place]) for place in places])
@@ -173,14 +161,13 @@ class HeatResponse:
     share theirs.
     """
 
-    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, kept: InfluenceTables | None = None) -> None:
+    def __init__(self, grid: Grid, lower: HeatedBody, upper: HeatedBody, expansion: KeptTables | None = None) -> None:
         self.grid = grid
-        self._kept = kept or InfluenceTables()
+        self._expansion_tables = expansion or KeptTables()
         self.bodies = (lower, upper)
         self.tables = 0
         self._convolution: Convolution | None = None
-        self._temperature: dict[Likeness, Spectrum] = {}
-        self._slope: dict[Likeness, Spectrum] = {}
+        self._temperature: dict[tuple[Likeness, bool], Spectrum] = {}
         self._expansion: dict[tuple[float, float], Spectrum] = {}
         self._gap: Spectrum | None = None
 
@@ -262,10 +249,6 @@ class HeatResponse:
             self._gap = np.asarray(spectra[0] + spectra[1])
         return self.convolution, self._gap
 
-    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
-        """None: `gap_symbol` is exact."""
-        return None
-
     def _rise(
         self, body: HeatedBody, flux: Spectrum, slope: Spectrum, share: float, exchanged: Spectrum | None, sign: float
     ) -> Array:
@@ -274,29 +257,22 @@ class HeatResponse:
         if exchanged is not None:
             own += sign * exchanged
         own *= self._temperature_spectrum(body)
-        own += share * slope * self._slope_spectrum(body)
+        own += share * slope * self._temperature_spectrum(body, slope=True)
         rise = self.convolution.inverse(own)
         rise *= self.grid.dx / body.conductivity
         return rise
 
-    def _temperature_spectrum(self, body: HeatedBody) -> Spectrum:
-        grid, key = self.grid, _likeness(self.grid, body)
-        if key not in self._temperature:
-            self.tables += 1
-            table = self._kept.temperature(grid, key[:2])
+    def _temperature_spectrum(self, body: HeatedBody, *, slope: bool = False) -> Spectrum:
+        """Kernel of the temperature of a body, or of that by heat that changes along x within its element (`slope`)."""
+        grid, likeness = self.grid, _likeness(self.grid, body)
+        if (likeness, slope) not in self._temperature:
+            self.tables += not slope
+            build = temperature_slope_table if slope else temperature_table
+            table = build(grid.nx, grid.ny, grid.dy / grid.dx, *likeness[:2])
             if body.layers is not None:
-                table = table + body.layered_table("temperature", grid) * (body.conductivity / grid.dx)
-            self._temperature[key] = self.convolution.spectrum(table)
-        return self._temperature[key]
-
-    def _slope_spectrum(self, body: HeatedBody) -> Spectrum:
-        grid, key = self.grid, _likeness(self.grid, body)
-        if key not in self._slope:
-            table = self._kept.slope(grid, key[:2])
-            if body.layers is not None:
-                table = table + body.layered_table("temperature", grid, slope=True) * (body.conductivity / grid.dx)
-            self._slope[key] = self.convolution.spectrum(table)
-        return self._slope[key]
+                table = table + body.layered_table("temperature", grid, slope=slope) * (body.conductivity / grid.dx)
+            self._temperature[likeness, slope] = self.convolution.spectrum(table)
+        return self._temperature[likeness, slope]
 
     def _joint_expansion(self, lower: float, upper: float) -> Spectrum:
         """Kernel of the sum of both expansions if these shares of a heat flux enter the bodies."""
@@ -315,7 +291,7 @@ class HeatResponse:
             for key, factor in weights.items():
                 if factor:
                     self.tables += 1
-                    total += factor * self._kept.expansion(grid, key)
+                    total += factor * self._expansion_tables(grid, key)
             self._expansion[shares] = self.convolution.spectrum(total)
         return self._expansion[shares]
 

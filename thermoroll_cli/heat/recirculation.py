@@ -36,15 +36,15 @@ The present pass adds the half-space's response. Where ε is large both terms ca
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 from scipy.special import erfc, i0e, i1e, k0e, k1e, zeta
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.heat_response import DividedHeat, ThermalResponse
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
@@ -196,67 +196,28 @@ class Roller:
         return wave, 0.5 * self.width * (1.0 + sign * np.sinc(wave * self.width / math.pi))
 
 
-class TrackModes:
-    """All of a `Roller`'s track on a grid that does not depend on its speed: wavenumbers `wave`, mode shapes at the columns of
-    the grid, (ny, modes), and the matrices (ny, ny) of `temperature` and `bulge` by the mean heat."""
-
-    def __init__(self, roller: Roller, grid: Grid, highest: float) -> None:
-        self.roller, self.highest = roller, highest
-        wave, norm = roller.modes(highest)
-        self.wave, self._shape = wave, np.empty((grid.ny, len(wave)))
-        # cos λy and sin λy in turn, real parts that turn by λ dy from one column to the next.
-        phase, turn = np.exp(1j * grid.y[0] * wave), np.exp(1j * grid.dy * wave)
-        phase[1::2] *= -1j
-        for column in self._shape:
-            column[:] = phase.real
-            phase *= turn
-        # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
-        element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) / norm
-        self._weight = element * (grid.dx * roller.passes / (2.0 * math.pi * roller.radius))
-        temperature, bulge = self._steady()
-        self.temperature, self.bulge = self.matrix(temperature), self.matrix(bulge)
-
-    def matrix(self, gain: Array) -> Array:
-        """(ny, ny) from a response per mode to q̄."""
-        return np.asarray((self._shape * (gain * self._weight)) @ self._shape.T)
-
-    def serve(self, roller: Roller, highest: float) -> bool:
-        """Whether another roller differs in its speed alone."""
-        return self.highest == highest and replace(self.roller, speed=roller.speed) == roller
-
-    def _steady(self) -> tuple[Array, Array]:
-        """Per mode: temperature (K per W/m² of q̄) and bulge (m per W/m²) by the mean heat."""
-        r, wave = self.roller, self.wave
-        # The mean has the wavenumber 0 where it leaves through a resistance. It would only add a constant to the bulge.
-        argument = np.where(wave > 0.0, wave, 1.0) * r.radius
-        loss = r.conductivity * wave * surface_slope(argument, bore=r.ring) + (r.convection or 0.0)
-        if r.resistance is not None:
-            loss[0] = 1.0 / (r.resistance * 2.0 * math.pi * r.radius * r.width)
-        bulging = (wave > 0.0) * cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / (argument / r.radius) / loss
-        return 1.0 / loss, r.free_expansion * bulging
-
-
 class Track:
     """Response of a `Roller`'s track at the columns of a grid to heat fluxes on that grid, as matrices.
 
     `temperature` (K per W/m²) and `bulge` (m per W/m², up to a constant), both (ny, ny), act on the sum of the flux into the
-    body over the rows of the grid. The modes of `others` on that grid are used again where only the speed differs.
-    """
+    body over the rows of the grid."""
 
-    def __init__(self, roller: Roller, grid: Grid, others: Iterable[Track] = ()) -> None:
+    def __init__(self, roller: Roller, grid: Grid) -> None:
         self.roller, self.grid = roller, grid
         highest = max(math.sqrt(SPREAD_EPSILON) / roller.spreading, FLAT_BODY_FROM / roller.radius,
                       FLAT_BODY_FROM * (roller.convection or 0.0) / roller.conductivity)
-        # Up to a power of two: the next speeds need no other modes.
-        highest = min(2.0 ** math.ceil(math.log2(highest)), FINEST_WAVE / grid.dy)
-        kept = (other.modes for other in others if other.modes.serve(roller, highest))
-        self.modes: TrackModes = next(kept, None) or TrackModes(roller, grid, highest)
-        period, diffusivity, k = roller.period, roller.diffusivity, roller.conductivity
-        epsilon = diffusivity * self.modes.wave**2 * period
-        passing = math.sqrt(period * diffusivity / math.pi) / k * pass_sum(epsilon)
-        bulging = roller.free_expansion * 2.0 * period * diffusivity / k * bulge_sum(epsilon)
-        self.temperature: Array = self.modes.temperature + self.modes.matrix(passing)
-        self.bulge: Array = self.modes.bulge + self.modes.matrix(bulging)
+        wave, norm = roller.modes(min(highest, FINEST_WAVE / grid.dy))
+        shape = np.empty((grid.ny, len(wave)))
+        # cos λy and sin λy in turn, real parts that turn by λ dy from one column to the next.
+        phase, turn = np.exp(1j * grid.y[0] * wave), np.exp(1j * grid.dy * wave)
+        phase[1::2] *= -1j
+        for column in shape:
+            column[:] = phase.real
+            phase *= turn
+        # Elements carry uniform flux: integral of each mode over an element, and q̄ = dx Z/2πR of the sum over rows.
+        element = grid.dy * np.sinc(wave * (0.5 * grid.dy / math.pi)) / norm
+        weight = element * (grid.dx * roller.passes / (2.0 * math.pi * roller.radius))
+        self.temperature, self.bulge = (np.asarray((shape * (gain * weight)) @ shape.T) for gain in mode_gains(roller, wave))
 
     def entry_temperature(self, flux: Array) -> Array:
         """T_rec(y) in K, (ny,), with which the track re-enters the contact, by the heat `flux` (W/m², (nx, ny)) into the
@@ -279,6 +240,20 @@ class Track:
         return r.mean_resistance * r.passes * float(flux.sum()) * self.grid.element_area
 
 
+def mode_gains(roller: Roller, wave: Array) -> tuple[Array, Array]:
+    """T_m/q̄_m in K per W/m² and u_m/q̄_m in m per W/m² (see the module's docstring) of the modes with wavenumbers `wave`."""
+    r, period, k = roller, roller.period, roller.conductivity
+    # The mean has the wavenumber 0 where it leaves through a resistance. It would only add a constant to the bulge.
+    argument = np.where(wave > 0.0, wave, 1.0) * r.radius
+    loss = k * wave * surface_slope(argument, bore=r.ring) + (r.convection or 0.0)
+    if r.resistance is not None:
+        loss[0] = 1.0 / (r.resistance * 2.0 * math.pi * r.radius * r.width)
+    bulging = (wave > 0.0) * cylinder_factor(argument, r.poisson_ratio, bore=r.ring) / (argument / r.radius) / loss
+    epsilon = r.diffusivity * wave**2 * period
+    return (1.0 / loss + math.sqrt(period * r.diffusivity / math.pi) / k * pass_sum(epsilon),
+            r.free_expansion * (bulging + 2.0 * period * r.diffusivity / k * bulge_sum(epsilon)))
+
+
 def robin_roots(count: int, biot: float) -> Array:
     """z_j = jπ/2 + atan(Bi/z_j), j = 0 … count−1: z tan z = Bi for even j, −z cot z = Bi for odd j, by Newton's method.
 
@@ -297,12 +272,17 @@ def robin_roots(count: int, biot: float) -> Array:
     return np.asarray(z)
 
 
-MOST_PATTERNS = 12
-"""Most patterns across the track in the preconditioner of a matched partition; four to eight matter."""
-NEGLIGIBLE_PATTERN = 0.03
-"""Relative strength of the patterns below which the preconditioner omits them: each costs half an application."""
-CHANGED_SHARE = 0.1
-"""Share of a contact's elements that may change before the patterns are inverted again."""
+Tracks = tuple[Track | None, Track | None]
+"""Of the lower and the upper body; None for one that brings no heat back."""
+
+
+def entry_temperatures(tracks: Tracks, heat: DividedHeat) -> tuple[Array, Array]:
+    """Temperatures in K, (ny,), with which the tracks enter the contact, above what surrounds the bodies; 0 without a track."""
+    lower, upper = (
+        np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
+        for track, flux in zip(tracks, (heat.lower, heat.upper), strict=True)
+    )
+    return lower, upper
 
 
 class RecirculatingResponse:
@@ -310,14 +290,8 @@ class RecirculatingResponse:
 
     With `bulging` false the displacement does not include the tracks' thermal crown."""
 
-    def __init__(self, passing: ThermalResponse, tracks: tuple[Track | None, Track | None], *, bulging: bool = True) -> None:
+    def __init__(self, passing: ThermalResponse, tracks: Tracks, *, bulging: bool = True) -> None:
         self.passing, self.tracks, self.bulging = passing, tracks, bulging
-        self._patterns: tuple[Mask, Array, Array] | None = None
-
-    def is_like(self, other: RecirculatingResponse) -> bool:
-        """Whether both are made of the same responses."""
-        same = all(one is another for one, another in zip(self.tracks, other.tracks, strict=True))
-        return same and self.passing is other.passing and self.bulging == other.bulging
 
     @property
     def matched_share(self) -> float | None:
@@ -328,7 +302,7 @@ class RecirculatingResponse:
 
     @property
     def likely_share(self) -> float:
-        """As `ThermalResponse`, with the thermal resistance of both tracks in the middle added."""
+        """As `ThermalResponse`, of the present pass."""
         return self.passing.likely_share
 
     def displacement(self, heat: DividedHeat) -> Array:
@@ -343,39 +317,14 @@ class RecirculatingResponse:
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
         """As `ThermalResponse`, above the surroundings of each body: the recirculating part is a function of y alone."""
         lower, upper = self.passing.temperatures(heat)
-        before, above = self.entry_temperatures(heat)
+        before, above = entry_temperatures(self.tracks, heat)
         return lower + before, upper + above
-
-    def entry_temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """Temperatures (K, (ny,)) with which the tracks enter the contact; 0 for a body without recirculating heat."""
-        lower, upper = (
-            np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
-            for track, flux in zip(self.tracks, (heat.lower, heat.upper), strict=True)
-        )
-        return lower, upper
 
     def temperature_gap(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
-        return self.passing.temperature_gap(exchange) + self._returning @ exchange.sum(axis=0)
+        sums, gap = exchange.sum(axis=0), self.passing.temperature_gap(exchange)
+        return gap + sum(track.temperature for track in self.tracks if track is not None) @ sums
 
     def gap_symbol(self) -> tuple[Convolution, Spectrum]:
-        """As `ThermalResponse`, of the present pass."""
+        """As `ThermalResponse`, of the present pass: preconditioning the tracks' part as well saves no time."""
         return self.passing.gap_symbol()
-
-    @property
-    def _returning(self) -> Array:
-        """Sum of both tracks' temperatures, (ny, ny)."""
-        total = sum(track.temperature for track in self.tracks if track is not None)
-        return np.asarray(total)
-
-    def gap_patterns(self, contact: Mask, inverted: Callable[[Array], Array]) -> tuple[Array, Array]:
-        """As `ThermalResponse`, with u and v from the singular vectors on the columns of the contact."""
-        known = self._patterns
-        if known is None or np.count_nonzero(known[0] ^ contact) > CHANGED_SHARE * np.count_nonzero(contact):
-            inside = np.flatnonzero(contact.any(axis=0))
-            left, strength, right = np.linalg.svd(self._returning[np.ix_(inside, inside)])
-            n = min(MOST_PATTERNS, int(np.count_nonzero(strength > NEGLIGIBLE_PATTERN * strength[0])))
-            u, v = np.zeros((contact.shape[1], n)), np.zeros((contact.shape[1], n))
-            u[inside], v[inside] = left[:, :n] * strength[:n], right[:n].T
-            known = self._patterns = contact.copy(), np.stack([inverted(contact * one) for one in u.T]), v
-        return known[1], known[2]

@@ -14,11 +14,9 @@ otherwise they differ in proportion to the Péclet number, and not at all where 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import temperature_table
@@ -149,10 +147,6 @@ class SlidingHeatResponse:
                 table += kernel * (grid.dx / body.conductivity)
             self._symbol = self._kernels.convolution.spectrum(table)
         return self._kernels.convolution, self._symbol
-
-    def gap_patterns(self, contact: NDArray[np.bool_], inverted: Callable[[Array], Array]) -> None:
-        """None: no low-rank correction is known."""
-        return None
 
     def mean_peclet(self, flux: Array) -> float:
         """Mean of |ṡ| l/κ, weighted with `flux`, of the body where it is larger; l is half the side of the grid."""

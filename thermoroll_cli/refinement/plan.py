@@ -12,7 +12,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import displacement_table
 from thermoroll_cli.heat.frictional_heat import divide
-from thermoroll_cli.heat.heat_response import InfluenceTables, KeptTables
+from thermoroll_cli.heat.heat_response import KeptTables
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import track_facts, warnings_before
@@ -137,7 +137,7 @@ def bulge_bound(derived: DerivedQuantities) -> float:
     flux = problem.highest_friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
     # Both speeds to a few per cent: bodies that roll share a table of expansion, and so do neighbours of other creepage.
     along, across = (round(SPEED_STEPS * (c or 0.0)) / SPEED_STEPS for c in (motion.creepage_x, motion.creepage_y))
-    discretisation.responses.tables = InfluenceTables(KeptTables(_preview_table))
+    discretisation.responses.tables = KeptTables(_preview_table)
     response = discretisation.heat_response((along, across), rigid)
     inside = discretisation.isothermal_pressure.contact
     bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()

@@ -12,7 +12,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.layered_thermal import LayeredHeat, thermal_constants
-from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, InfluenceTables, ThermalResponse
+from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTables, ThermalResponse
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
@@ -108,11 +108,10 @@ class HeatResponses:
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
-        self.tables = InfluenceTables()
+        self.tables = KeptTables()
         self._last: HeatResponse | None = None
         self._transforms_before = 0
         self._tracks: dict[Roller, Track] = {}
-        self._recirculating: RecirculatingResponse | None = None
 
     @cached_property
     def sliding(self) -> SlidingKernels:
@@ -135,12 +134,9 @@ class HeatResponses:
     def _with_tracks(self, passing: HeatResponse, derived: DerivedQuantities, creepage: float) -> RecirculatingResponse:
         """`passing` with the recirculating heat of turning bodies."""
         both = rollers(derived.problem, creepage)
-        self._tracks = {r: self._tracks.get(r) or Track(r, self.grid, self._tracks.values()) for r in both if r is not None}
+        self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
         lower, upper = (None if r is None else self._tracks[r] for r in both)
-        found = RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
-        if self._recirculating is None or not self._recirculating.is_like(found):
-            self._recirculating = found
-        return self._recirculating
+        return RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
 
     @property
     def transforms(self) -> int:
