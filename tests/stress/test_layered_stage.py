@@ -62,6 +62,17 @@ def test_depths_have_both_sides_of_interfaces() -> None:
     assert np.diff(steps).max() < 1.0 + 1e-9
 
 
+def test_the_peak_of_a_bent_layer_lies_at_a_face() -> None:
+    """|bending stress| in a thin stiff layer: a V whose polynomials must not exceed its ends, wherever the layer lies."""
+    axis = np.arange(3.0)
+    for top, bottom in ((2e-6, 1.2e-5), (2e-6, 8e-5), (1e-5, 1e-4), (6e-5, 1.2e-4)):
+        depths = with_interfaces(layer_depths(1e-3), (top, bottom))
+        for shift in (0.0, 0.1, 0.2):
+            bending = np.abs((depths - top) / (bottom - top) - 0.5 - shift)
+            values = np.where((depths > top) & (depths <= bottom), bending, 0.0)[:, None, None] * np.ones((1, 3, 3))
+            assert peak_of(values, depths, axis, axis).value <= 1.03 * (0.5 + shift)
+
+
 def test_peaks_are_not_searched_across_interfaces() -> None:
     """A field that jumps from 1 to 0: a polynomial through both sides would overshoot."""
     depths, axis = with_interfaces(np.linspace(0.0, 1.0, 11), (0.5,)), np.arange(3.0)

@@ -47,14 +47,17 @@ def layer_depths(width: float, depth: float | None = None, layers: int | None = 
 
 def with_interfaces(depths: Array, interfaces: tuple[float, ...]) -> Array:
     """`depths` spread anew, as dense as before, so that both sides of each of the `interfaces` above the last depth are among
-    them: that of the interface, and the next larger number for the lower side."""
+    them: that of the interface, and the next larger number for the lower side. Steps through thin bonded layers are equal: a
+    stiff one bends, and polynomials through uneven steps would overshoot between its faces."""
     faces = [0.0, *(face for face in interfaces if face < depths[-1]), float(depths[-1])]
     if len(faces) == 2:
         return depths
     numbers, parts = np.arange(float(len(depths))), []
     for top, bottom in pairwise(faces):
         first, last = np.interp([top, bottom], depths, numbers)
-        part = np.interp(np.linspace(first, last, max(STEPS_THROUGH, math.ceil(last - first)) + 1), numbers, depths)
+        points = max(STEPS_THROUGH, math.ceil(last - first)) + 1
+        thin = top < interfaces[-1] and points <= 2 * STEPS_THROUGH + 1
+        part = np.linspace(top, bottom, points) if thin else np.interp(np.linspace(first, last, points), numbers, depths)
         part[0], part[-1] = np.nextafter(top, np.inf) if top else 0.0, bottom
         parts.append(part)
     return np.concatenate(parts)
