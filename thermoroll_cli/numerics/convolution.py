@@ -114,14 +114,17 @@ LARGEST_SUMMED_SIDE = 40
 
 
 class Convolution:
-    """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after.
+    """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after, in free space or periodically
+    on a plane of `padded` elements.
 
     `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured.
     """
 
-    def __init__(self, nx: int, ny: int, before: int = 0, after: int = 0) -> None:
+    def __init__(
+        self, nx: int, ny: int, before: int = 0, after: int = 0, padded: tuple[int, int] | None = None
+    ) -> None:
         self.nx, self.ny, self.before, self.after = nx, ny, before, after
-        self.px, self.py = free_space(nx + max(before, after), ny)
+        self.px, self.py = padded or free_space(nx + max(before, after), ny)
         self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py))
         self.half = self._padded.half
         self._scale = 1.0 / (self.px * self.py)
@@ -253,14 +256,14 @@ def blocks(rows: int, length: int) -> list[slice]:
     return [slice(i, min(i + step, rows)) for i in range(0, rows, step)]
 
 
-def in_pairs(real: Array) -> Array:
-    """Each value twice, beside itself (see `multiply`)."""
-    return np.repeat(real, 2, axis=1)
+def in_pairs(symbol: AnyArray) -> AnyArray:
+    """Each value of a real symbol twice, beside itself (see `multiply`); a complex one as it is."""
+    return symbol if np.iscomplexobj(symbol) else np.repeat(symbol, 2, axis=1)
 
 
-def multiply(spectrum: Spectrum, real_pairs: Array, out: Spectrum) -> Spectrum:
-    """`out` = complex spectrum times a real one stored in pairs (see `in_pairs`)."""
-    np.multiply(spectrum.view(np.float64), real_pairs, out=out.view(np.float64))
+def multiply(spectrum: Spectrum, symbol: AnyArray, out: Spectrum) -> Spectrum:
+    """`out` = spectrum times a `symbol`, complex or real and stored in pairs (see `in_pairs`)."""
+    np.multiply(spectrum.view(symbol.dtype), symbol, out=out.view(symbol.dtype))
     return out
 
 

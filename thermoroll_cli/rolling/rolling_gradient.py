@@ -60,13 +60,17 @@ def shear_symbols(tables: tuple[AnyArray, AnyArray, AnyArray], padded: tuple[int
 
 
 class FreeShear:
-    """u = A τ: (2, n, m) -> (2, n + 2·margin, m), `margin` more rows at either end; `symbols` on the plane
-    `free_space(n + margin, m)`. `coupled` says whether the third symbol is different from zero."""
+    """`symbols`, on a periodic plane of `padded` elements, applied to pairs of fields: u = A τ and its inverse,
+    (2, n, m) -> (2, n + 2·margin, m) with `margin` more rows at either end. `coupled` says whether the third symbol is
+    different from zero."""
 
-    def __init__(self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, threads: int) -> None:
+    def __init__(
+        self, shape: tuple[int, int], symbols: Symbols, padded: tuple[int, int], margin: int = 0, *, coupled: bool = True,
+        threads: int = 1,
+    ) -> None:
         self._shape = (2, shape[0] + 2 * margin, shape[1])
         # One set of buffers per component: both spectra exist at the same time.
-        self._convolutions = [Convolution(*shape, margin, margin) for _ in range(2)]
+        self._convolutions = [Convolution(*shape, margin, margin, padded) for _ in range(2)]
         self._xx, self._yy, self._xy = (in_pairs(s) for s in symbols)
         self._traction_hat = [c.empty_spectrum() for c in self._convolutions]
         self._blocks = blocks(*self._traction_hat[0].shape)
@@ -118,13 +122,16 @@ class FreeShear:
 
 
 class MirroredShear:
-    """As `FreeShear` for tractions of opposite parity across y = 0, given on the m elements y > 0: half the work. `symbols`
-    on the plane of both sides, `free_space(n + margin, 2 m)`."""
+    """As `FreeShear` for fields of opposite parity across y = 0, given on the m elements y > 0: half the work. `symbols` on
+    the plane of both sides."""
 
-    def __init__(self, shape: tuple[int, int], margin: int, symbols: Symbols, coupled: bool, mirror: Parities) -> None:
+    def __init__(
+        self, shape: tuple[int, int], symbols: Symbols, padded: tuple[int, int], mirror: Parities, margin: int = 0, *,
+        coupled: bool = True,
+    ) -> None:
         n, m = shape
         self._even = even = mirror.index(1)
-        self._plane = MirroredPlane(n, m, free_space(n + margin, 2 * m), even, n + 2 * margin, margin)
+        self._plane = MirroredPlane(n, m, padded, even, n + 2 * margin, margin)
         own, other = pair_symbols(*symbols, even)
         self._own = in_pairs(own)
         self._other = in_pairs(other) if coupled else None
@@ -195,7 +202,8 @@ class RollingGradient:
         self._threads = threads
         width = m if mirror is None else 2 * m
         tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
-        self._symbols = shear_symbols(tables, free_space(n + MARGIN, width))
+        self._padded = free_space(n + MARGIN, width)
+        self._symbols = shear_symbols(tables, self._padded)
         signs = np.where(np.arange(width) % 2, -2.0, 2.0)
         signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if width > 1 else 1.0
         self.self_gradient = self._response([t[:, 0] for t in tables])
@@ -214,8 +222,8 @@ class RollingGradient:
     def _shear(self) -> FreeShear | MirroredShear:
         coupled = self.compliance.coupled
         if self.mirror is not None:
-            return MirroredShear(self.shape, MARGIN, self._symbols, coupled, self.mirror)
-        return FreeShear(self.shape, MARGIN, self._symbols, coupled, self._threads)
+            return MirroredShear(self.shape, self._symbols, self._padded, self.mirror, MARGIN, coupled=coupled)
+        return FreeShear(self.shape, self._symbols, self._padded, MARGIN, coupled=coupled, threads=self._threads)
 
     @property
     def transforms(self) -> int:

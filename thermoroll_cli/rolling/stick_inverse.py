@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
-from thermoroll_cli.numerics.convolution import MirroredPlane, Parities, even_length, fftw, pair_symbols
+from thermoroll_cli.numerics.convolution import Parities, even_length
 from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
-from thermoroll_cli.rolling.rolling_gradient import Symbols, shear_symbols
+from thermoroll_cli.rolling.rolling_gradient import FreeShear, MirroredShear, Symbols, shear_symbols
 
 
 def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
@@ -56,13 +56,9 @@ class StickInverse:
         self.shape = shape
         n, m = shape
         # A few elements of padding: the wrap-around of a preconditioner does not affect the accuracy of the solution.
-        px, py = (even_length(k + 4) for k in (n, m if mirror is None else 2 * m))
-        inverse = inverse_symbols((px, py), dx, dy, compliance, weights)
-        self._solve: _FreePeriodic | _MirroredPeriodic
-        if mirror is None:
-            self._solve = _FreePeriodic(shape, (px, py), inverse)
-        else:
-            self._solve = _MirroredPeriodic(shape, (px, py), inverse, mirror)
+        padded = even_length(n + 4), even_length((m if mirror is None else 2 * m) + 4)
+        inverse = inverse_symbols(padded, dx, dy, compliance, weights)
+        self._solve = (FreeShear(shape, inverse, padded) if mirror is None else MirroredShear(shape, inverse, padded, mirror))
         self._sums = np.zeros((2, n + 1, m))
         self._base = np.empty((2, n, m))
 
@@ -81,53 +77,3 @@ class StickInverse:
         traction = self._solve(base)
         traction *= mask
         return traction
-
-
-class _FreePeriodic:
-    """2 × 2 symbol, (py//2+1, px) each, applied to pairs of fields on a periodic plane."""
-
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols) -> None:
-        pyfftw = fftw()
-
-        self._shape = shape
-        px, py = padded
-        # The scale of the transforms belongs to the symbol.
-        self._symbol = tuple(np.ascontiguousarray((s / (px * py)).T, dtype=np.complex128) for s in symbol)
-        self._fields = pyfftw.zeros_aligned((2, px, py))
-        self._hats = pyfftw.zeros_aligned((2, px, py // 2 + 1), dtype=np.complex128)
-        self._products = np.empty_like(self._hats)
-        flags = ("FFTW_ESTIMATE",)
-        self._forward = pyfftw.FFTW(self._fields, self._hats, axes=(1, 2), flags=flags)
-        self._backward = pyfftw.FFTW(self._hats, self._fields, axes=(1, 2), direction="FFTW_BACKWARD",
-                                     flags=(*flags, "FFTW_DESTROY_INPUT"))
-
-    def __call__(self, pair: AnyArray) -> AnyArray:
-        n, m = self._shape
-        fields = self._fields
-        fields[:, n:, :] = 0.0
-        fields[:, :n, m:] = 0.0
-        fields[:, :n, :m] = pair
-        self._forward.execute()
-        (x, y), (new_x, term) = self._hats, self._products
-        xx, yy, xy = self._symbol
-        np.multiply(xx, x, out=new_x)
-        new_x += np.multiply(xy, y, out=term)
-        y *= yy
-        y += np.multiply(xy, x, out=term)
-        x[...] = new_x
-        self._backward.execute()
-        return fields[:, :n, :m].copy()
-
-
-class _MirroredPeriodic:
-    """As `_FreePeriodic` for pairs of opposite parity, given on one half."""
-
-    def __init__(self, shape: tuple[int, int], padded: tuple[int, int], symbol: Symbols, mirror: Parities) -> None:
-        even = mirror.index(1)
-        self._plane = MirroredPlane(*shape, padded, even)
-        self._own, self._other = (s.astype(np.complex128) for s in pair_symbols(*symbol, even))
-
-    def __call__(self, pair: AnyArray) -> AnyArray:
-        self._plane.forward(pair)
-        self._plane.apply(self._own, self._other)
-        return self._plane.inverse()
