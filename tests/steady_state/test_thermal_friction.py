@@ -297,8 +297,8 @@ def test_keys_of_the_case_file():
 
 def test_keys_of_earlier_versions_name_their_present_place():
     for old, new in MOVED.items():
-        (finding,) = findings(MECHANICAL, f"{'.'.join(old)}=0.1")
-        assert finding.message == "unknown key" and finding.hint == f"it is now {new[-1]} in [friction]"
+        (finding,) = findings(MECHANICAL, f"{old}=0.1")
+        assert finding.message == "unknown key" and finding.hint == f"it is now {new.removeprefix('friction.')} in [friction]"
     # A result file of an earlier version is solved again as it was.
     resolved = json.loads(parse(THERMAL, "friction.temperature_slope_1_K=2e-3").to_json())
     resolved["load"]["friction_temperature_slope_1_K"] = resolved.pop("friction")["temperature_slope_1_K"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import math
 import os
 import shutil
 import sys
@@ -100,17 +99,9 @@ def coloured(stream: TextIO | None) -> bool:
 
 def write_json(content: Mapping[str, Any]) -> None:
     """Write `content` to standard output as one line of strict JSON; nan and infinity become null."""
-    write(json.dumps(plain(content), allow_nan=False))
+    from pydantic_core import to_jsonable_python
 
-
-def plain(value: Any) -> Any:
-    """`value` in the types of strict JSON: NumPy's numbers and arrays as Python's, nan and infinity as None."""
-    if isinstance(value, Mapping):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if hasattr(value, "tolist"):  # NumPy, which is not imported for this
-        return plain(value.tolist())
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    return value if value is None or isinstance(value, str | int) else str(value)
+    # NumPy's numbers and arrays, and mappings of our own.
+    plain = to_jsonable_python(content, inf_nan_mode="null",
+                               fallback=lambda value: value.tolist() if hasattr(value, "tolist") else dict(value))
+    write(json.dumps(plain, allow_nan=False))

@@ -103,14 +103,14 @@ def _write(
     case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, formats: tuple[str, ...]
 ) -> list[Path]:
     from thermoroll_cli.atomic import write_bytes
-    from thermoroll_cli.files.result.hdf5 import write_result
+    from thermoroll_cli.files.result.hdf5 import file_image
     from thermoroll_cli.wear.wear_files import Snapshots, table, write_group, write_profiles
 
     stem = folder / f"{case.name}_wear"
     files = [stem.with_suffix(".csv"), stem.with_suffix(".h5")]
     write_bytes(files[0], table(records))
-    write_result(files[1], result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line(),
-                 more=lambda file: write_group(file, case.problem, records))
+    write_bytes(files[1], file_image(result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line(),
+                                     more=lambda file: write_group(file, case.problem, records)))
     files += write_profiles(folder, case.name, case.problem, records[-1])
     if formats and case.plots:
         from thermoroll_cli.plots.profile_figures import draw_wear

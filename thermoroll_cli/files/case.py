@@ -66,7 +66,8 @@ class Case:
             content = json.loads(text)
             geometry = content["geometry"]
             content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
-            for (table, key), (new_table, new_key) in model.MOVED.items():
+            for old, new in model.MOVED.items():
+                (table, key), (new_table, new_key) = old.split("."), new.split(".")
                 if key in content[table]:
                     content.setdefault(new_table, {})[new_key] = content[table].pop(key)
         except (ValueError, KeyError, TypeError, AttributeError):

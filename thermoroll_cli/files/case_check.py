@@ -17,7 +17,7 @@ from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, UNIT_AT_END, Settings, Table, quantity_of
 from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
-from thermoroll_cli.files.case_source import CaseSource
+from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 
@@ -115,11 +115,11 @@ class _Checker:
         return geometry.model_copy(update=points)
 
     def _exclusive(self) -> None:
-        for pair in EXCLUSIVE:
-            second = self.source.get(pair.second)
-            if second is not None and self.source.get(pair.first) is not None:
-                message = f"cannot be given together with {'.'.join(pair.first)}{self.source.line_of(pair.first)}"
-                self._note(pair.second, message, allowed=pair.allowed, at_key=isinstance(second, dict))
+        for first, second, allowed in EXCLUSIVE:
+            path, given = key_path(first), self.source.get(key_path(second))
+            if given is not None and self.source.get(path) is not None:
+                message = f"cannot be given together with {first}{self.source.line_of(path)}"
+                self._note(key_path(second), message, allowed=allowed, at_key=isinstance(given, dict))
 
     def _lateral_shapes(self) -> None:
         """Across rolling each body has a radius, or a profile."""
@@ -232,9 +232,10 @@ def _value_hint(value: Any, field: FieldInfo) -> str:
 
 def _unknown_key(table: KeyPath, key: str) -> str:
     """Help for `key`, which `table` does not have."""
-    moved = next((new for old, new in MOVED.items() if old[:-1] == table and _alike(old[-1], key)), None)
-    if moved is not None:
-        return f"it is now {moved[-1]} in [{'.'.join(moved[:-1])}]"
+    for old, new in MOVED.items():
+        if _alike(old, ".".join(map(str, (*table, key)))):
+            new_table, _, new_key = new.rpartition(".")
+            return f"it is now {new_key} in [{new_table}]"
     known = known_keys(table)
     unit = UNIT_AT_END.search(key)
     same = _same_quantity(key, known)

@@ -405,39 +405,25 @@ class Settings(Head):
         return {"lower": self.material, "upper": self.material}
 
 
-@dataclass(frozen=True)
-class Exclusive:
-    """Two keys, or a key and a table, of which a case has one at most."""
-
-    first: tuple[str, ...]
-    second: tuple[str, ...]
-    allowed: str
-
-
-def _exclusive(first: str, second: str, allowed: str) -> Exclusive:
-    return Exclusive(tuple(first.split(".")), tuple(second.split(".")), allowed)
-
-
 EXCLUSIVE = (
-    _exclusive("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
-    *(_exclusive(f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
+    ("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
+    *((f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
       for way in ("longitudinal", "lateral")),
-    *(_exclusive(f"geometry.{body}_radius_y_mm", f"geometry.{body}_profile", "a lateral radius or a profile")
-      for body in BODIES),
-    *(_exclusive(f"geometry.{body}_profile.{first}", f"geometry.{body}_profile.{second}", "one of points_mm, file and kind")
+    *((f"geometry.{body}_radius_y_mm", f"geometry.{body}_profile", "a lateral radius or a profile") for body in BODIES),
+    *((f"geometry.{body}_profile.{first}", f"geometry.{body}_profile.{second}", "one of points_mm, file and kind")
       for body in BODIES for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),
-    *(_exclusive(f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
-                 "convection, or a thermal resistance, of each body") for body in BODIES),
-    _exclusive("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
+    *((f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
+       "convection, or a thermal resistance, of each body") for body in BODIES),
+    ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
 )  # fmt: skip
-"""Keys that exclude each other. With --set the one that is set replaces the other."""
-
+"""Two keys, or a key and a table, of which a case has one at most, and what is allowed. With --set the one that is set
+replaces the other."""
 
 MOVED = {
-    ("load", "friction_temperature_slope_1_K"): ("friction", "temperature_slope_1_K"),
-    ("load", "friction_temperature_start_K"): ("friction", "temperature_start_K"),
-    ("load", "friction_minimum_factor"): ("friction", "temperature_minimum_factor"),
-    ("load", "friction_maximum_factor"): ("friction", "temperature_maximum_factor"),
+    "load.friction_temperature_slope_1_K": "friction.temperature_slope_1_K",
+    "load.friction_temperature_start_K": "friction.temperature_start_K",
+    "load.friction_minimum_factor": "friction.temperature_minimum_factor",
+    "load.friction_maximum_factor": "friction.temperature_maximum_factor",
 }
 """Keys of earlier versions → their present places."""
 

@@ -106,16 +106,16 @@ def case_schema() -> dict[str, Any]:
                          for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
     schema["allOf"] = []
-    for pair in EXCLUSIVE:
-        (*table, first), (*other, second) = pair.first, pair.second
+    for one, two, _ in EXCLUSIVE:
+        (*table, first), (*other, second) = one.split("."), two.split(".")
         if table == other:
             # Definitions of tables that both bodies have are shared.
             name = table_at(tuple(table))[0].__name__.removesuffix("Table")
-            absent = {"properties": {second: _not_with(".".join(pair.first) if len(table) == 1 else first)}}
+            absent = {"properties": {second: _not_with(one if len(table) == 1 else first)}}
             node = tables[name].setdefault("dependentSchemas", {}).setdefault(first, {"properties": {}})
             node["properties"] |= absent["properties"]
         else:
-            absent = {"properties": {other[0]: {"properties": {second: _not_with(".".join(pair.first))}}}}
+            absent = {"properties": {other[0]: {"properties": {second: _not_with(one)}}}}
             given = {"properties": {table[0]: {"required": [first]}}, "required": [table[0]]}
             schema["allOf"].append({"if": given, "then": absent})
     return schema

@@ -160,7 +160,7 @@ def apply_overrides(content: dict[str, Any], overrides: Iterable[Override]) -> N
     Raises CaseError for a key inside something that is no table.
     """
     given = {item.path for item in overrides}
-    pairs = [(pair.first, pair.second) for pair in EXCLUSIVE]
+    pairs = [(key_path(first), key_path(second)) for first, second, _ in EXCLUSIVE]
     for override in overrides:
         for mine, rival in (*pairs, *((second, first) for first, second in pairs)):
             # A table is given by any key in it.

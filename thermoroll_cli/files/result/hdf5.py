@@ -1,25 +1,7 @@
 """One HDF5 file per solve: fields as arrays with dimensions and units, scalars as attributes, and the case itself.
 
-The file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills
-up while a file is open, a byte string has.
-
-Layout (format version 1)::
-
-    /               format_version, program, program_version, created, command_line, title, converged; versions of Python,
-                    numpy, scipy, FFTW, pyFFTW, h5py, HDF5, and the platform
-    /input          case_text, case_json (as read and resolved), problem_json (SI, as solved)
-    /fields         x, y and the 2-D fields of `names.FIELDS` in SI units, coupled state
-    /isothermal     the same for the isothermal geometry; a hard link to /fields where nothing feeds back. With x and y of its
-                    own where the domain has followed a heated contact
-    /mesh           point coordinates for XDMF; those of /isothermal in /mesh_isothermal, if they differ; those of the layers
-                    of a body in /mesh/subsurface_lower, …, lower body at z < 0
-    /subsurface     lower, upper, where the case asks for stresses inside the bodies: scales z, x, y (m; z into the body) and,
-                    in single precision and SI units, <field> (z, x, y), where they are kept, plane_<field> (z, x) on the plane
-                    y = `plane_y`, below_stressed_<field> (z,) below the point of the largest von Mises stress,
-                    below_hottest_<field> (z,) below the hottest point of the surface;
-                    attributes plane_y, stressed_x, _y, _z, _value, hottest_x, _y, _value (SI)
-    /summary        scalars under their public names; subgroups isothermal and error; work as JSON
-    /history        residuals per iteration
+The file is built in memory and written in one go (`atomic.write_bytes`): HDF5 has no good answer to a disk that fills up
+while a file is open, a byte string has. The layout: docs/cases_and_files.md, "Result files".
 """
 
 from __future__ import annotations
@@ -93,24 +75,20 @@ class ResultFileError(OSError):
 # --- writing ---------------------------------------------------------------------------------------------------------
 
 
-def write_result(
-    path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str,
-    more: Callable[[h5py.File], None] = lambda file: None,
-) -> None:
-    """Write `result` and the case it came from to `path`, complete or not at all; `more` adds groups of its own.
-
-    Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
-
-    Raises `atomic.WriteError` (an OSError) with a plain message if the disk is full, the folder read-only, ….
-    """
-    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line, more=more))
+def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
+    """Write the file of `file_image` to `path`, complete or not at all. Raises `atomic.WriteError` (an OSError) with a plain
+    message if the disk is full, the folder read-only, …."""
+    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line))
 
 
 def file_image(
     result: Result, *, case_text: str, case_json: str, command_line: str,
     more: Callable[[h5py.File], None] = lambda file: None,
 ) -> bytes:
-    """The content of the file that `write_result` writes."""
+    """The content of the file of a `result` and the case it came from; `more` adds groups of its own.
+
+    Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
+    """
     with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
         stamp(file, FORMAT_VERSION, command_line=command_line, title=result.problem.title)
         file.attrs["converged"] = bool(result.converged)
