@@ -134,12 +134,9 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
         if (there.axes, there.poisson_ratio, there.accuracy) == (plan.axes, plan.poisson_ratio, plan.accuracy):
             streams.note(f"thermoroll: {path} is built already")
             return there
-    progress = PointsProgress(plan.points, quiet=quiet, lines=False)
-    try:
+    with PointsProgress(plan.points, quiet=quiet, lines=False) as progress:
         built = build_table(plan, path, workers=Workers(jobs, dask), resume=resume, note=progress.note,
                             report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
-    finally:
-        progress.close()
     write_table(path, built, command_line=options.command_line())
     finish(path)
     return built

@@ -7,7 +7,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 from thermoroll_cli.cli import streams
 
@@ -25,8 +25,8 @@ Step = tuple[str, tuple[int, int]]
 
 
 class Bar:
-    """A line on standard error with words, a bar and the time left, drawn by rich; it is gone when closed. There is none
-    where standard error is no terminal, nor with `quiet` or `verbose`: `live` says so."""
+    """A line on standard error with words, a bar and the time left, drawn by rich; it is gone at the end of its `with` block.
+    There is none where standard error is no terminal, nor with `quiet` or `verbose`: `live` says so."""
 
     def __init__(self, words: str, total: float, *, quiet: bool, verbose: bool) -> None:
         self._start = time.monotonic()
@@ -55,15 +55,17 @@ class Bar:
         """Seconds until `total`, if the work goes on as it has; 0 where nothing is `done` yet."""
         return (time.monotonic() - self._start) / done * (total - done) if done else 0.0
 
-    def close(self) -> None:
-        """Clear the line."""
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *cause: object) -> None:
         if self.live:
             with contextlib.suppress(OSError):
                 self._progress.stop()
 
 
 class Progress(Bar):
-    """Shows the reports of one solve on standard error. Use as `solve(..., report=progress)`, then `close` it.
+    """Shows the reports of one solve on standard error. Use as `with progress: solve(..., report=progress)`.
 
     On a terminal one line shows the latest report and the time left; `steps` are the reports to be expected (asked for only
     there), `at_most` says that there may be fewer. Elsewhere there is a line whenever stage or grid change, and with `verbose`

@@ -127,10 +127,8 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
     problem = case.problem
     progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose, steps=lambda: make_plan(problem).steps,
                         at_most=problem.numerics.accuracy is not None)  # fmt: skip
-    try:
+    with progress:
         result = solve(problem, threads=wishes.threads, report=progress)
-    finally:
-        progress.close()
     code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
     try:
         files = _write_files(case, result, wishes)

@@ -128,25 +128,28 @@ def _check(sweep: Sweep, *, quiet: bool) -> None:
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
     """The rows of all points, reported as they are solved, and how many did not converge."""
-    progress = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose)
-    printer = _JsonPrinter(sweep.points.point(1).problem.title) if as_json else None
-    failures = 0
+    progress, title = PointsProgress(sweep.points.count, quiet=quiet, verbose=verbose), sweep.points.point(1).problem.title
+    failures = printed = 0
+    waiting: dict[int, Row] = {}
 
     def report(row: Row, solved: bool) -> None:
-        nonlocal failures
+        nonlocal failures, printed
         where = ", ".join(f"{key} = {_written(value)}" for key, value in row.over.items())
         progress.step(f"{row.name}: {where}: {'converged' if row.converged else 'NOT CONVERGED'}", solved=solved)
         if not row.converged:
             failures += 1
             if failures <= SHOWN_FAILURES:
                 streams.note(f"thermoroll: {row.name} did not converge: {row.reason}")
-        if printer is not None:
-            printer.add(row)
+        if as_json:  # in the order of the points, each as soon as all before it are known
+            waiting[row.number] = row
+        while printed + 1 in waiting:
+            printed += 1
+            row = waiting.pop(printed)
+            streams.write_json({"name": row.name, "title": title, "over": row.over, **row.summary,
+                                "files": [row.file] if row.file else []})
 
-    try:
+    with progress:
         return sweep.run(report=report, note=progress.note), failures
-    finally:
-        progress.close()
 
 
 def _written(value: Value) -> str:
@@ -173,23 +176,6 @@ def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[
     except ValueError as cause:
         why_not = str(cause)
     return ([], why_not) if why_not else (paths, "")
-
-
-class _JsonPrinter:
-    """Prints rows as JSON in the order of the points, each as soon as all before it are known."""
-
-    def __init__(self, title: str) -> None:
-        self._title = title
-        self._waiting: dict[int, Row] = {}
-        self._next = 1
-
-    def add(self, row: Row) -> None:
-        self._waiting[row.number] = row
-        while self._next in self._waiting:
-            row = self._waiting.pop(self._next)
-            head = {"name": row.name, "title": self._title, "over": row.over}
-            streams.write_json({**head, **row.summary, "files": [row.file] if row.file else []})
-            self._next += 1
 
 
 def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:

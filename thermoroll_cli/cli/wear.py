@@ -69,9 +69,9 @@ def _followed(
     asked, reason, result = case.problem.wear, "", None
     assert asked is not None
     by_distance = asked.distance < float("inf")
-    bar = Bar(case.name, 1.0, quiet=quiet, verbose=verbose)
     identity = {"kind": "wear", "case": case.to_json()}
-    with Journal(folder / f"{case.name}_wear.jsonl", identity, resume=resume) as journal:
+    with (Journal(folder / f"{case.name}_wear.jsonl", identity, resume=resume) as journal,
+          Bar(case.name, 1.0, quiet=quiet, verbose=verbose) as bar):  # fmt: skip
         start = resumed(journal)
         last = 0 if start is None else start.steps
         try:
@@ -90,8 +90,6 @@ def _followed(
                     reason = f"step {state.steps} did not converge: {result.reason}"
         except BeyondProfile as cause:
             reason = f"{cause}; what is there is kept: give longer profiles, or a shorter distance"
-        finally:
-            bar.close()
         journal.update()
         records = [journal[str(step)] for step in range(last + 1)]
     if not reason and len(records) == 1:
