@@ -13,6 +13,7 @@ from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
+from thermoroll_cli.files.case_problem import geometry_of, material_of, profile_of
 from thermoroll_cli.files.profile_file import point_fault
 from thermoroll_cli.problem.problem import BODIES
 
@@ -77,7 +78,8 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
     yield from faults
     if faults or not profiles:
         return
-    rolling, ends = sections.get("rolling"), {name: _ends(profile) for name, profile in profiles.items()}
+    rolling = sections.get("rolling")
+    ends = {name: [1e3 * end for end in profile_of(profile).ends] for name, profile in profiles.items()}
     for name, (low, high) in ends.items():
         if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
             yield Conflict(("geometry", name), "has no material at y = 0, from where differential slip is measured: it reaches "
@@ -108,13 +110,6 @@ def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
         if fault:
             yield Conflict((*path, "points_mm"), f"point {number}: {fault}", "pairs [y, height] with y increasing")
             return
-
-
-def _ends(profile: ProfileTable) -> tuple[float, float]:
-    """Lowest and highest y with material, in mm."""
-    half = 0.5 * (profile.length_mm or 0.0)
-    low, high = (profile.points_mm[0][0], profile.points_mm[-1][0]) if profile.points_mm else (-half, half)
-    return low + profile.offset_mm, high + profile.offset_mm
 
 
 def _friction_law(sections: Sections, friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
@@ -204,9 +199,8 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
             if radii and layer.thickness_um >= 1e3 * min(radii):
                 yield Conflict((*place, "thickness_um"), "the layer is as thick as the smallest radius of its body",
                                f"less than {1e3 * min(radii):g}")
-            given = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is not None]
-            if given and len(given) < len(THERMAL_CONSTANTS) and not ("thermal" in sections and heat_is_on(sections)):
-                missing = [key for key in THERMAL_CONSTANTS if key not in given]
+            missing = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is None]
+            if 0 < len(missing) < len(THERMAL_CONSTANTS) and not ("thermal" in sections and heat_is_on(sections)):
                 yield Conflict(place, f"some thermal constants are given, but missing: {', '.join(missing)}",
                                f"all of {', '.join(THERMAL_CONSTANTS)}, or none of them")
             owners = [getattr(strength, str(body), None) for body in bodies]
@@ -307,13 +301,12 @@ def _contact_width(sections: Sections) -> float | None:
     """Width 2b of Hertz's contact in mm; None with a profile, or where the keys that it needs are not valid."""
     if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections["geometry"])):
         return None
-    g = sections["geometry"]
-    if g.lower_radius_y_mm is None or g.upper_radius_y_mm is None:
+    table = sections["geometry"]
+    if table.lower_radius_y_mm is None or table.upper_radius_y_mm is None:
         return None
-    curvature = (1.0 / g.lower_radius_x_mm + 1.0 / g.upper_radius_x_mm, 1.0 / g.lower_radius_y_mm + 1.0 / g.upper_radius_y_mm)
-    materials = [material for _, material in _materials(sections)] * 2
-    compliance = sum((1.0 - m.poisson_ratio**2) / (m.youngs_modulus_GPa * 1e3) for m in materials[:2])
-    return 2.0 * hertz_contact(*curvature, 1.0 / compliance, sections["load"].normal_N).semi_axis_y
+    geometry, bodies = geometry_of(table), [material_of(material) for _, material in _materials(sections)]
+    modulus = 1.0 / (1.0 / bodies[0].plane_strain_modulus + 1.0 / bodies[-1].plane_strain_modulus)
+    return 2e3 * hertz_contact(geometry.curvature_x, geometry.curvature_y, modulus, sections["load"].normal_N).semi_axis_y
 
 
 def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
@@ -345,7 +338,7 @@ def _subsurface(sections: Sections, subsurface: model.SubsurfaceTable) -> Iterat
         yield Conflict(("subsurface", "thermal"), "there is no heat that could make thermal stresses",
                        "false, or a case with heat",
                        f"heat needs {', '.join(THERMAL_CONSTANTS[:2])} and {THERMAL_CONSTANTS[2]} of the material, and no "
-                       "heat = false", ("thermal", "heat") if thermal is not None else ())
+                       "heat = false", ("thermal", "heat"))
     elif thermal is not None and thermal.peclet == "sliding":
         yield Conflict(("subsurface", "thermal"), 'thermal stresses are not computed with peclet = "sliding" in [thermal]',
                        'false, or peclet = "rolling" or "stationary"', other=("thermal", "peclet"))

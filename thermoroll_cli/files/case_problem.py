@@ -63,12 +63,11 @@ def material_of(table: model.MaterialTable) -> si.Material:
 
 def geometry_of(table: model.GeometryTable) -> si.Geometry:
     radii = {"lower_radius_y": math.inf, "upper_radius_y": math.inf, **table.in_si()}
-    return si.Geometry(**radii, lower_profile=_profile(table.lower_profile), upper_profile=_profile(table.upper_profile))
+    lower, upper = (None if profile is None else profile_of(profile) for profile in (table.lower_profile, table.upper_profile))
+    return si.Geometry(**radii, lower_profile=lower, upper_profile=upper)
 
 
-def _profile(table: model.ProfileTable | None) -> si.Profile | None:
-    if table is None:
-        return None
+def profile_of(table: model.ProfileTable) -> si.Profile:
     points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
     return si.Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
 
