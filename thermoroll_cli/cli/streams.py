@@ -99,9 +99,12 @@ def coloured(stream: TextIO | None) -> bool:
 
 def write_json(content: Mapping[str, Any]) -> None:
     """Write `content` to standard output as one line of strict JSON; nan and infinity become null."""
-    from pydantic_core import to_jsonable_python
+    text = json.dumps(content, default=_plain)
+    write(json.dumps(json.loads(text, parse_constant=lambda name: None), allow_nan=False))
 
-    # NumPy's numbers and arrays, and mappings of our own.
-    plain = to_jsonable_python(content, inf_nan_mode="null",
-                               fallback=lambda value: value.tolist() if hasattr(value, "tolist") else dict(value))
-    write(json.dumps(plain, allow_nan=False))
+
+def _plain(value: Any) -> Any:
+    """NumPy's numbers and arrays as Python's, mappings of our own as dictionaries, paths as texts."""
+    if hasattr(value, "tolist"):  # NumPy, which is not imported for this
+        return value.tolist()
+    return dict(value) if isinstance(value, Mapping) else str(value)
