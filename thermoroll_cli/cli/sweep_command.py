@@ -168,11 +168,11 @@ def _theories(text: str) -> tuple[str, ...]:
 
 def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[Path], str]:
     """The picture in each of the file types of `paths`, or why there is none."""
-    from thermoroll_cli.sweeps.table import draw
+    from thermoroll_cli.sweeps.table import columns_of, draw_table
 
-    title = rows.points.point(1).problem.title
+    table = columns_of(rows, rows.points.point(1).problem.title)
     try:
-        why_not = next(filter(None, (draw(rows, path, title, theories) for path in paths)), "")
+        why_not = next(filter(None, (draw_table(table, path, compare=theories) for path in paths)), "")
     except ValueError as cause:
         why_not = str(cause)
     return ([], why_not) if why_not else (paths, "")

@@ -21,7 +21,7 @@ from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.journal import Journal, Record
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
 from thermoroll_cli.sweeps.runner import Item, Workers, run
-from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, failed_summary, summary_of, write_csv, write_hdf5
+from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
 JOURNAL_FORMAT = 1
@@ -160,7 +160,7 @@ class Sweep:
                         safe_point()
                         report(rows.row(numbers[key]), True)
                         if (now := time.monotonic()) - written > wait:
-                            write_csv(self.folder / TABLE_NAME, self.points.axes, rows)
+                            write_csv(self.folder / TABLE_NAME, columns_of(rows))
                             written = time.monotonic()
                             wait = max(SECONDS_BETWEEN_TABLES, (written - now) / SHARE_OF_TABLES)
             except BaseException:
@@ -173,9 +173,10 @@ class Sweep:
             return rows
 
     def _write(self, rows: Rows) -> None:
-        write_csv(self.folder / TABLE_NAME, self.points.axes, rows)
+        table = columns_of(rows)
+        write_csv(self.folder / TABLE_NAME, table)
         if self.scalars_only:
-            write_hdf5(self.folder / ARRAYS_NAME, self.points, rows, self.command_line)
+            write_hdf5(self.folder / ARRAYS_NAME, rows, table, self.command_line)
 
     def _finished(self, journal: Journal, note: Callable[[str], None]) -> dict[str, str]:
         """The keys of points that have a result, with the names of their files."""
@@ -267,7 +268,7 @@ def solve_sweep(
             if report is not None:
                 report(row.flat())
 
-        return SweepTable(wanted.run(report=reported, note=lambda text: None), points)
+        return SweepTable(wanted.run(report=reported, note=lambda text: None))
 
 
 def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, list[Value]]:

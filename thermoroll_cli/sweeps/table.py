@@ -7,7 +7,8 @@ import csv
 import json
 import math
 import pathlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +22,7 @@ from thermoroll_cli.plots.sweep_figures import write_sweep_figure
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.journal import Journal
-from thermoroll_cli.sweeps.points import Axis, Points, Value
+from thermoroll_cli.sweeps.points import Points, Value
 
 if TYPE_CHECKING:
     import pandas
@@ -67,13 +68,11 @@ class Row:
     def cells(self) -> dict[str, Any]:
         """The values by column, numbers and texts."""
         summary = self.summary
-        numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
-        numbers |= {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
+        prefixed = {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
         grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
-        texts = {"status": summary["status"], "reason": summary["reason"], "unbounded": " ".join(summary["unbounded"]),
-                 "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else ""}
-        applications = summary["work"].get("applications", math.nan)
-        return {**self.over, **numbers, **texts, "work.applications": applications}
+        return {**summary, **self.over, **prefixed, "unbounded": " ".join(summary["unbounded"]),
+                "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else "",
+                "work.applications": summary["work"].get("applications", math.nan)}
 
 
 def summary_of(result: Result) -> dict[str, Any]:
@@ -117,37 +116,59 @@ class Rows:
         name = self.points.name(number) if file is None else file.stem
         return Row(number, name, self.points.over(number), _whole(record["summary"]), file)
 
+    @property
+    def numbers(self) -> list[int]:
+        """The numbers of the points that have a row."""
+        return [number for number, key in enumerate(self.keys, 1) if key in self.journal]
+
     def __iter__(self) -> Iterator[Row]:
-        return (self.row(number) for number, key in enumerate(self.keys, 1) if key in self.journal)
+        return map(self.row, self.numbers)
 
     def __len__(self) -> int:
-        return sum(key in self.journal for key in self.keys)
+        return len(self.numbers)
 
 
-def number_columns(below: Sequence[str] = ()) -> list[str]:
-    """Columns of numbers: scalars, forces over μW, scalars `below` the surface, `isothermal.` and `error.` scalars, work."""
-    prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
-    return [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, "work.applications"]
+@dataclass(frozen=True)
+class SweepColumns:
+    """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
+    them, whether the points are a list (`listed`) or all combinations of values, and the `title` of the case, if known."""
+
+    columns: Mapping[str, Sequence[Any]]
+    keys: tuple[str, ...]
+    listed: bool
+    title: str = ""
+
+    @property
+    def numbers(self) -> dict[str, Sequence[float]]:
+        """The computed columns without texts."""
+        return {name: column for name, column in self.columns.items() if name not in (*self.keys, *TEXTS, "file")}
 
 
-def names_below(rows: Iterable[Row]) -> list[str]:
-    """The scalars below the surface that any of the rows has."""
-    found: set[str] = set()
+def columns_of(rows: Rows, title: str = "") -> SweepColumns:
+    """The table with all rows known now: the swept keys, texts, and arrays of numbers, those below the surface where any row
+    has them."""
+    keys, found = tuple(axis.key for axis in rows.points.axes), set[str]()
     for row in rows:
         found |= row.summary.keys() & SUBSURFACE_SCALARS.keys()
-    return [name for name in SUBSURFACE_SCALARS if name in found]
+    below = [name for name in SUBSURFACE_SCALARS if name in found]
+    prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
+    columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1])}
+    # Arrays need a quarter of the memory of lists.
+    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed)}
+    columns |= {name: [] for name in (TEXTS[-1], "work.applications", "file")}
+    for row in rows:
+        cells = row.cells()
+        for name, column in columns.items():
+            column.append(cells.get(name, math.nan))
+    return SweepColumns(columns, keys, rows.points.listed, title)
 
 
-def write_csv(path: pathlib.Path, axes: Sequence[Axis], rows: Iterable[Row]) -> None:
-    """Replace the table at `path` by one with all rows known now. Raises WriteError."""
-    *numbers, applications = number_columns(names_below(rows))
-    names = [*(axis.key for axis in axes), *TEXTS[:-1], *numbers, TEXTS[-1], applications, "file"]
+def write_csv(path: pathlib.Path, table: SweepColumns) -> None:
+    """Replace the file at `path` by one with this table. Raises WriteError."""
     with replacing(path) as temporary, open(temporary, "w", encoding="utf-8", errors="backslashreplace", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
-        writer.writerow(names)
-        for row in rows:
-            cells = row.cells()
-            writer.writerow([_cell(cells.get(name, math.nan)) for name in names])
+        writer.writerow(table.columns)
+        writer.writerows(map(_cell, cells) for cells in zip(*table.columns.values(), strict=True))
 
 
 def _cell(value: Any) -> str:
@@ -157,25 +178,23 @@ def _cell(value: Any) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
-def write_hdf5(path: pathlib.Path, points: Points, rows: Iterable[Row], command_line: str) -> None:
-    """Every column as an array over the swept keys, nan and empty where a point is not solved. Raises WriteError."""
-    names = number_columns(names_below(rows))
-    numbers = np.full((len(names), points.count), math.nan)
-    texts: dict[str, list[str]] = {name: [""] * points.count for name in TEXTS}
-    for row in rows:
-        cells = row.cells()
-        numbers[:, row.number - 1] = [cells.get(name, math.nan) for name in names]
-        for name, column in texts.items():
-            column[row.number - 1] = cells[name]
-    columns: dict[str, NDArray[Any]] = dict(zip(names, numbers, strict=True))
-    columns |= {name: np.array([text.encode("utf-8", "backslashreplace") for text in column])
-                for name, column in texts.items()}
+def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line: str) -> None:
+    """Every column as an array over the swept keys, nan and empty where a point has no row. Raises WriteError."""
+    points, known = rows.points, np.array(rows.numbers, dtype=int) - 1
+    columns: dict[str, NDArray[Any]] = {}
+    for name, column in table.numbers.items():
+        columns[name] = np.full(points.count, math.nan)
+        columns[name][known] = column
+    for name in TEXTS:
+        texts = np.full(points.count, b"", dtype=object)
+        texts[known] = [text.encode("utf-8", "backslashreplace") for text in table.columns[name]]
+        columns[name] = texts.astype(bytes)
     coordinates, meaning = {axis.key: _array(axis.values) for axis in points.axes}, "swept key {}"
     if points.listed:
         columns = {**coordinates, **columns}
         coordinates, meaning = {"point": np.arange(1, points.count + 1)}, "number of the point"
     inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
-              "keys": json.dumps([axis.key for axis in points.axes])}
+              "keys": json.dumps(table.keys)}
     with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
         stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
         for name, text in inputs.items():
@@ -192,17 +211,6 @@ def _array(values: Sequence[Value]) -> NDArray[Any]:
     if any(isinstance(value, bool | str) for value in values):
         return np.array([str(value).lower().encode() if isinstance(value, bool) else str(value).encode() for value in values])
     return np.asarray(values)
-
-
-@dataclass(frozen=True)
-class SweepColumns:
-    """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
-    them, whether the points are a list (`listed`) or all combinations of values, and the `title` of the case, if known."""
-
-    columns: Mapping[str, Sequence[Any]]
-    keys: tuple[str, ...]
-    listed: bool
-    title: str = ""
 
 
 def is_sweep_file(path: pathlib.Path) -> bool:
@@ -256,17 +264,6 @@ def _flat(values: NDArray[Any]) -> list[Any]:
     return [value.decode() if isinstance(value, bytes) else value for value in values.ravel().tolist()]
 
 
-def draw(rows: Rows, path: pathlib.Path, title: str, compare: Sequence[str] = ()) -> str:
-    """Draw the scalars of a sweep (`draw_table`). Returns why there is no picture, or nothing. Raises OSError."""
-    if rows.points.count > MOST_DRAWN:  # without reading all of them first
-        return f"more than {MOST_DRAWN} points"
-    cells = [row.cells() for row in rows]
-    names = dict.fromkeys(name for cell in cells for name in cell)
-    columns = {name: [cell.get(name, math.nan) for cell in cells] for name in names}
-    keys = tuple(axis.key for axis in rows.points.axes)
-    return draw_table(SweepColumns(columns, keys, rows.points.listed, title), path, compare=compare)
-
-
 def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
     """Draw the scalars over the key with numbers that varies fastest, or over words, a curve for each combination of the
     others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
@@ -289,16 +286,13 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
 class SweepTable(list[dict[str, Any]]):
     """The rows of a sweep as mappings: the swept keys, all scalars, `isothermal` and `error` as mappings, and `file`."""
 
-    def __init__(self, rows: Iterable[Row], points: Points) -> None:
-        rows = list(rows)
+    def __init__(self, rows: Rows) -> None:
         super().__init__(row.flat() for row in rows)
-        self.points = points
-        self._numbers = number_columns(names_below(rows))
-        self._cells = [row.cells() for row in rows]
+        self.points = rows.points
+        self._table = columns_of(rows)
 
-    def _columns(self) -> dict[str, list[Any]]:
-        columns = {"converged": [cells["status"] == CONVERGED for cells in self._cells]}
-        return columns | {name: [cells.get(name, math.nan) for cells in self._cells] for name in self._numbers}
+    def _numbers(self) -> dict[str, Sequence[Any]]:
+        return {"converged": [status == CONVERGED for status in self._table.columns["status"]], **self._table.numbers}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """A `pandas.DataFrame` with a row per point: the swept keys, `converged`, and a column for each number.
@@ -308,8 +302,8 @@ class SweepTable(list[dict[str, Any]]):
             import pandas
         except ImportError:
             raise ImportError("to_dataframe needs the package pandas, which is not installed: pip install pandas") from None
-        swept = {axis.key: [cells[axis.key] for cells in self._cells] for axis in self.points.axes}
-        return pandas.DataFrame({**swept, **self._columns()})
+        swept = {key: self._table.columns[key] for key in self._table.keys}
+        return pandas.DataFrame({**swept, **self._numbers()})
 
     def to_xarray(self) -> xarray.Dataset:
         """An `xarray.Dataset` with `converged` and each number over the swept keys; over `point` for a list of points.
@@ -322,5 +316,5 @@ class SweepTable(list[dict[str, Any]]):
         axes, listed = self.points.axes, self.points.listed
         dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
         coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values)) for axis in axes}
-        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._columns().items()}
+        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._numbers().items()}
         return xarray.Dataset(columns, coordinates)
