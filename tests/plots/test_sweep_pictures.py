@@ -19,6 +19,7 @@ from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of, write_sweep_figure
+from thermoroll_cli.sweeps.table import SweepColumns, read_sweep, write_csv
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
 
@@ -198,9 +199,10 @@ def test_words_are_places_on_the_axis() -> None:
     assert list(figure.axes[0].get_lines()[0].get_xdata()) == [0.0, 1.0, 2.0]
 
 
-def test_a_table_read_from_csv_gives_the_same_picture() -> None:
-    words = {name: [str(value) for value in column] for name, column in table().items()}
-    one, other = (drawn(columns, OVER) for columns in (table(), words))
+def test_a_table_read_from_csv_gives_the_same_picture(tmp_path: pathlib.Path) -> None:
+    path, columns = tmp_path / "sweep.csv", table()
+    write_csv(path, SweepColumns(columns, tuple(OVER), listed=False))
+    one, other = drawn(columns, OVER), drawn(dict(read_sweep(path).columns), OVER)
     for axes, same in zip(one.axes, other.axes, strict=True):
         assert [list(line.get_ydata()) for line in axes.get_lines()] == [list(line.get_ydata()) for line in same.get_lines()]
 

@@ -52,7 +52,7 @@ class Override:
             raise ValueError(f'"{text}" is not of the form key=value, for example load.normal_N=80')
         if not all(part.strip() for part in key.split(".")):
             raise ValueError(f'"{text}": a key has the form table.key, for example load.normal_N=80')
-        return cls(key_path(key), _toml_value(written.strip()), text)
+        return cls(key_path(key), toml_value(written.strip()), text)
 
 
 def key_path(key: str) -> KeyPath:
@@ -224,7 +224,8 @@ def _similar_file(name: str) -> str:
     return f"did you mean {os.path.join(folder, stems[near[0]])}?" if near else ""
 
 
-def _toml_value(text: str) -> Any:
+def toml_value(text: str) -> Any:
+    """The TOML value that `text` stands for; anything else is a text."""
     try:
         parsed = tomllib.loads(f"value = {text}")
         if set(parsed) == {"value"}:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import pathlib
 import re
 import textwrap
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 import matplotlib
-import matplotlib.style
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -52,11 +51,11 @@ TITLE_LETTERS, LEGEND_LETTERS = 14, 19
 LEGEND_ROW = 4.0 * MM
 
 
-@contextlib.contextmanager
-def applied() -> Iterator[None]:
+def applied() -> AbstractContextManager[None]:
     """The package's own style, whatever the user's matplotlibrc says: pictures look alike everywhere."""
-    with matplotlib.style.context(["default", STYLE], after_reset=True):
-        yield
+    look = matplotlib.rc_params_from_file(STYLE)
+    # The backend is the user's; it alone would stay changed.
+    return matplotlib.rc_context({name: value for name, value in look.items() if name != "backend"})
 
 
 def new_figure(width: float, height: float) -> Figure:

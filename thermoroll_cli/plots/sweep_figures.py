@@ -359,15 +359,9 @@ def _mark_failed(axes: Axes, lines: list[Line]) -> None:
 
 
 def numbers(values: Sequence[Any]) -> Column:
-    """The column as numbers, nan for all else."""
-    result = np.full(len(values), math.nan)
-    for row, value in enumerate(values):
-        try:
-            result[row] = float(value)
-        except (TypeError, ValueError):
-            continue
-    result[~np.isfinite(result)] = math.nan
-    return result
+    """The column as numbers, nan for words and what is not finite."""
+    found = np.array([value if isinstance(value, int | float) else math.nan for value in values], dtype=float)
+    return np.where(np.isfinite(found), found, math.nan)
 
 
 def places(values: Sequence[Any]) -> tuple[Column, list[str]]:

@@ -120,16 +120,9 @@ def _surface(radius: float, profile: Profile | None) -> Surface:
 
 def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
     y, z = np.array(profile.points).T
-    if profile.interpolation == "cubic":
-        spline = scipy.interpolate.CubicSpline(y, z)
-        return lambda at, n: np.asarray(spline(at, n))
-    slopes = np.diff(z) / np.diff(y)
-
-    def linear(at: Array, n: int) -> Array:
-        piece = np.clip(np.searchsorted(y, at, side="right") - 1, 0, len(slopes) - 1)
-        return np.asarray(slopes[piece] if n else np.interp(at, y, z))
-
-    return linear
+    cubic = profile.interpolation == "cubic"
+    spline = scipy.interpolate.CubicSpline(y, z) if cubic else scipy.interpolate.make_interp_spline(y, z, k=1)
+    return lambda at, n: np.asarray(spline(at, n))
 
 
 def _crown(profile: Profile) -> Callable[[Array, int], Array]:

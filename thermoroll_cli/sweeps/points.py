@@ -18,11 +18,12 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
-from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source
+from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.plan import leaves_out_deformation
@@ -141,22 +142,19 @@ def _range(text: str, parts: list[str]) -> tuple[Value, ...]:
 
 def _value(text: str, written: str) -> Value:
     """A number, true, false or a word."""
-    written = written.strip()
-    try:
-        return _number(text, written)
-    except ValueError:
-        if not _WORD.fullmatch(written) or written.lower() == "nan":
-            raise ValueError(f'"{text}": "{written}" is neither a number nor a word') from None
-    return written == "true" if written in ("true", "false") else written
+    value = toml_value(written.strip())
+    number = isinstance(value, int | float) and not math.isnan(value)
+    word = isinstance(value, str) and _WORD.fullmatch(value) and value.lower() != "nan"
+    if number or word:
+        return value
+    raise ValueError(f'"{text}": "{written.strip()}" is neither a number nor a word')
 
 
 def _number(text: str, written: str) -> int | float:
-    written = written.strip()
-    for kind in (int, float):
-        with contextlib.suppress(ValueError):
-            if not math.isnan(value := kind(written)):
-                return value
-    raise ValueError(f'"{text}": "{written}" is not a number')
+    value = toml_value(written.strip())
+    if isinstance(value, int | float) and not isinstance(value, bool) and not math.isnan(value):
+        return value
+    raise ValueError(f'"{text}": "{written.strip()}" is not a number')
 
 
 @dataclass(frozen=True)
@@ -207,13 +205,8 @@ class Points:
 
     def values(self, number: int) -> tuple[Value, ...]:
         """The swept values of the point `number` (from 1)."""
-        if self.listed:
-            return tuple(axis.values[number - 1] for axis in self.axes)
-        rest, values = number - 1, []
-        for axis in reversed(self.axes):
-            rest, index = divmod(rest, len(axis.values))
-            values.append(axis.values[index])
-        return tuple(reversed(values))
+        places: Sequence[Any] = [number - 1] * len(self.axes) if self.listed else np.unravel_index(number - 1, self.shape)
+        return tuple(axis.values[place] for axis, place in zip(self.axes, places, strict=True))
 
     def over(self, number: int) -> dict[str, Value]:
         """The swept values of the point `number` by key."""
@@ -252,10 +245,7 @@ class Points:
             yield from sorted({1 + index for indices in ends for index in indices})
             return
         for corner in itertools.product(*ends):
-            number = 0
-            for axis, index in zip(self.axes, corner, strict=True):
-                number = number * len(axis.values) + index
-            yield 1 + number
+            yield 1 + int(np.ravel_multi_index(corner, self.shape))
 
     def with_one_decision(self) -> Points:
         """These points, of which all or none leave out thermal deformation where its effect is small: otherwise curves over
