@@ -180,24 +180,12 @@ def _scale(name: str, scalars: Mapping[str, float], arm: float) -> float:
     def size(*names: str) -> float:
         return math.hypot(*(_finite(scalars.get(each)) for each in names))
 
-    force = size("force_x_N", "force_y_N")
-    creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), arm * _finite(scalars.get("creepage_spin_rad_mm")))
-    match ALL_SCALARS[name].scale if name in ALL_SCALARS else "value":
-        case "stress below" | "place below":
-            return _finite(error_scale(name, scalars))
-        case "force":
-            return force
-        case "temperature":
-            return _finite(temperature_difference(scalars))
-        case "moment":
-            return max(size(name), force * arm)
-        case "creepage":
-            return creepage
-        case "spin" if arm > 0.0:
-            return creepage / arm
-        case "mismatch":
-            return 1.0
-    return size(name)
+    force, spin = size("force_x_N", "force_y_N"), arm * size("creepage_spin_rad_mm")
+    creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), spin)
+    scales = {"force": force, "moment": max(size(name), force * arm), "creepage": creepage, "mismatch": 1.0,
+              "spin": creepage / arm if arm else size(name), "temperature": _finite(temperature_difference(scalars))}
+    kind = ALL_SCALARS[name].scale if name in ALL_SCALARS else "value"
+    return _finite(error_scale(name, scalars)) if kind.endswith(" below") else scales.get(kind, size(name))
 
 
 def _relative(a: float, b: float, scale: float) -> float:
