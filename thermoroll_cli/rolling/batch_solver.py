@@ -2,7 +2,9 @@
 
 Pressure, friction, border and kernels are the same for all, so set-up is done once and every step of Python does the work of
 a whole group. Points that are solved drop out. The operators are matrices: on grids of up to some thirty elements a side one
-product of matrices is faster than many small transforms.
+product of matrices is faster than many small transforms. A point of a table takes 0.41 to 0.46 of the CPU time that the solver
+of one point takes from a start as good, on 16 × 16 and 32 × 32 elements; residual and blocks of the derivative are those of
+`Newton`.
 
 Kernels are symmetric across y = 0, so tractions are split into two parts: τ_x even and τ_y odd across y = 0, and the other
 way round. Each part needs half the elements, and both together half the work.
@@ -14,12 +16,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Mask
-from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
+from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.convolution import even_length
-from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS
+from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS
 from thermoroll_cli.numerics.krylov import batch_gmres
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.rolling.newton import (
@@ -27,6 +28,8 @@ from thermoroll_cli.rolling.newton import (
     MOST_KRYLOV_STEPS,
     STICK_TRACTION,
     SUFFICIENT_DECREASE,
+    Iterate,
+    Linearisation,
     Newton,
     TangentialProblem,
     times,
@@ -120,17 +123,11 @@ class BatchGradient:
         weights: tuple[float, ...] = UPSTREAM_WEIGHTS, contact: Mask | None = None,
     ) -> None:
         n, m = shape
-        tables = shear_tables(n + 2, m, dx, dy, compliance)
-        along, across = np.arange(-(n - 1), n), np.arange(-(m - 1), m)
-
-        def kernel(table: AnyArray, parity: int) -> AnyArray:
-            found = np.zeros((len(along), len(across)))
-            for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True):
-                sign = np.sign(along + k)[:, None] * np.sign(across) if parity < 0 else 1.0
-                found += w / dx * sign * table[np.abs(along + k)][:, np.abs(across)]
-            return found
-
-        self._apply = PairMatrix(shape, (kernel(tables[0], 1), kernel(tables[1], 1), kernel(tables[2], -1)), contact)
+        everywhere = RollingGradient((2 * n - 1, 2 * m - 1), dx, dy, compliance, weights=weights)
+        units = np.zeros((2, 2, 2 * n - 1, 2 * m - 1))
+        units[[0, 1], [0, 1], n - 1, m - 1] = 1.0
+        (xx, xy), (_, yy) = (everywhere(unit) for unit in units)
+        self._apply = PairMatrix(shape, (xx, yy, xy), contact)
         self.applications = 0
 
     def __call__(self, traction: AnyArray) -> AnyArray:
@@ -153,7 +150,7 @@ class BatchInverse:
         self._apply = PairMatrix(shape, (xx, yy, xy), contact)
 
     def __call__(self, gradient: AnyArray, mask: AnyArray, starts: AnyArray) -> AnyArray:
-        """As `StickInverse`; `mask` (B, 1, n, m) as numbers, `starts` (B, 1, n, m) from `begins`."""
+        """As `StickInverse`; `mask` (B, 1, n, m) as numbers, `starts` (B, 1, n, m) the row in which the run of each begins."""
         count, _, n, m = gradient.shape
         sums = np.zeros((count, 2, n + 1, m), dtype=gradient.dtype)
         np.cumsum(gradient, axis=2, out=sums[:, :, 1:])
@@ -163,14 +160,6 @@ class BatchInverse:
         traction = self._apply(base)
         traction *= mask
         return traction
-
-
-def begins(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """For each element of (B, n, m) the first row of its run of True along x, as (B, 1, n, m)."""
-    first = mask.copy()
-    first[:, 1:] &= ~mask[:, :-1]
-    rows = np.arange(mask.shape[1])[:, None]
-    return np.asarray(np.maximum.accumulate(np.where(first, rows, 0), axis=1)[:, None])
 
 
 FINEST_FORCING = 1e-5
@@ -284,16 +273,10 @@ class BatchSolver:
         return out
 
     def _iterate(self, traction: AnyArray, slip: AnyArray, bound: AnyArray, reference: AnyArray | float = 1.0) -> _State:
-        trial = traction + self._newton.rho * slip
-        length = np.hypot(trial[:, 0], trial[:, 1])
-        stick = length <= bound
-        safe = np.where(stick, 1.0, length)
-        scale = np.where(stick, 1.0, bound / safe)
-        residual = traction - scale[:, None] * trial
-        residual *= self._contact
-        direction = np.where(stick[:, None], 0.0, trial / safe[:, None])
+        natural = self._newton.natural_residual(np.moveaxis(traction, 1, 0), np.moveaxis(slip, 1, 0), bound)
+        residual, direction = np.moveaxis(natural[0], 0, 1), np.moveaxis(natural[3], 0, 1)
         norm = np.sqrt(np.einsum("bcij,bcij->b", residual, residual)) / reference
-        return _State(traction, slip, residual, stick, scale, direction, norm)
+        return _State(traction, slip, residual, natural[1], natural[2], direction, norm)
 
     def _step(
         self, state: _State, rigid: AnyArray, bound: AnyArray, forcing: AnyArray, reference: AnyArray | None = None
@@ -327,27 +310,13 @@ class _Linearisations:
 
     def __init__(self, solver: BatchSolver, state: _State) -> None:
         self._solver = solver
-        newton, contact = solver._newton, solver._contact
-        stick = state.stick & contact
-        slip = contact & ~stick
-        nx, ny = state.direction[:, 0], state.direction[:, 1]
-        f = state.scale
-        xx, yy, xy = f * (1.0 - nx * nx), f * (1.0 - ny * ny), -f * nx * ny
-        one = slip.astype(float)
-        rho = newton.rho * contact
-        self._p = _stack(one * (1.0 - xx), one * (1.0 - yy), -one * xy)
-        self._q = _stack(rho * xx, rho * yy, rho * xy)
-        head = stick & newton.border.partial
-        head[:, 1:] &= ~stick[:, :-1]
-        inner = stick & ~head
-        own_x, own_y = newton.self_compliance
-        scale_x, scale_y = head / (newton.rho * own_x), head / (newton.rho * own_y)
-        across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
-        self._local = _stack(scale_x + one * nx * nx + across * ny * ny, scale_y + one * ny * ny + across * nx * nx,
-                             one * nx * ny - across * nx * ny)
-        self._inner = inner[:, None].astype(np.float32)
-        self._starts = begins(inner)
-        self._inverse_rho = (self._inner / newton.rho).astype(np.float32)
+        exact = Linearisation(solver._newton, Iterate(
+            state.traction, np.zeros(0), state.slip, state.residual, state.stick, state.scale,
+            np.moveaxis(state.direction, 1, 0), np.nan, solver._newton.traction_bound))
+        self._p, self._q, self._local = (np.stack(part, axis=1).astype(np.float32) for part in (exact.p, exact.q, exact.local))
+        self._inner = exact.inner[:, None].astype(np.float32)
+        self._starts = exact.starts[:, None] // solver._shape[1]
+        self._inverse_rho = exact.inverse_rho[:, None].astype(np.float32)
         self._border = solver._border.astype(np.float32)
         self._who: AnyArray = np.arange(len(state.norm))
 
@@ -381,7 +350,3 @@ class _Linearisations:
         out = self._solver._inverse(right * self._inverse_rho, self._inner, self._starts)
         out += times(np.moveaxis(self._local, 1, 0), right)
         return out.reshape(vectors.shape)
-
-
-def _stack(xx: AnyArray, yy: AnyArray, xy: AnyArray) -> AnyArray:
-    return np.stack([xx, yy, xy], axis=1).astype(np.float32)

@@ -188,23 +188,30 @@ class Newton:
         return slip
 
     def _iterate(self, traction: AnyArray, unknown: AnyArray, slip: AnyArray) -> Iterate:
-        trial = traction + self.rho * slip
-        length = np.hypot(trial[0], trial[1])
         bound, sliding, response = self.traction_bound, None, None
         if self.problem.slip_friction is not None:
             sliding, size = self._free_slip(slip, traction)
             response = self.problem.slip_friction.response(size)
             bound = bound * response.factor
+        residual, stick, scale, direction = self.natural_residual(traction, slip, bound)
+        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
+        full = np.concatenate([residual.ravel(), force])
+        return Iterate(traction, unknown, slip, full, stick, scale, direction,
+                       float(np.linalg.norm(full)) / self.reference, bound, sliding, response)
+
+    def natural_residual(
+        self, traction: AnyArray, slip: AnyArray, bound: AnyArray
+    ) -> tuple[AnyArray, Mask, AnyArray, AnyArray]:
+        """τ − Proj(τ + ρ s) for fields (2, …, n, m), where elements stick, and of those that slip the factor of the projection
+        and the direction of τ + ρ s."""
+        trial = traction + self.rho * slip
+        length = np.hypot(trial[0], trial[1])
         stick = length <= bound
         safe = np.where(stick, 1.0, length)
         scale = np.where(stick, 1.0, bound / safe)
         residual = traction - scale * trial
         residual *= self.contact
-        force = (traction.sum(axis=(1, 2))[list(self.free)] - self.target) / self.force_scale
-        full = np.concatenate([residual.ravel(), force])
-        direction = np.where(stick, 0.0, trial / safe)
-        return Iterate(traction, unknown, slip, full, stick, scale, direction,
-                       float(np.linalg.norm(full)) / self.reference, bound, sliding, response)
+        return residual, stick, scale, np.where(stick, 0.0, trial / safe)
 
     def without_false_slip(self, state: Iterate) -> Iterate:
         """`state` with stick where only one or two elements, or rows, slip between sticking ones.
@@ -253,7 +260,9 @@ class Newton:
 
 
 class Linearisation:
-    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner."""
+    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner.
+
+    The blocks are also those of many iterates at once, whose arrays have another axis before (n, m)."""
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
         self.newton, self.state = newton, state
@@ -269,7 +278,7 @@ class Linearisation:
         self.q = rho * xx, rho * yy, rho * xy
         # The own compliance dominates border elements at the beginning of a stick run; the rest is integrated.
         head = stick & newton.border.partial
-        head[1:] &= ~stick[:-1]
+        head[..., 1:, :] &= ~stick[..., :-1, :]
         head |= stick & newton.crossed
         if newton.layer is not None:
             head |= stick & (np.abs(newton.layer) > min(newton.gradient.self_gradient))
