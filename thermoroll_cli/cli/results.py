@@ -172,14 +172,13 @@ def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
     from thermoroll_cli.cli.tables import folded, with_remarks
 
     shown = comparison.rows if verbose else comparison.outside
-    cells = [("", "first", "second", "difference")]
-    cells += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}")
-              for row in shown]
-    remarks = ["", *(_remark(row, comparison, verbose) for row in shown)]
+    lines = [("", "first", "second", "difference", "")]
+    lines += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}",
+               _remark(row, comparison, verbose)) for row in shown]
     outside, width = len(comparison.outside), streams.width()
     verdict = f"{outside} of {len(comparison.rows)} quantities are outside" if outside else "all within"
     return [
-        *(with_remarks(cells, remarks, width) if shown else []),
+        *(with_remarks(lines, width) if shown else []),
         *(line for text in comparison.notes for line in folded(f"note: {text}", width)),
         f"{verdict} {comparison.rtol:g}; largest difference {comparison.largest:.1e}",
     ]

@@ -97,11 +97,10 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     yield from (line[2:] for line in align(table))
     yield "known before solving"
     meanings = MEANINGS | {name: scalar.meaning for name, scalar in ALL_SCALARS.items()}
-    facts = [(name, number(value)) for name, value in plan.facts.items()]
-    yield from with_remarks(facts, [meanings.get(name, "") for name, _ in facts], width)
+    yield from with_remarks([(name, number(value), meanings.get(name, "")) for name, value in plan.facts.items()], width)
     yield "plan"
     steps = [(name, "runs", "") for name in plan.run] + [(name, "skipped:", why) for name, why in plan.skipped.items()]
-    yield from with_remarks([step[:2] for step in steps], [step[2] for step in steps], width)
+    yield from with_remarks(steps, width)
     accuracy = case.problem.numerics.accuracy
     upto = f" at most, until the scalars are good to {accuracy:g}" if accuracy is not None else ""
     yield f"  grid {plan.grid[0]}×{plan.grid[1]}{upto}"

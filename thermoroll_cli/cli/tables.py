@@ -64,9 +64,10 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     return [f"  {line}".rstrip() for line in text.getvalue().splitlines() if columns]
 
 
-def with_remarks(rows: Sequence[Sequence[str]], remarks: Sequence[str], width: int) -> list[str]:
-    """`rows` as by `align`, each with its remark behind it, or below it where `width` has no room."""
-    lines = align(rows)
+def with_remarks(rows: Sequence[Sequence[str]], width: int) -> list[str]:
+    """`rows` as by `align`, but for the last cell of each, a remark: it stands behind the row, or below it where `width` has no
+    room."""
+    lines, remarks = align([row[:-1] for row in rows]), [row[-1] for row in rows]
     start = max(map(len, lines), default=0) + 2
     shown = []
     for line, remark in zip(lines, remarks, strict=True):
