@@ -18,7 +18,7 @@ from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forc
 from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of, write_sweep_figure
+from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
 from thermoroll_cli.sweeps.table import SweepColumns, read_sweep, write_csv
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
@@ -239,14 +239,13 @@ def test_numbers_on_a_logarithmic_axis_keep_apart(top: float) -> None:
 def test_points_without_numbers_are_left_out(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(plot_style, "DPI", 40)
     columns = table()
-    columns["Q_F_W"][1:4] = [None, "", "nan"]
+    columns["Q_F_W"][1:4] = [None, "", float("nan")]
     columns["gamma_c"] = [None] * 8
     columns["isothermal.gamma_c"] = [float("nan")] * 8
-    assert write_sweep_figure(columns, ["rolling.speed_m_s"], tmp_path / "a.svg").exists()
-    only_failures = {"rolling.speed_m_s": [1.0, 2.0], "Q_F_W": [None, None]}
-    assert write_sweep_figure(only_failures, ["rolling.speed_m_s"], tmp_path / "b.png").exists()
-    one_point = {"rolling.speed_m_s": ["1.0"], "Q_F_W": ["2.5"]}
-    assert write_sweep_figure(one_point, ["rolling.speed_m_s"], tmp_path / "c.png").exists()
+    only_failures = {OVER[0]: [1.0, 2.0], "Q_F_W": [None, None]}
+    one_point = {OVER[0]: [1.0], "Q_F_W": [2.5]}
+    for name, wanted in (("a.svg", columns), ("b.png", only_failures), ("c.png", one_point)):
+        assert plot_style.save(drawn(wanted, OVER[:1]), tmp_path / name).exists()
 
 
 def test_a_figure_over_nothing_is_refused() -> None:

@@ -158,10 +158,6 @@ def _remarks(frame: RunFrame) -> list[str]:
                f"V = {number(problem.motion.speed)} m/s, grid {grid}"]
     remarks += [result.reason] if result.reason else []
     remarks += [f"Warning: {text}" for text in result.warnings[:3]]
-    return [line for text in remarks for line in _wrapped(re.sub(r"(?<!\w)-(?=\d)", "−", text))]
-
-
-def _wrapped(text: str) -> list[str]:
-    """A remark on a few lines as wide as the table."""
-    lines = textwrap.wrap(style.one_line(text, 2000), REMARK_LENGTH, subsequent_indent="   ")
-    return lines if len(lines) <= REMARK_LINES else [*lines[: REMARK_LINES - 1], lines[REMARK_LINES - 1] + " …"]
+    flat = [style.one_line(re.sub(r"(?<!\w)-(?=\d)", "−", text), 2000) for text in remarks]
+    return [line for text in flat for line in textwrap.wrap(
+        text, REMARK_LENGTH, subsequent_indent="   ", max_lines=REMARK_LINES, placeholder=" …")]

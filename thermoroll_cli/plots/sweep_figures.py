@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import pathlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -88,15 +87,6 @@ class Line:
     missed: Column
     label: str
     colour: str
-
-
-def write_sweep_figure(
-    table: Table, over: Sequence[str], path: pathlib.Path, *, title: str = "", compare: Sequence[str] = (),
-    dpi: float | None = None,
-) -> pathlib.Path:
-    """Draw the figure of a sweep (`sweep_figure`) into `path`; its ending is the format. Raises ValueError, OSError."""
-    with style.applied():
-        return style.save(sweep_figure(table, over, title=title, compare=compare), path, dpi)
 
 
 def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare: Sequence[str] = ()) -> Figure:
@@ -414,19 +404,15 @@ def theory_forces(table: Numbers, theory: str) -> dict[str, Column]:
     if any(not np.isfinite(column).any() for column in columns):
         missing = next(name for name, column in zip(THEORY_COLUMNS, columns, strict=True) if not np.isfinite(column).any())
         raise ValueError(f"{THEORIES[theory]} needs an elliptic contact with friction: the table has no numbers in {missing}")
-    forces = {"force_x_N": [], "force_y_N": []}  # type: dict[str, list[float]]
-    for a, b, modulus, limit, c11, c22, c23, along, lateral, spin in zip(*columns, strict=True):
-        if not np.isfinite([a, b, modulus, limit, c11, along, lateral, spin]).all():
-            found = (math.nan, math.nan)
-        else:
-            contact = (CreepageCoefficients(c11, c22, c23, math.nan), a * 1e-3, b * 1e-3, modulus * 1e9)
-            creepage = (along, lateral, spin * 1e3)
-            made = (linear_creep_forces(*contact, *creepage) if theory == "linear"
-                    else {"fastsim": fastsim, "polach": polach}[theory](*contact, limit, *creepage))
-            found = (made.force_x, made.force_y)
-        for name, value in zip(forces, found, strict=True):
-            forces[name].append(value)
-    return {name: np.array(values) for name, values in forces.items()}
+    forces = np.full((2, columns[0].size), math.nan)
+    for row in np.flatnonzero(np.isfinite(columns).all(axis=0)):
+        a, b, modulus, limit, c11, c22, c23, along, lateral, spin = (float(column[row]) for column in columns)
+        contact = (CreepageCoefficients(c11, c22, c23, math.nan), a * 1e-3, b * 1e-3, modulus * 1e9)
+        creepage = (along, lateral, spin * 1e3)
+        made = (linear_creep_forces(*contact, *creepage) if theory == "linear"
+                else {"fastsim": fastsim, "polach": polach}[theory](*contact, limit, *creepage))
+        forces[:, row] = made.force_x, made.force_y
+    return dict(zip(FORCES, forces, strict=True))
 
 
 def cell_text(value: Any) -> str:

@@ -65,23 +65,18 @@ class Journal(Mapping[str, dict[str, Any]]):
     def update(self) -> list[str]:
         """The keys of the records that have come since the last call, in their order."""
         found = []
-        for place, line in self._lines():
-            # A line that a full disk has cut in two counts as none.
-            with contextlib.suppress(ValueError, KeyError, TypeError):
-                key = str(json.loads(line)["key"])
-                self._places[key] = place, len(line)
-                found.append(key)
-        return found
-
-    def _lines(self) -> Iterator[tuple[int, bytes]]:
-        """Whole lines behind those that are known, with their places."""
         with open(os.dup(self._file), "rb") as stream:
             stream.seek(self._end)
             for line in stream:
                 if not line.endswith(b"\n"):
-                    return
-                yield self._end, line
+                    break
+                # A line that a full disk has cut in two counts as none.
+                with contextlib.suppress(ValueError, KeyError, TypeError):
+                    key = str(json.loads(line)["key"])
+                    self._places[key] = self._end, len(line)
+                    found.append(key)
                 self._end += len(line)
+        return found
 
     def keep(self, record: Record, content: bytes = b"") -> None:
         """Write `content` to the file that the record names, if there is any, then the record. Raises WriteError."""

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 import os
 import pathlib
-import re
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -220,9 +220,8 @@ class Sweep:
         if self.scalars_only:
             return
         names = {f"{self.points.name(number)}.h5" for number in range(1, self.points.count + 1)} | set(finished.values())
-        numbered = re.compile(re.escape(self.points.stem) + r"_\d{4,}\.h5")
-        unlisted = sorted(path.name for path in self.folder.glob("*.h5")
-                          if numbered.fullmatch(path.name) and path.name not in names)
+        numbered = self.folder.glob(f"{glob.escape(self.points.stem)}_[0-9][0-9][0-9][0-9]*.h5")
+        unlisted = sorted(path.name for path in numbered if path.name not in names)
         if unlisted:
             which = unlisted[0] + (f" … {unlisted[-1]}" if len(unlisted) > 1 else "")
             count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.atomic import replacing
 from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, fixed_text, label, opened, stamp
-from thermoroll_cli.plots.sweep_figures import write_sweep_figure
+from thermoroll_cli.plots import style
+from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.journal import Journal
@@ -267,7 +268,8 @@ def _flat(values: NDArray[Any]) -> list[Any]:
 def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
     """Draw the scalars over the key with numbers that varies fastest, or over words, a curve for each combination of the
     others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
-    `compare` and `dpi` are those of `write_sweep_figure`. Raises OSError, and ValueError for what cannot be compared."""
+    Creep forces stand beside those of the theories to `compare` with; `dpi` is the resolution of PNG files. Raises OSError, and
+    ValueError for what cannot be compared."""
     columns = {**table.columns, "point": list(range(1, len(table.columns["status"]) + 1))}
     varying = [key for key in reversed(table.keys) if len(set(columns[key])) > 1]
     numeric = [key for key in varying if all(isinstance(value, int | float) for value in columns[key])]
@@ -279,7 +281,8 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
     over = ["point"] if by_number else [*numeric[:1], *(key for key in varying if key not in numeric[:1])]
     if CONVERGED not in columns["status"]:
         return "no point converged"
-    write_sweep_figure(columns, over, path, title=table.title, compare=compare, dpi=dpi)
+    with style.applied():
+        style.save(sweep_figure(columns, over, title=table.title, compare=compare), path, dpi)
     return ""
 
 
