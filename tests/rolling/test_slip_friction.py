@@ -115,10 +115,13 @@ def test_a_layer_that_yields_carries_so_much() -> None:
     assert (state.fields["shear_x"] <= inputs["yield_MPa"] * 1e6 * (1.0 + 1e-5)).all()
     with pytest.raises(Unsolvable, match=f"it carries {carried:.6g} N at most"):
         solve(case({**inputs, "force_N": 1.02 * carried}, 16))
-    # Bodies of unlike materials have another pressure, which is known only when it is solved.
-    problem = case({**inputs, "force_N": 1.02 * carried}, 16)
-    stiffer = replace(problem.upper, youngs_modulus=1.2 * problem.upper.youngs_modulus)
-    too_much = solve(replace(problem, upper=stiffer))
+    # Bodies of unlike materials have another pressure, known only when it is solved: only a force far above is refused at once.
+    unlike = replace(sliding, upper=replace(sliding.upper, youngs_modulus=1.2 * sliding.upper.youngs_modulus))
+    k = unlike.layer_yield / (unlike.friction * DerivedQuantities(unlike).hertz.peak_pressure)
+    carried = 0.5 * (3.0 * k - k**3) * unlike.traction_limit
+    with pytest.raises(Unsolvable, match="the layer yields: it carries"):
+        solve(replace(case({**inputs, "force_N": 1.04 * carried}, 16), upper=unlike.upper))
+    too_much = solve(replace(case({**inputs, "force_N": 1.01 * carried}, 16), upper=unlike.upper))
     assert not too_much.converged and "the layer yields" in too_much.reason
     with pytest.raises(Unsolvable, match="unless friction has memory"):
         solve(replace(sliding, friction_law=LAWS["linear"], layer_yield=None, layer=1e-14))

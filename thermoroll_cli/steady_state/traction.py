@@ -17,7 +17,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
 from thermoroll_cli.numerics.convolution import Convolution, Parities, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Pressure, Traction
-from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.problem import Problem, Unsolvable
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
@@ -28,6 +28,9 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 FORCE_TOLERANCE = 0.4
 """Factor of the tolerance of tractions under a prescribed force: the creepage amplifies the remaining residual."""
+BEYOND_YIELD = 1.02
+"""Force over what a yielding layer carries under the pressure without heat and shear, above which it is not solved for. Shear
+changes that by less, and coarse grids overestimate it."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ class TractionSolver:
         friction: Array | None, *, undisturbed: bool,
     ) -> Traction:
         """Tractions and slip under the pressure `normal` (`undisturbed` says that it is Hertz's), driven by the slip `rigid`
-        (2, nx, ny); `friction` as in `Discretisation.roll`."""
+        (2, nx, ny); `friction` as in `Discretisation.roll`. Raises Unsolvable where a layer yields far below the force."""
         problem, motion = derived.problem, derived.problem.motion
         mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
         window = self.window_around(normal.contact, mirror, derived)
@@ -136,6 +139,8 @@ class TractionSolver:
         # Between dissimilar bodies tractions begin like sqrt(s) ln s and have no given shape.
         has_shape = self.options.leading_known and not derived.dissimilar
         bound = _bound(problem, normal, friction)
+        if undisturbed:
+            _check_yield(problem, float(bound.sum()) * self.grid.element_area)
         cell = TangentialProblem(
             traction_bound=window.cut(bound),
             covered=window.cut(normal.covered),
@@ -269,6 +274,13 @@ def _bound(problem: Problem, normal: Pressure, friction: Array | None) -> Array:
     """Largest traction in Pa, (nx, ny): Coulomb's, or where a layer between the bodies yields."""
     bound = (problem.friction if friction is None else friction) * normal.pressure
     return bound if problem.layer_yield is None else np.minimum(bound, problem.layer_yield * normal.covered)
+
+
+def _check_yield(problem: Problem, limit: float) -> None:
+    """Raises Unsolvable where the prescribed force is far above the `limit` (N) of a layer that yields."""
+    if problem.layer_yield is not None and problem.prescribed_force > BEYOND_YIELD * limit:
+        raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
+                         f"{problem.prescribed_force:.6g} N", "force")
 
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
