@@ -173,7 +173,7 @@ def inputs(table: model.Table, prefix: str = "") -> Iterator[Input]:
             for number, item in enumerate(value):
                 yield from inputs(item, f"{key}.{number}.")
         elif isinstance(value, int | float) and not isinstance(value, bool):
-            yield Input(key, value, float(table.si(name)), model.si_unit(type(table).model_fields[name])[0])
+            yield Input(key, value, float(table.si(name)), table.si_unit(name)[0])
         elif value is not None and value != "":
             yield Input(key, value, None, "")
 

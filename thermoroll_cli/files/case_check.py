@@ -7,7 +7,7 @@ import math
 import os
 import re
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, get_args
 
 from pydantic import ValidationError
 from pydantic.fields import FieldInfo
@@ -16,7 +16,7 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, UNIT_AT_END, Settings, Table, quantity_of
-from thermoroll_cli.files.case_schema import allowed_values, known_keys, known_words, tables_in, takes_numbers
+from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
@@ -70,7 +70,7 @@ class _Checker:
     def _section(self, name: str, field: FieldInfo) -> None:
         given = self.content.get(name)
         if isinstance(given, dict):
-            valid = self._material(given) if name == "material" else self._table((name,), tables_in(field)[0], given)
+            valid = self._material(given) if name == "material" else self._table((name,), _kind(field), given)
             valid = self._with_profiles(valid) if isinstance(valid, model.GeometryTable) else valid
             if valid is not None:
                 self.sections[name] = valid
@@ -129,8 +129,8 @@ class _Checker:
         for body in BODIES:
             key, profile = f"{body}_radius_y_mm", f"{body}_profile"
             if not {key, profile} & {*given, *self._meant(("geometry",), given)}:
-                allowed = f"{allowed_values(model.GeometryTable.model_fields[key])}; or a table [geometry.{profile}]"
-                self._note(("geometry", key), "is missing", allowed=allowed, at_key=True)
+                path = ("geometry", key)
+                self._note(path, "is missing", allowed=f"{allowed_values(path)}; or a table [geometry.{profile}]", at_key=True)
 
     def _table(self, path: KeyPath, kind: type[Table], given: dict[str, Any], ignored: Iterable[str] = ()) -> Table | None:
         """The table of `given`, or None where it has errors, which are noted; but not those of keys that are `ignored`."""
@@ -139,20 +139,21 @@ class _Checker:
         except ValidationError as cause:
             seen: set[KeyPath] = {(*path, key) for key in ignored}
             for error in cause.errors(include_url=False):  # a value that fits none of several types has one error for each
-                place, field = _place(path, kind, error["loc"])
+                place = _place((*path, error["loc"][0]), error["loc"][1:])
                 if place not in seen:
                     seen.add(place)
-                    self._invalid(place, field, error)
+                    self._invalid(place, error)
         return None
 
-    def _invalid(self, path: KeyPath, field: FieldInfo | None, error: Any) -> None:
-        if field is None:
+    def _invalid(self, path: KeyPath, error: Any) -> None:
+        if error["type"] == "extra_forbidden":
             self._unknown_in(path[:-1], path[-1:])
         elif error["type"] != "missing":
-            self._note(path, _message(error, field), allowed=_allowed(path, field), hint=_value_hint(error["input"], field))
+            entry = entry_at(path)
+            self._note(path, _message(error, entry), allowed=allowed_values(path), hint=_value_hint(error["input"], entry))
         elif path[-1] not in self._meant(path[:-1], error["input"]):
             # A misspelt key is one error, not two.
-            self._note(path, "is missing", allowed=_allowed(path, field), at_key=True)
+            self._note(path, "is missing", allowed=allowed_values(path), at_key=True)
 
     def _meant(self, table: KeyPath, given: dict[str, Any]) -> set[str]:
         """Keys of `table` that are missing only because they are misspelt."""
@@ -182,42 +183,40 @@ class _Checker:
         return Settings.model_construct(title=self.content.get("title", ""), **sections)
 
 
-def _place(table: KeyPath, kind: type[Table], location: tuple[Any, ...]) -> tuple[KeyPath, FieldInfo | None]:
-    """The path of the key that an error at `location` inside `table` is about, and its field (None: an unknown key)."""
-    key, rest = location[0], location[1:]
-    field = kind.model_fields.get(key)
-    inner = tables_in(field) if field is not None else ()
-    path: KeyPath = (*table, key)
-    if inner and rest and isinstance(rest[0], int):
-        path, rest = (*path, rest[0]), rest[1:]
-    return _place(path, inner[0], rest) if inner and rest else (path, field)
+def _kind(field: FieldInfo) -> type[Table]:
+    """The model of a section."""
+    return next(kind for kind in (field.annotation, *get_args(field.annotation)) if isinstance(kind, type))
 
 
-def _message(error: Any, field: FieldInfo) -> str:
+def _place(path: KeyPath, location: tuple[Any, ...]) -> KeyPath:
+    """The path of the key that an error at `location` behind `path` is about: no entry of a list, no alternative of a type."""
+    for part in location:
+        if not is_table(entry_at(path)):
+            break
+        path = (*path, part)
+    return path
+
+
+def _message(error: Any, entry: Entry) -> str:
     kind, value = error["type"], error["input"]
-    if isinstance(value, float) and math.isnan(value) and not tables_in(field):
+    if isinstance(value, float) and math.isnan(value) and not is_table(entry):
         return "nan is not a number"
     if kind == "finite_number" or (kind == "float_type" and type(value) is int):  # an integer no float can hold
         return "must be finite"
     if kind == "greater_than_equal":
         return "must be greater than 0" if error["ctx"]["ge"] > 0 >= value else "is below the allowed range"
-    if kind in ("float_type", "bool_type") and known_words(field):
+    if kind in ("float_type", "bool_type") and known_words(entry):
         return f"{_MESSAGES[kind].replace(' or ', ', ')} or a known word"
     return str(_MESSAGES.get(kind, error["msg"]))
 
 
-def _allowed(path: KeyPath, field: FieldInfo) -> str:
-    words = allowed_values(field)
-    return f"a table [{'.'.join(map(str, path))}]" if words == "a table" else words
-
-
-def _value_hint(value: Any, field: FieldInfo) -> str:
+def _value_hint(value: Any, entry: Entry) -> str:
     """Help for a text that is not allowed: the nearest known word, or how a number is written."""
     if not isinstance(value, str):
         return ""
-    if near := _nearest(value, known_words(field)):
+    if near := _nearest(value, known_words(entry)):
         return f'did you mean "{near}"?'
-    if not takes_numbers(field):
+    if is_table(entry) or "string" in (entry.get("type"), entry.get("items", {}).get("type")):
         return ""
     if re.fullmatch(r"\s*[-+]?\d+,\d+\s*", value):
         return "a number is written with a point and without quotes: 0.5"

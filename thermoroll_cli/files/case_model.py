@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
-from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.problem.problem import BODIES
@@ -24,6 +23,7 @@ LARGEST_PROFILE = 2000
 MOST_LAYERS = 5
 
 SI = {
+    "1": ("", 1.0),
     "GPa": ("Pa", 1e9),
     "1e-6/K": ("1/K", 1e-6),
     "mm2/s": ("m²/s", 1e-6),
@@ -51,9 +51,12 @@ _BULK = "far from the contact, above the temperature to which the coefficient of
 
 @dataclass(frozen=True)
 class Allowed:
-    """The values a key may have, in words, where its type and range do not say enough."""
+    """The values a key may have, in words, where its type and range do not say enough: the keyword `allowed` of its schema."""
 
     words: str
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict[str, Any]:
+        return {**handler(core_schema), "allowed": self.words}
 
 
 def quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
@@ -92,10 +95,10 @@ def _one_line(value: Any) -> Any:
 _SIDE: dict[str, Any] = {"type": "integer", "minimum": GRID_RANGE[0], "maximum": GRID_RANGE[1]}
 Radius = Annotated[
     float, AllowInfNan(True), BeforeValidator(_radius),
-    Allowed("a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat), in mm"),
     # JSON has no infinity: editors that check TOML by this schema hand inf on as null.
     WithJsonSchema({"type": ["number", "null"], "minimum": -RADIUS_RANGE[1],
                     "not": {"type": "number", "exclusiveMinimum": -RADIUS_RANGE[0], "exclusiveMaximum": RADIUS_RANGE[0]}}),
+    Allowed("a number of either sign (negative is concave), 1e-9 to 1e9 in magnitude, or inf (flat), in mm"),
 ]  # fmt: skip
 
 
@@ -108,11 +111,18 @@ class Table(BaseModel):
     # A table's validator is built when a case first has that table.
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
 
+    @classmethod
+    def si_unit(cls, key: str) -> tuple[str, float]:
+        """The SI unit of `key`, empty if it has none, and the factor to it from the key's own unit."""
+        extra = cls.model_fields[key].json_schema_extra
+        unit = str(extra["unit"]) if isinstance(extra, dict) else "1"
+        return SI.get(unit, (unit, 1.0))
+
     def si(self, key: str) -> Any:
         """The value of `key` in SI units; None where it is left out.
 
         Factors below one divide: 30.0 / 1e3 is 0.03 to the last bit, 30.0 * 1e-3 is not."""
-        value, factor = getattr(self, key), si_unit(type(self).model_fields[key])[1]
+        value, factor = getattr(self, key), self.si_unit(key)[1]
         if value is None or factor == 1.0:
             return value
         return value / round(1.0 / factor) if factor < 1.0 else value * factor
@@ -304,8 +314,8 @@ class NumericsTable(Table):
 
     grid: Annotated[
         int | tuple[int, int], BeforeValidator(_grid),
-        Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
         WithJsonSchema({**_SIDE, "type": ["integer", "array"], "items": _SIDE, "minItems": 2, "maxItems": 2}),
+        Allowed(f"a whole number from {GRID_RANGE[0]} to {GRID_RANGE[1]}, or two of them: [nx, ny]"),
     ] | None = Field(default=None, description="Elements per side of the domain, or [nx, ny]")  # fmt: skip
     accuracy: float | None = quantity("1", "Relative error wanted in the scalars", None, ge=1e-5, le=0.1)
     extent: float = quantity("1", "Side of the domain in Hertz semi-axes; grows if needed", 2.2, ge=1.2, le=6)
@@ -432,15 +442,3 @@ def quantity_of(key: str) -> str:
     """A key without the unit at its end."""
     return UNIT_AT_END.sub("", key)
 
-
-def key_unit(field: FieldInfo) -> str:
-    """The unit of a key; empty if it has none."""
-    extra = field.json_schema_extra
-    unit = str(extra.get("unit", "")) if isinstance(extra, dict) else ""
-    return "" if unit == "1" else unit
-
-
-def si_unit(field: FieldInfo) -> tuple[str, float]:
-    """The SI unit of a key, and the factor to it from the key's own unit."""
-    unit = key_unit(field)
-    return SI.get(unit, (unit, 1.0))

@@ -1,83 +1,80 @@
-"""The keys that a case may have and what each allows: in words for errors, and as a JSON schema for editors. Both follow from
-the model that reads cases."""
+"""The keys that a case may have and what each allows: as a JSON schema for editors, and in words for errors. The schema follows
+from the model that reads cases, the words from the schema."""
 
 from __future__ import annotations
 
+import functools
 import json
 import re
-from collections.abc import Iterator
-from typing import Any, Literal, get_args, get_origin
+from typing import Any
 
-from pydantic.fields import FieldInfo
-
-from thermoroll_cli.files.case_model import EXCLUSIVE, Allowed, Settings, Table, key_unit
+from thermoroll_cli.files.case_errors import KeyPath
+from thermoroll_cli.files.case_model import EXCLUSIVE, Settings
 from thermoroll_cli.problem.problem import BODIES
 
-
-def tables_in(field: FieldInfo) -> tuple[type[Table], ...]:
-    """The models of a key that is a table, or a list of tables; none for any other key."""
-    return tuple(dict.fromkeys(_leaves(field.annotation, lambda kind: isinstance(kind, type) and issubclass(kind, Table))))
+Entry = dict[str, Any]
+"""The schema of a key or a table."""
 
 
-def table_at(path: tuple[str | int, ...]) -> tuple[type[Table], ...]:
-    """The models of the table at `path`, which is () for the whole case; none where there is no table."""
-    found: tuple[type[Table], ...] = (Settings,)
+def case_schema() -> Entry:
+    """JSON schema (draft 2020-12) of a case file. Units stand in the keyword `unit` of each number.
+
+    It knows every key, type and range and which keys exclude each other; convexity and the friction limit need the
+    program (`thermoroll validate`). Written so that an error is about one key: alternatives by `anyOf` would only say that
+    a whole table fits none of them.
+    """
+    return dict(json.loads(json.dumps(_schema()), object_hook=lambda node: {k: v for k, v in node.items() if k != "allowed"}))
+
+
+def known_keys(path: KeyPath) -> tuple[str, ...]:
+    """Keys that the table at `path` may have, in any of its forms; () is the whole case."""
+    return tuple(entry_at(path).get("properties", ()))
+
+
+def entry_at(path: KeyPath) -> Entry:
+    """The schema of the key or table at `path`; empty for one that is not known."""
+    return _entry(_schema(), path)
+
+
+def _entry(schema: Entry, path: KeyPath) -> Entry:
+    entry = schema
     for part in path:
-        if isinstance(part, str):
-            fields = (table.model_fields.get(part) for table in found)
-            found = tuple(inner for field in fields if field is not None for inner in tables_in(field))
-    return found
+        entry = entry.get("items", {}) if isinstance(part, int) else entry.get("properties", {}).get(part, {})
+        entry = schema["$defs"].get(_definition(entry), {}) | entry
+    return entry
 
 
-def known_keys(path: tuple[str | int, ...]) -> tuple[str, ...]:
-    """Keys that the table at `path` may have, in any of its forms."""
-    return tuple(dict.fromkeys(key for table in table_at(path) for key in table.model_fields))
+def _definition(entry: Entry) -> str:
+    """The name of the definition that `entry` refers to."""
+    return str(entry.get("$ref", "")).rpartition("/")[2]
 
 
-def takes_numbers(field: FieldInfo) -> bool:
-    """Whether a key may be a number, or true or false."""
-    return any(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
+def is_table(entry: Entry) -> bool:
+    """Whether a key is a table, or a list of tables."""
+    return entry.get("type") == "object" or "$ref" in entry.get("items", {})
 
 
-def known_words(field: FieldInfo) -> tuple[str, ...]:
+def known_words(entry: Entry) -> tuple[str, ...]:
     """The words that a key may have."""
-    literals = _leaves(field.annotation, lambda kind: get_origin(kind) is Literal)
-    return tuple(word for literal in literals for word in get_args(literal) if isinstance(word, str))
+    words = (word for part in (entry, entry.get("then", {}), entry.get("items", {}))
+             for word in (*part.get("enum", ()), part.get("const")))
+    return tuple(word for word in words if isinstance(word, str))
 
 
-def _leaves(annotation: Any, wanted: Any) -> Iterator[Any]:
-    """The parts of a type, however deep, for which `wanted` holds."""
-    if wanted(annotation):
-        yield annotation
-        return
-    for part in get_args(annotation):
-        yield from _leaves(part, wanted)
-
-
-def _metadata(field: FieldInfo) -> list[Any]:
-    """Annotations of a field and of the alternatives of its type."""
-    inner = [item for part in get_args(field.annotation) for item in getattr(part, "__metadata__", ())]
-    # Limits in Annotated[float, Field(ge=0)] stand in a field of their own.
-    return [*field.metadata, *(note for item in inner for note in (item.metadata if isinstance(item, FieldInfo) else (item,)))]
-
-
-def allowed_values(field: FieldInfo) -> str:
-    """The values a key may have, in words."""
-    notes = _metadata(field)
-    stated = next((note.words for note in notes if isinstance(note, Allowed)), "")
-    if stated:
-        return stated
-    if tables_in(field):
-        return "a table"
-    kinds = list(_leaves(field.annotation, lambda kind: kind in (bool, int, float)))
-    choices = ["true", "false"] if bool in kinds else []
-    limits = {name: getattr(note, name) for note in notes for name in ("ge", "le") if hasattr(note, name)}
-    if limits:
-        number = "a whole number" if int in kinds else "a number"
-        unit = key_unit(field)
-        choices.append(f"{number} from {_short(limits['ge'])} to {_short(limits['le'])}{f', in {unit}' if unit else ''}")
-    choices += [f'"{word}"' for word in known_words(field)]
-    if limits and len(choices) == 2:
+def allowed_values(path: KeyPath) -> str:
+    """The values that the key at `path` may have, in words."""
+    entry = entry_at(path[:-1] if isinstance(path[-1], int) else path)
+    if "allowed" in entry:
+        return str(entry["allowed"])
+    if entry.get("type") == "object":
+        return f"a table [{'.'.join(map(str, path))}]"
+    choices = ["true", "false"] if entry.get("type") == "boolean" or True in entry.get("enum", ()) else []
+    if "minimum" in entry:
+        number = "a whole number" if entry["type"] == "integer" else "a number"
+        unit = f", in {entry['unit']}" if entry.get("unit", "1") != "1" else ""
+        choices.append(f"{number} from {_short(entry['minimum'])} to {_short(entry['maximum'])}{unit}")
+    choices += [f'"{word}"' for word in known_words(entry)]
+    if "minimum" in entry and len(choices) == 2:
         return ", or ".join(choices)
     return " or ".join([", ".join(choices[:-1]), choices[-1]] if choices[1:] else choices)
 
@@ -87,16 +84,12 @@ def _short(number: float) -> str:
     return re.sub(r"e([-+])0*", lambda sign: "e-" if sign[1] == "-" else "e", f"{number:g}")
 
 
-def case_schema() -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of a case file. Units stand in the keyword `unit` of each number.
-
-    It knows every key, type and range and which keys exclude each other; convexity and the friction limit need the
-    program (`thermoroll validate`). Written so that an error is about one key: alternatives by `anyOf` would only say that
-    a whole table fits none of them.
-    """
+@functools.cache
+def _schema() -> Entry:
+    """The schema, with the keyword `allowed` where words say more than types and ranges."""
     # Definitions have the names of the sections, not of the classes that read them.
-    text = json.dumps(Settings.model_json_schema())
-    schema = _tidied(json.loads(re.sub(r'\b([A-Z][a-z]+)Table"', r'\1"', text)))
+    text = re.sub(r'\b([A-Z][a-z]+)Table"', r'\1"', json.dumps(Settings.model_json_schema()))
+    schema: Entry = json.loads(text, object_hook=_tidied)
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = "thermoroll case"
     tables = schema["$defs"]
@@ -110,7 +103,7 @@ def case_schema() -> dict[str, Any]:
         (*table, first), (*other, second) = one.split("."), two.split(".")
         if table == other:
             # Definitions of tables that both bodies have are shared.
-            name = table_at(tuple(table))[0].__name__.removesuffix("Table")
+            name = _definition(_entry(schema, tuple(table)))
             absent = {"properties": {second: _not_with(one if len(table) == 1 else first)}}
             node = tables[name].setdefault("dependentSchemas", {}).setdefault(first, {"properties": {}})
             node["properties"] |= absent["properties"]
@@ -121,7 +114,7 @@ def case_schema() -> dict[str, Any]:
     return schema
 
 
-def _material(described: dict[str, Any], tables: dict[str, Any]) -> dict[str, Any]:
+def _material(described: Entry, tables: Entry) -> Entry:
     """One table with the keys of both forms, of which either goes alone."""
     one, two = tables["Material"], tables.pop("TwoMaterials")
     constants = dict.fromkeys(one["properties"], _not_with("[material.lower] and [material.upper]"))
@@ -136,21 +129,18 @@ def _material(described: dict[str, Any], tables: dict[str, Any]) -> dict[str, An
     }
 
 
-def _not_with(other: str) -> dict[str, Any]:
+def _not_with(other: str) -> Entry:
     """A key that must not be there. `false` would say so, too, but validators quote this schema in their message."""
     return {"not": {"description": f"anything together with {other}"}}
 
 
-def _tidied(node: Any) -> Any:
+def _tidied(node: Entry) -> Entry:
     """`node` as a person would write it: without titles that repeat the key, without defaults of whole tables, and
     without the null that stands for "left out" (TOML has none, a key is there or not)."""
-    if isinstance(node, list):
-        return [_tidied(item) for item in node]
-    if not isinstance(node, dict):
-        return node
-    dropped = {"title"} if isinstance(node.get("title"), str) else set()
-    dropped |= {"default"} if isinstance(node.get("default"), dict | None) else set()
-    node = {key: _tidied(value) for key, value in node.items() if key not in dropped}
+    if isinstance(node.get("title"), str):
+        del node["title"]
+    if isinstance(node.get("default"), dict | None):
+        node.pop("default", None)
     choices = node.get("anyOf")
     if choices and {"type": "null"} in choices:
         rest = [choice for choice in choices if choice != {"type": "null"}]
