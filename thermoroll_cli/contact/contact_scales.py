@@ -13,7 +13,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
-from thermoroll_cli.numerics.grid import Domain, Grid, peak_value
+from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation, peak_value
 from thermoroll_cli.problem.problem import Geometry, Unsolvable
 from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
 
@@ -93,7 +93,7 @@ def contact_scales(
         inside = y[lateral_gap(geometry, y) < depth]
         box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, mirror=mirror)
+        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, depth, mirror=mirror)
         if found is not None:
             break
         depth *= 1.5
@@ -101,10 +101,8 @@ def contact_scales(
         raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry.lower_profile"
                          if geometry.upper_profile is None else "geometry.upper_profile")
     # Once more with all elements on the contact: its border is known to an element.
-    box = _Box(found.semi_axis_x, found.centre - found.semi_axis_y, found.centre + found.semi_axis_y)
-    grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-    found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, mirror=mirror) or found
-    return found
+    grown = _Box.around(found.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
+    return (_solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, found, mirror=mirror) or found).scales
 
 
 def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
@@ -115,14 +113,14 @@ def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, 
     found, fits = None, 0
     for _ in range(4 * ATTEMPTS):
         grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
-        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, mirror=True)
+        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, found or hertz.approach, mirror=True)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
         found, fits = attempt, fits + 1
-        box = _Box(found.semi_axis_x, -found.semi_axis_y, found.semi_axis_y)
+        box = _Box.around(found.scales)
         if fits == DOMAIN_FITS:
-            return found
+            return found.scales
     raise Unsolvable("no contact of these layered bodies was found", "material")
 
 
@@ -132,6 +130,10 @@ class _Box:
     low: float
     high: float
 
+    @classmethod
+    def around(cls, scales: ContactScales) -> _Box:
+        return cls(scales.semi_axis_x, scales.centre - scales.semi_axis_y, scales.centre + scales.semi_axis_y)
+
     def grown(self, factor: float, lowest: float, highest: float, *, mirror: bool) -> _Box:
         """`factor` times as large, but not beyond the ends of the profiles; even about y = 0 for `mirror`."""
         room = 0.5 * (factor - 1.0) * (self.high - self.low)
@@ -140,6 +142,15 @@ class _Box:
             high = max(high, -low)
             low = -high
         return _Box(factor * self.half_x, low, high)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """The coarse solution behind some `scales`."""
+
+    scales: ContactScales
+    grid: Grid
+    pressure: Array
 
 
 def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) -> float:
@@ -162,15 +173,18 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
 
 def _solve(
     geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
-    coatings: Coatings | None, *, mirror: bool,
-) -> ContactScales | None:
-    """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends."""
+    coatings: Coatings | None, before: _Found | float, *, mirror: bool,
+) -> _Found | None:
+    """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
+    is the start: the solution on another box, or how deep (m) rigid bodies overlap."""
     nx, ny = COARSE_GRID
     grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
     gap = undeformed_gap(geometry, grid.x, grid.y)
+    start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
+             else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
     solver = NormalSolver(grid, contact_modulus, coatings)
-    solution = solver.solve(gap, normal_force, np.zeros(grid.shape), COARSE_TOLERANCE)
-    refined = solver.refine(solution, gap, normal_force, COARSE_TOLERANCE, mirrored=mirror)
+    solution = solver.solve(gap, normal_force, start, COARSE_TOLERANCE)
+    share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])
     at_end = box.low <= limits[0] + slack, box.high >= limits[1] - slack
@@ -178,15 +192,16 @@ def _solve(
     if rows[0] == 0 or rows[-1] == nx - 1 or (first and not at_end[0]) or (last and not at_end[1]):
         return None
     edge = np.isfinite(undeformed_gap(geometry, np.zeros(1), np.array(limits))[0])
-    along = refined.covered.sum(axis=0).max() * grid.dx
+    along = share.sum(axis=0).max() * grid.dx
     # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would jump.
-    covered = np.pad(refined.covered.max(axis=0), 1)
+    covered = np.pad(share.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
     high = grid.y[columns[-1]] + covered[columns[-1] + 1 : columns[-1] + 3].sum() * grid.dy
-    area = float(refined.covered.sum()) * grid.element_area
+    area = float(share.sum()) * grid.element_area
     # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
     centre = 0.0 if mirror else float(0.5 * (low + high))
-    return ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
-                         math.sqrt(area / math.pi), centre,
-                         (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits,
-                         solution.converged)
+    scales = ContactScales(
+        0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
+        math.sqrt(area / math.pi), centre, (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits,
+        solution.converged)
+    return _Found(scales, grid, solution.pressure)

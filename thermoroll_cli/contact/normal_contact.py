@@ -220,6 +220,11 @@ class NormalSolver:
         return NormalSolution(pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, iterations,
                               converged)
 
+    def border(self, solution: NormalSolution, *, mirrored: bool = False) -> tuple[Mask, Array, Array]:
+        """`border_elements` of a solution with whole elements."""
+        return border_elements(solution.pressure, solution.contact, solution.gap, self.grid, self.contact_modulus,
+                               self._border_trust, mirrored=mirrored)
+
     def refine(
         self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False
     ) -> RefinedContact:
@@ -230,8 +235,7 @@ class NormalSolver:
         the contact area, also of contacts far from Hertz's, are about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would
         be worse: the errors of whole elements on both sides of the border cancel, those beside elements of known load do not.
         """
-        border, load, covered = border_elements(solution.pressure, solution.contact, solution.gap, self.grid,
-                                                self.contact_modulus, self._border_trust, mirrored=mirrored)
+        border, load, covered = self.border(solution, mirrored=mirrored)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
         wanted = normal_force / self.grid.element_area - float(fixed.sum())
