@@ -41,6 +41,7 @@ the element's own compliance: r falls like the element's width, so this does not
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,7 +103,8 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
 
 
 class EdgeCompliance:
-    """K on a bounding box (n, m): `partial` marks partly covered elements, `diagonal` (2, n, m) is that of K.
+    """K on a bounding box (n, m), components xx, yy, xy in `k` (3, n, m): `partial` marks partly covered elements, `diagonal`
+    (2, n, m) is that of K. Almost all of K is zero, but picking the other elements takes longer than multiplying all.
 
     Where `leading` (3, n, m) is given, it replaces K on its elements, because it is more accurate. `softest` is then the
     operator's compliance for tractions that alternate across rolling (x and y): on elements that are long along x it is small,
@@ -142,33 +144,28 @@ class EdgeCompliance:
             k[:2] += neutral
         if layer is not None:
             k[:2] += layer
-        i, j = self._index = np.nonzero(k.any(axis=0))
-        self.xx, self.yy, self.xy = k[:, i, j]
-        self._trailing = trailing[i, j]
+        self.k, self._of_trailing = k, k * trailing
         self.diagonal = k[:2]
-
-    def add(self, out: AnyArray, traction: AnyArray) -> AnyArray:
-        """`out` + K `traction`, in place, both (2, n, m)."""
-        i, j = self._index
-        tx, ty = traction[0, i, j], traction[1, i, j]
-        out[0, i, j] += self.xx * tx + self.xy * ty
-        out[1, i, j] += self.xy * tx + self.yy * ty
-        return out
 
     def trailing(self, traction: AnyArray) -> AnyArray:
         """K `traction` of the trailing border only, (2, n, m).
 
         Where that slips, the traction is at the bound whatever the gradient, and K would only reduce the power of the slip."""
-        i, j = (index[self._trailing] for index in self._index)
-        xx, yy, xy = (k[self._trailing] for k in (self.xx, self.yy, self.xy))
-        tx, ty = traction[0, i, j], traction[1, i, j]
-        out = np.zeros_like(traction)
-        out[0, i, j], out[1, i, j] = xx * tx + xy * ty, xy * tx + yy * ty
-        return out
+        return times(self._of_trailing, traction)
 
-    def apply(self, traction: AnyArray) -> AnyArray:
-        """K `traction`, (2, n, m)."""
-        return self.add(np.zeros_like(traction), traction)
+
+def times(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
+    """Symmetric 2×2 matrices, components xx, yy, xy (…, n, m) in `block`, times the vectors `v` (…, 2, n, m)."""
+    xx, yy, xy = block
+    x, y = v[..., 0, :, :], v[..., 1, :, :]
+    out = np.empty_like(v)
+    out_x, out_y = out[..., 0, :, :], out[..., 1, :, :]
+    term = np.multiply(xy, y)
+    np.multiply(xx, x, out=out_x)
+    out_x += term
+    np.multiply(yy, y, out=out_y)
+    out_y += np.multiply(xy, x, out=term)
+    return out
 
 
 def _limited(k: AnyArray, along: float, across: float, options: RollingOptions) -> AnyArray:

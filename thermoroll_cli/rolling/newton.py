@@ -6,14 +6,13 @@ That is the natural residual of Coulomb friction, with its generalised derivativ
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, layer_ends, neutral_compliance
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, layer_ends, neutral_compliance, times
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
@@ -150,7 +149,7 @@ class Newton:
         size = np.hypot(state.traction[0], state.traction[1])
         along = state.traction / np.where(size > 0.0, size, 1.0)
         back = along * (along * back).sum(axis=0)
-        lost = (state.traction * (self.border.add(dissipative, state.traction) - back)).sum(axis=0)
+        lost = (state.traction * (dissipative + times(self.border.k, state.traction) - back)).sum(axis=0)
         return state, np.where(stick, 0.0, state.slip + back), lost
 
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
@@ -183,7 +182,7 @@ class Newton:
 
     def _slip_of(self, gradient: AnyArray, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         slip = self.problem.rigid_slip - gradient
-        slip -= self.border.apply(traction)
+        slip -= times(self.border.k, traction)
         slip += self.creepage(unknown)[:, None, None]
         return slip
 
@@ -238,7 +237,7 @@ class Newton:
         shape = (2, *self.traction_bound.shape)
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
-        change_slip = self.creepage(change_unknown)[:, None, None] - self.border.add(solution.image.reshape(shape), change)
+        change_slip = self.creepage(change_unknown)[:, None, None] - (solution.image.reshape(shape) + times(self.border.k, change))
         # Slip is affine in the traction, so a shorter step needs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
@@ -324,7 +323,8 @@ class Linearisation:
         shape = (2, *newton.traction_bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
-        inner = newton.border.add(image.reshape(shape).copy(), change)
+        inner = times(newton.border.k, change)
+        inner += image.reshape(shape)
         if newton.free:
             inner -= newton.creepage(v[n:])[:, None, None]
         out = times(self.q, inner)
@@ -356,20 +356,6 @@ class Linearisation:
         for u, column in zip(unknown, self.response, strict=True):
             change += float(u) * column
         return np.concatenate([change.ravel(), unknown])
-
-
-def times(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
-    """Symmetric 2×2 matrices, components xx, yy, xy (…, n, m) in `block`, times the vectors `v` (…, 2, n, m)."""
-    xx, yy, xy = block
-    x, y = v[..., 0, :, :], v[..., 1, :, :]
-    out = np.empty_like(v)
-    out_x, out_y = out[..., 0, :, :], out[..., 1, :, :]
-    term = np.multiply(xy, y)
-    np.multiply(xx, x, out=out_x)
-    out_x += term
-    np.multiply(yy, y, out=out_y)
-    out_y += np.multiply(xy, x, out=term)
-    return out
 
 
 def _lone(slip: Mask, stick: Mask) -> Mask:
