@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from thermoroll_cli.numerics import convolution as convolution_module
 from thermoroll_cli.numerics.convolution import Convolution, multiply, quadrant_symbol
 
 RANDOM = np.random.default_rng(20240521)
@@ -115,18 +114,3 @@ def test_periodic_symbol_is_the_transform_of_the_wrapped_kernel(padded, parity):
 def test_a_symmetric_kernel_needs_an_even_period():
     with pytest.raises(ValueError, match=r"even period, got \(9, 8\)"):
         quadrant_symbol(np.ones((5, 5)), (9, 8))
-
-
-@pytest.mark.parametrize("parity", [1, -1, (1, -1), (-1, 1)])
-@pytest.mark.parametrize("padded", [(2, 2), (4, 2), (16, 24), (78, 30), (76, 78)])
-def test_cosines_and_sines_are_the_same_summed_and_transformed(padded, parity, monkeypatch):
-    assert max(padded) // 2 + 1 <= convolution_module.LARGEST_SUMMED_SIDE
-    quadrant = RANDOM.normal(size=(padded[0] // 2 + 1, padded[1] // 2 + 1))
-    along, across = (parity, parity) if isinstance(parity, int) else parity
-    quadrant[0] *= along > 0
-    quadrant[:, 0] *= across > 0
-    summed = quadrant_symbol(quadrant, padded, parity)
-    monkeypatch.setattr(convolution_module, "LARGEST_SUMMED_SIDE", 0)
-    transformed = quadrant_symbol(quadrant, padded, parity)
-    np.testing.assert_allclose(summed, transformed, atol=2e-15 * max(np.abs(transformed).max(), 1.0))
-    assert transformed.any() or -1 in (along, across)

@@ -200,8 +200,7 @@ def _solve(
     area = float(share.sum()) * grid.element_area
     # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
     centre = 0.0 if mirror else float(0.5 * (low + high))
-    scales = ContactScales(
-        0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
-        math.sqrt(area / math.pi), centre, (bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])), limits,
-        solution.converged)
+    ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
+    scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
+                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged)
     return _Found(scales, grid, solution.pressure)

@@ -134,12 +134,14 @@ class NormalSolver:
     ) -> _Iterate:
         """Close the gap on the `free` elements at constant load, down to `tolerance` or by the factor `reduction`."""
         count = np.count_nonzero(free)
+        weight = free / count
         scale = max(float(np.abs(displacement[free]).mean()), 1e-300)
 
         def residual_of(displacement: Array) -> tuple[Array, float, float]:
-            residual = -(displacement + gap)
-            approach = -float(residual[free].sum()) / count
-            residual = np.where(free, residual + approach, 0.0)
+            residual = displacement + gap
+            approach = float(np.vdot(residual, weight))
+            np.subtract(approach, residual, out=residual)
+            residual *= free
             return residual, approach, float(np.linalg.norm(residual)) / np.sqrt(count) / scale
 
         residual, approach, error = residual_of(displacement)
@@ -160,7 +162,8 @@ class NormalSolver:
             image = self.displacement(direction)
             step = rz / float(np.vdot(direction, image))
             pressure = pressure + step * direction
-            displacement = displacement + step * image
+            image *= step
+            displacement = displacement + image
             residual, approach, error = residual_of(displacement)
             iterations += 1
         return _Iterate(pressure, displacement, approach, error, scale, iterations)

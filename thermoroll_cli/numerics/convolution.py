@@ -12,12 +12,12 @@ transform along y belongs to the even field, the imaginary part to the odd one. 
 from __future__ import annotations
 
 import sys
-from functools import cache, lru_cache
+from functools import cache
 from types import ModuleType
 from typing import Any
 
 import numpy as np
-from scipy.fft import fft, rfft
+from scipy.fft import dct, dst, fft, rfft
 
 from thermoroll_cli.arrays import AnyArray, Array, Spectrum
 from thermoroll_cli.process import safe_point
@@ -107,10 +107,6 @@ class PaddedPlane:
             np.multiply(hat, phase, out=hat)
         self._inverse_y.execute()
         self.transforms += 1
-
-
-LARGEST_SUMMED_SIDE = 40
-"""Sides of a quarter plane up to which its cosines and sines are summed: planning such a transform takes FFTW much longer."""
 
 
 class Convolution:
@@ -215,39 +211,13 @@ def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:
     """Cosine (parity 1) or sine (−1) transforms of type I of a quarter plane, axis 0 across and axis 1 along, not normalised.
 
     Odd kernels vanish on their axes and where two images meet. Two sines have the factor (−i)² = −1."""
-    if max(quarter.shape) <= LARGEST_SUMMED_SIDE:
-        waves = [_waves(length - 1, parity) for length, parity in zip(quarter.shape, (across, along), strict=True)]
-        sums: Array = waves[0] @ quarter @ waves[1].T
-        return -sums if along < 0 and across < 0 else sums
-    result = np.zeros_like(quarter)
-    inner = tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
+    result, inner = np.zeros_like(quarter), tuple(slice(1, -1) if parity < 0 else slice(None) for parity in (across, along))
     part = quarter[inner]
-    if not part.size:
-        return result
-    kinds = ["FFTW_RODFT00" if parity < 0 else "FFTW_REDFT00" for parity in (across, along)]
-    pyfftw = fftw()
-    source, target = (pyfftw.empty_aligned(part.shape, dtype=np.float64) for _ in range(2))
-    plan = pyfftw.FFTW(source, target, axes=(0, 1), direction=kinds, flags=("FFTW_ESTIMATE",))
-    source[...] = part
-    plan.execute()
-    result[inner] = -target if along < 0 and across < 0 else target
+    if part.size:
+        for axis, parity in enumerate((across, along)):
+            part = dct(part, type=1, axis=axis) if parity > 0 else dst(part, type=1, axis=axis)
+        result[inner] = -part if along < 0 and across < 0 else part
     return result
-
-
-@lru_cache(maxsize=32)
-def _waves(last: int, parity: int) -> Array:
-    """The transform of type I as a matrix (last + 1, last + 1), of cosines or of sines; sines have zeros at both ends."""
-    steps = np.arange(last + 1)
-    # Angles are reduced to one period, so that all are as exact as the first.
-    angles = np.pi / max(last, 1) * (np.outer(steps, steps) % max(2 * last, 1))
-    waves: Array = 2.0 * (np.cos(angles) if parity > 0 else np.sin(angles))
-    ends = [0, last]
-    if parity > 0:
-        waves[:, ends] *= 0.5
-    else:
-        waves[ends], waves[:, ends] = 0.0, 0.0
-    waves.setflags(write=False)
-    return waves
 
 
 def blocks(rows: int, length: int) -> list[slice]:

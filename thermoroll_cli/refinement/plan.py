@@ -172,10 +172,12 @@ def _even_share(derived: DerivedQuantities) -> float | None:
 
 @dataclass(frozen=True)
 class Plan:
-    """`grids` from coarse to fine; `run` and `skipped` name stages, the latter with reasons; `facts` are numbers known
-    before solving; `left_out` are stages that are skipped because their effect is small, each with the bound of the relative
-    change of any scalar by it; `memory_bytes` and `seconds` are estimates for the finest grid."""
+    """`derived` quantities of the problem; `grids` from coarse to fine; `run` and `skipped` name stages, the latter with
+    reasons; `facts` are numbers known before solving; `left_out` are stages that are skipped because their effect is small,
+    each with the bound of the relative change of any scalar by it; `memory_bytes` and `seconds` are estimates for the finest
+    grid."""
 
+    derived: DerivedQuantities
     grids: tuple[tuple[int, int], ...]
     extent: float
     run: list[str]
@@ -224,7 +226,7 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
         warnings.append(f"numerics.extent = {extent:g} is smaller than the contact: grown to {SMALLEST_EXTENT:g}")
         extent = SMALLEST_EXTENT
     warnings += warnings_before(derived)
-    plan = Plan(grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
+    plan = Plan(derived, grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
     if plan.hertzian and problem.layer_yield is not None:
         # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).

@@ -119,7 +119,7 @@ class Solver:
 
     def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], dict[str, float]]:
         """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small; seconds by stage."""
-        derived = DerivedQuantities(problem)
+        derived = plan.derived
         seconds: dict[str, float] = {}
         levels: list[RefinementLevel] = []
         coarser = neighbours = None

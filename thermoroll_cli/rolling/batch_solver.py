@@ -23,6 +23,7 @@ from thermoroll_cli.numerics.convolution import even_length
 from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS
 from thermoroll_cli.numerics.krylov import batch_gmres
 from thermoroll_cli.process import safe_point
+from thermoroll_cli.rolling.element_borders import times
 from thermoroll_cli.rolling.newton import (
     MOST_HALVINGS,
     MOST_KRYLOV_STEPS,
@@ -32,7 +33,6 @@ from thermoroll_cli.rolling.newton import (
     Linearisation,
     Newton,
     TangentialProblem,
-    times,
 )
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.rolling_solver import (
@@ -210,9 +210,7 @@ class BatchSolver:
         self._contact = newton.contact
         on = shape, gradient.dx, gradient.dy, compliance, gradient.weights, newton.contact
         self._gradient, self._inverse = BatchGradient(*on), BatchInverse(*on)
-        self._border = np.zeros((3, *shape))
-        for part, values in zip(self._border, (newton.border.xx, newton.border.yy, newton.border.xy), strict=True):
-            part[newton.border._index] = values
+        self._border = newton.border.k
         self._own_size = float(np.mean(gradient.self_gradient))
 
     @property
@@ -264,13 +262,7 @@ class BatchSolver:
 
     def _slip(self, traction: AnyArray, rigid: AnyArray) -> AnyArray:
         slip = rigid - self._gradient(traction)
-        return self._add_border(slip, traction, -1.0)
-
-    def _add_border(self, out: AnyArray, traction: AnyArray, sign: float) -> AnyArray:
-        xx, yy, xy = (sign * self._border).astype(out.dtype)
-        out[:, 0] += xx * traction[:, 0] + xy * traction[:, 1]
-        out[:, 1] += xy * traction[:, 0] + yy * traction[:, 1]
-        return out
+        return slip - times(self._border.astype(slip.dtype), traction)
 
     def _iterate(self, traction: AnyArray, slip: AnyArray, bound: AnyArray, reference: AnyArray | float = 1.0) -> _State:
         natural = self._newton.natural_residual(np.moveaxis(traction, 1, 0), np.moveaxis(slip, 1, 0), bound)
@@ -290,7 +282,7 @@ class BatchSolver:
                                   MOST_KRYLOV_STEPS)
         full = (count, 2, *self._shape)
         change, gradient = (v.reshape(full) * reference[:, None, None, None] for v in (step, image))
-        change_slip = -self._add_border(gradient, change, 1.0)
+        change_slip = -(gradient + times(self._border.astype(gradient.dtype), change))
         best = self._iterate(state.traction + change, state.slip + change_slip, bound, reference)
         length = 1.0
         for _ in range(MOST_HALVINGS):
@@ -336,10 +328,7 @@ class _Linearisations:
     def cheap(self, who: AnyArray, vectors: AnyArray, images: AnyArray) -> AnyArray:
         self._keep(who)
         change = vectors.reshape(-1, 2, *self._solver._shape)
-        inner = images.reshape(change.shape).copy()
-        xx, yy, xy = self._border
-        inner[:, 0] += xx * change[:, 0] + xy * change[:, 1]
-        inner[:, 1] += xy * change[:, 0] + yy * change[:, 1]
+        inner = images.reshape(change.shape) + times(self._border, change)
         out = times(np.moveaxis(self._q, 1, 0), inner)
         out += times(np.moveaxis(self._p, 1, 0), change)
         return out.reshape(vectors.shape)

@@ -237,7 +237,8 @@ class Newton:
         shape = (2, *self.traction_bound.shape)
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
-        change_slip = self.creepage(change_unknown)[:, None, None] - (solution.image.reshape(shape) + times(self.border.k, change))
+        change_slip = self.creepage(change_unknown)[:, None, None] - solution.image.reshape(shape)
+        change_slip -= times(self.border.k, change)
         # Slip is affine in the traction, so a shorter step needs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
