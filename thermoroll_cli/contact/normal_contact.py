@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
-from thermoroll_cli.numerics.convolution import Convolution, even_length, fftw, multiply, quadrant_symbol
+from thermoroll_cli.numerics.convolution import Convolution, even_length, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.numerics.grid import Grid, around, framed, highest
 
 FIRST_REDUCTION = 0.1
@@ -77,8 +77,6 @@ class NormalSolver:
     Of bodies with `coatings`, `contact_modulus` is that of the surfaces' materials."""
 
     def __init__(self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None) -> None:
-        pyfftw = fftw()
-
         nx, ny = grid.shape
         self.grid = grid
         self.contact_modulus, self._border_trust, self._coated = contact_modulus, 1.0, coatings is not None
@@ -98,13 +96,8 @@ class NormalSolver:
         self._hat = self._convolution.empty_spectrum()
         # Wrapped around, which costs a preconditioner nothing. Rounding could leave a wavenumber without stiffness; the kernel
         # itself is positive.
-        self._inverse_symbol = 1.0 / np.maximum(np.ascontiguousarray(symbol.T), 1e-12 * symbol.max())
-        self._field = pyfftw.zeros_aligned((px, py))
-        self._field_hat = pyfftw.zeros_aligned((px, py // 2 + 1), dtype=np.complex128)
-        flags = ("FFTW_ESTIMATE",)
-        self._forward = pyfftw.FFTW(self._field, self._field_hat, axes=(0, 1), flags=flags)
-        self._backward = pyfftw.FFTW(self._field_hat, self._field, axes=(0, 1), direction="FFTW_BACKWARD",
-                                     flags=(*flags, "FFTW_DESTROY_INPUT"))
+        self._periodic = Convolution(nx, ny, padded=(px, py))
+        self._inverse_symbol = in_pairs(1.0 / np.maximum(symbol, 1e-12 * symbol.max()))
 
     @property
     def transforms(self) -> int:
@@ -117,14 +110,8 @@ class NormalSolver:
         return self._convolution.inverse(multiply(hat, self._kernel, out=hat))
 
     def precondition(self, residual: Array, contact: Mask) -> Array:
-        nx, ny = self.grid.shape
-        self._field[nx:, :] = 0.0
-        self._field[:nx, ny:] = 0.0
-        self._field[:nx, :ny] = residual
-        self._forward.execute()
-        self._field_hat *= self._inverse_symbol
-        self._backward.execute()
-        z = self._field[:nx, :ny] * contact
+        hat = self._periodic.forward(residual, out=self._periodic.plane)
+        z = self._periodic.inverse(multiply(hat, self._inverse_symbol, out=hat)) * contact
         z -= contact * (z.sum() / np.count_nonzero(contact))
         return z
 
