@@ -114,3 +114,19 @@ def test_periodic_symbol_is_the_transform_of_the_wrapped_kernel(padded, parity):
 def test_a_symmetric_kernel_needs_an_even_period():
     with pytest.raises(ValueError, match=r"even period, got \(9, 8\)"):
         quadrant_symbol(np.ones((5, 5)), (9, 8))
+
+
+@pytest.mark.parametrize(("along", "across"), [(1, -1), (-1, 1)])
+@pytest.mark.parametrize("padded", [(2, 2), (4, 2), (16, 24), (78, 30)])
+def test_symbol_of_a_kernel_that_is_odd_in_one_offset(padded, along, across):
+    hx, hy = padded[0] // 2, padded[1] // 2
+    quadrant = RANDOM.normal(size=(hx + 1, hy + 1))
+    if along < 0:
+        quadrant[[0, -1]] = 0.0
+    if across < 0:
+        quadrant[:, [0, -1]] = 0.0
+    both_x = np.concatenate([quadrant, along * quadrant[-2:0:-1]])
+    full = np.concatenate([both_x, across * both_x[:, -2:0:-1]], axis=1)
+    expected = np.fft.rfft2(full)
+    np.testing.assert_allclose(expected.real, 0.0, atol=1e-12)
+    np.testing.assert_allclose(quadrant_symbol(quadrant, padded, (along, across)).T, -expected.imag, atol=1e-12)
