@@ -23,7 +23,7 @@ from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
-from thermoroll_cli.stress.body_stresses import Collector, bond_scalars, scalars_of
+from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
 from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
 
@@ -101,7 +101,7 @@ def _below_the_surface(
     peaks = [_peaks(collectors) for collectors in collected]
     by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
     scalars, by_layers = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
-    results = {body: collector.result(peaks[-1][body, ""][0]) for body, collector in finest.items()}
+    results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
     warnings = [
         f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
         for body, result in results.items() if result.most_stressed.z >= depths[body][-1]
@@ -186,16 +186,17 @@ def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:
     return groups.values()
 
 
-Peaks = dict[tuple[str, str], tuple[Peak, Peak, Peak]]
-"""Largest von Mises stress, range of σ_xz and principal stress, by body and prefix ("": total, "elastic_")."""
+Peaks = dict[tuple[str, str], Peak]
+"""By stress ("elastic_…": without thermal stresses) and body."""
 
 
 def _peaks(collectors: Collectors, every: int = 1) -> Peaks:
     peaks: Peaks = {}
     for body, collector in collectors.items():
-        peaks[body, ""] = peaks[body, "elastic_"] = collector.peaks(collector.total, every)
-        if collector.thermal:
-            peaks[body, "elastic_"] = collector.peaks(collector.elastic, every)
+        total = collector.peaks(collector.total, every)
+        elastic = collector.peaks(collector.elastic, every) if collector.thermal else total
+        named = {**collector.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
+        peaks |= {(stress, body): peak for stress, peak in named.items()}
     return peaks
 
 
@@ -204,9 +205,8 @@ def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, 
     for body, collector in collectors.items():
         if collector.strength is not None:
             scalars |= collector.strength.scalars(body, every)
-        scalars |= bond_scalars(body, collector.bond_peaks(every))
-    for (body, prefix), found in peaks.items():
-        scalars |= scalars_of(body, found, prefix)
+    for (stress, body), peak in peaks.items():
+        scalars |= scalars_of(stress, body, peak)
     return scalars
 
 
@@ -220,12 +220,9 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float
     for body, collector in collectors.items():
         if collector.strength is not None:
             names |= collector.strength.at_surface(body)
-        near_surface = {name: Peak(float(peak.z <= (pulled if name == "interface_tension" else near)))
-                        for name, peak in collector.bond_peaks().items()}
-        names |= {name for name, value in bond_scalars(body, near_surface).items() if value}
-    for (body, prefix), found in peaks.items():
-        von_mises, shear, principal = (Peak(*4 * (float(peak.z <= near),)) for peak in found)
-        names |= {name for name, value in scalars_of(body, (von_mises, shear, principal), prefix).items() if value}
+    for (stress, body), peak in peaks.items():
+        if peak.z <= (pulled if stress == "interface_tension" else near):
+            names |= scalars_of(stress, body, peak).keys()
     return names
 
 

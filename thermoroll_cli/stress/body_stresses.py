@@ -3,7 +3,6 @@ elements."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.numerics.convolution import unfolded
-from thermoroll_cli.problem.names import STRESSES
+from thermoroll_cli.problem.names import STRESSES, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import KeptFields
 from thermoroll_cli.problem.result import BodyStresses, Peak, within_layers
 from thermoroll_cli.stress.strength import StrengthCollector, first_principal, von_mises
@@ -103,12 +102,12 @@ class Collector:
         values, x, y = self.at_interfaces[layer]
         return peak_of(values[[number]], self.depths[layer : layer + 1], x, y, self.mirrored)
 
-    def peaks(self, judged: _Judged, every: int = 1) -> tuple[Peak, Peak, Peak]:
+    def peaks(self, judged: _Judged, every: int = 1) -> dict[str, Peak]:
         """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
         ranges = peak_of(judged.shear_range[:, None, :], self.depths, np.zeros(1), self.y, self.mirrored, every)
-        found = [peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
-                 for values in (judged.von_mises, judged.principal)]
-        return found[0], ranges, found[1]
+        equivalent, tension = (peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
+                               for values in (judged.von_mises, judged.principal))
+        return {"von_mises": equivalent, "orthogonal_shear_range": ranges, "tensile_stress": tension}
 
     def bond_peaks(self, every: int = 1) -> dict[str, Peak]:
         """Largest shear stress and largest σ_zz of the interfaces of a body with layers, no smaller than far away, and largest
@@ -159,23 +158,12 @@ class Collector:
         return unfolded(values, parity) if self.mirrored else values
 
 
-def scalars_of(body: str, peaks: tuple[Peak, Peak, Peak], prefix: str = "") -> dict[str, float]:
-    """Scalars of one body in the units of their names (`SUBSURFACE_SCALARS`)."""
-    stress, shear, tension = peaks
-    return {
-        f"{prefix}von_mises_max_{body}_MPa": stress.value * 1e-6,
-        f"{prefix}von_mises_depth_{body}_mm": stress.z * 1e3,
-        f"{prefix}von_mises_x_{body}_mm": stress.x * 1e3,
-        f"{prefix}von_mises_y_{body}_mm": stress.y * 1e3,
-        f"{prefix}orthogonal_shear_range_max_{body}_MPa": shear.value * 1e-6,
-        f"{prefix}orthogonal_shear_range_depth_{body}_mm": shear.z * 1e3,
-        f"{prefix}tensile_stress_max_{body}_MPa": tension.value * 1e-6,
-    }
-
-
-def bond_scalars(body: str, peaks: Mapping[str, Peak]) -> dict[str, float]:
-    """Scalars of the layers of one body (`BOND_SCALARS`)."""
-    return {f"{name}_max_{body}_MPa": peak.value * 1e-6 for name, peak in peaks.items()}
+def scalars_of(stress: str, body: str, peak: Peak) -> dict[str, float]:
+    """The largest value of a stress and its place, as far as they are reported, in the units of their names
+    (`SUBSURFACE_SCALARS`)."""
+    values = {f"max_{body}_MPa": peak.value * 1e-6, f"depth_{body}_mm": peak.z * 1e3, f"x_{body}_mm": peak.x * 1e3,
+              f"y_{body}_mm": peak.y * 1e3}
+    return {name: value for ending, value in values.items() if (name := f"{stress}_{ending}") in SUBSURFACE_SCALARS}
 
 
 def _value(peak: Peak) -> float:
