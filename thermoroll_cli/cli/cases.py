@@ -67,7 +67,8 @@ def validate(
 
 def doubts(case: Case) -> list[str]:
     """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
-    from thermoroll_cli.refinement.warnings import expected_temperature_warning, warnings_before
+    from thermoroll_cli.refinement.plan import expected_temperature_warning
+    from thermoroll_cli.refinement.warnings import warnings_before
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     derived = DerivedQuantities(case.problem)

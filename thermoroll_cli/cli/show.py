@@ -124,7 +124,7 @@ def _picture_seconds(case: Case, plan: Plan) -> float:
 
 
 def _warnings(case: Case, plan: Plan) -> list[str]:
-    from thermoroll_cli.refinement.warnings import expected_temperature_warning
+    from thermoroll_cli.refinement.plan import expected_temperature_warning
     from thermoroll_cli.steady_state.derived import DerivedQuantities
 
     return [*plan.warnings, *expected_temperature_warning(DerivedQuantities(case.problem))]

@@ -12,10 +12,10 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import displacement_table
 from thermoroll_cli.heat.frictional_heat import divide
-from thermoroll_cli.heat.heat_response import KeptTables
+from thermoroll_cli.heat.heat_response import KeptTables, ThermalResponse
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest, Unsolvable
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.refinement.warnings import track_facts, warnings_before
+from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
@@ -122,30 +122,61 @@ def deformation_effect(derived: DerivedQuantities) -> float:
 
 @lru_cache(maxsize=4)
 def bulge_bound(derived: DerivedQuantities) -> float:
-    """Estimate from above of the thermal expansion's variation over the contact in m.
+    """Estimate from above of the thermal expansion's variation over the contact in m: that of the heat of `_sliding`."""
+    heating = derived.problem.heating
+    discretisation, response, flux = _sliding(derived)
+    inside = discretisation.isothermal_pressure.contact
+    bulge = divide(replace(heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
+    if not heating.conducts:
+        return float(np.ptp(bulge[inside]))
+    # Friction that turns out smaller must not have hidden what conduction does.
+    conducted = divide(heating, response, np.zeros(flux.shape), inside).expansion()
+    return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
 
-    The whole contact is let slide at its slip without traction, which the elastic slip exceeds only locally, and the
-    expansion of that heat is computed on a coarse grid. Prescribed forces leave the creepage open: full sliding needs a few
-    times the saturation creepage at most."""
+
+def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
+    """A doubt about the temperature to be expected, within a factor of about two where creepage rules, too small where spin
+    does.
+
+    The heat of `_sliding` is reduced to ξFV with the force F = μW [1 − (1 − ξ/ξ_s)³] of Johnson's creep curve for a circle."""
+    if _cold(derived) or not derived.kinematics.has_traction:
+        return []
+    problem, saturation, limit = derived.problem, derived.saturation_creepage, derived.problem.traction_limit
+    motion = problem.motion
+    creepage = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0, 0.5 * motion.spin * derived.scales.mean_radius)
+    if problem.prescribed_force:
+        found = saturation * (1.0 - (1.0 - min(problem.prescribed_force / limit, 1.0)) ** (1.0 / 3.0))
+        creepage = math.hypot(creepage, found)
+    force = limit * (1.0 - (1.0 - min(creepage / saturation, 1.0)) ** 3)
+    discretisation, response, flux = _sliding(derived)
+    if not flux.any():
+        return []
+    flux *= creepage * force * motion.speed / (float(flux.sum()) * discretisation.grid.element_area)
+    heating = replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0)
+    heat = divide(heating, response, flux, discretisation.isothermal_pressure.contact)
+    rise = float(max(rises.max() for rises in heat.temperatures()))
+    if rise <= LARGEST_RISE:
+        return []
+    return [f"the surfaces are expected to get about {float(f'{rise:.1g}'):g} K hotter: {NO_SOLID}"]
+
+
+def _sliding(derived: DerivedQuantities) -> tuple[Discretisation, ThermalResponse, Array]:
+    """A coarse grid, and the thermal response and the heat flux (W/m²) of a contact that slides everywhere.
+
+    It slides at its slip without traction, which the elastic slip exceeds only locally. Prescribed forces leave the creepage
+    open: full sliding needs a few times the saturation creepage at most."""
     problem, motion = derived.problem, derived.problem.motion
     discretisation = _preview(derived)
-    rigid = discretisation.driving_slip(discretisation.isothermal_pressure)
+    normal = discretisation.isothermal_pressure
+    rigid = discretisation.driving_slip(normal)
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
             rigid[i] += 3.0 * derived.saturation_creepage
-    slip = np.hypot(rigid[0], rigid[1])
-    flux = problem.highest_friction * discretisation.isothermal_pressure.pressure * slip * motion.speed
+    flux = problem.highest_friction * normal.pressure * np.hypot(rigid[0], rigid[1]) * motion.speed
     # Both speeds to a few per cent: bodies that roll share a table of expansion, and so do neighbours of other creepage.
     along, across = (round(SPEED_STEPS * (c or 0.0)) / SPEED_STEPS for c in (motion.creepage_x, motion.creepage_y))
     discretisation.responses.tables = KeptTables(_preview_table)
-    response = discretisation.heat_response((along, across), rigid)
-    inside = discretisation.isothermal_pressure.contact
-    bulge = divide(replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
-    if not problem.heating.conducts:
-        return float(np.ptp(bulge[inside]))
-    # Friction that turns out smaller must not have hidden what conduction does.
-    conducted = divide(problem.heating, response, np.zeros(discretisation.grid.shape), inside).expansion()
-    return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
+    return discretisation, discretisation.heat_response((along, across), rigid), flux
 
 
 @lru_cache(maxsize=4)

@@ -59,10 +59,6 @@ room. A value outside is a mistaken unit rather than a material."""
 HEAT_CAPACITIES = 1e5, 1e7
 """J/(m³ K). Conductivity over diffusivity: of dense solids between 0.9e6 and 4.5e6."""
 
-PEAK_OVER_MEAN = 1.5
-"""The hottest point over what the mean heat flux makes of it: 1.4 to 1.6 where the contact rolls with creepage."""
-
-
 def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem before it is solved. Raises Unsolvable where a contact does not fit on its body."""
     problem, moves = derived.problem, derived.kinematics.moves
@@ -140,57 +136,6 @@ def warnings_after(
     return found
 
 
-def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
-    """A doubt about the temperature to be expected, from the estimate `expected_rise`."""
-    rise = expected_rise(derived)
-    if not rise > LARGEST_RISE:
-        return []
-    return [f"the surfaces are expected to get about {_round(rise)} K hotter: {NO_SOLID}"]
-
-
-def expected_rise(derived: DerivedQuantities) -> float:
-    """Largest temperature rise in K, within a factor of about two where creepage rules, too small where spin does.
-
-    Johnson's creep curve F = μW [1 − (1 − ξ/ξ_s)³] of a circular contact gives the frictional heat ξFV, spread over the Hertz
-    ellipse; its temperature is the smaller of that of a resting source, q c/k, and that of material that passes in the time
-    2a0/V, 2 (q/k) sqrt(2 a0 κ/(π V)) (Carslaw and Jaeger, 2.9), joined harmonically.
-    """
-    problem, hertz = derived.problem, derived.scales
-    if not (problem.heating.heat and derived.kinematics.has_traction):
-        return 0.0
-    saturation, limit, motion = derived.saturation_creepage, problem.traction_limit, problem.motion
-    creepage = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0, 0.5 * motion.spin * hertz.mean_radius)
-    if problem.prescribed_force:
-        found = saturation * (1.0 - (1.0 - min(problem.prescribed_force / limit, 1.0)) ** (1.0 / 3.0))
-        creepage = math.hypot(creepage, found)
-    force = limit * (1.0 - (1.0 - min(creepage / saturation, 1.0)) ** 3)
-    flux = creepage * force * motion.speed / hertz.area
-    lower, upper = (_rise_by(flux, body, derived) for body in (problem.lower, problem.upper))
-    if problem.heating.partition == "matched":
-        return PEAK_OVER_MEAN / (1.0 / lower + 1.0 / upper) if lower and upper else 0.0
-    return PEAK_OVER_MEAN * max(problem.heating.partition * lower, (1.0 - problem.heating.partition) * upper)
-
-
-def _rise_by(flux: float, body: Material, derived: DerivedQuantities) -> float:
-    """Temperature of a body that takes all of a mean `flux` (W/m²), in K: through each layer the flux on what is below, unless
-    the layer alone is cooler."""
-    rise = _rise_of(flux, body, derived)
-    for layer in reversed(body.layers):
-        assert layer.conductivity is not None
-        rise = min(_rise_of(flux, layer, derived), rise + flux * layer.thickness / layer.conductivity)
-    return rise
-
-
-def _rise_of(flux: float, body: Material | Layer, derived: DerivedQuantities) -> float:
-    assert body.conductivity is not None and body.diffusivity is not None
-    resting = flux * derived.scales.mean_radius / body.conductivity
-    if derived.problem.heating.peclet != "rolling":
-        return resting
-    time = 2.0 * derived.scales.semi_axis_x / derived.problem.motion.speed
-    passing = 2.0 * flux / body.conductivity * math.sqrt(body.diffusivity * time / math.pi)
-    return resting * passing / (resting + passing) if flux else 0.0
-
-
 def _constants(problem: Problem) -> Iterator[str]:
     for material, whose in _materials(problem):
         for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
@@ -258,10 +203,6 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
     if law.memory < needed:
         yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")
-
-
-def _round(value: float) -> str:
-    return f"{value:.1g}" if value >= 1e5 else f"{float(f'{value:.1g}'):.0f}"
 
 
 STEEPEST = 0.1
