@@ -316,7 +316,7 @@ def test_the_summary_has_digits_as_the_errors_have() -> None:
     result = synthetic.result((24, 24))
     problem = dataclasses.replace(result.problem, normal_force=80e3)
     picture = shown(dataclasses.replace(result, problem=problem), "summary")
-    texts = [text.get_text() for text in picture.texts]
+    texts = [line for text in picture.texts for line in text.get_text().split("\n")]
     assert "W = 80 kN, μ = 0.3, V = 200 m/s, grid 24 × 24" in texts
     value, _, error = scalar_text("pressure_max_MPa", result.summary()).partition(" ")
     assert value in texts and error in texts and error.startswith("± ")

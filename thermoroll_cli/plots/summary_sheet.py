@@ -43,8 +43,8 @@ LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * style.MM, 60.0 * style.MM, (60.0 * style.
 """Largest width and height of a map, and size of the diagrams of the cut."""
 FLAT = 0.4
 """Maps of less height over width take both columns."""
-LETTERS, ROW, FOOT = 7.0, 3.65 * style.MM, 3.4 * style.MM
-"""Size of the letters of the table in points, distances of its rows and of the lines of remarks."""
+LETTERS, ROW = 7.0, 2.95 * style.MM
+"""Size of the letters of the table in points, and distance of its rows."""
 PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"), (70, "right"), (90, "right"), (91, "left")))
 """Places of the words, of the values without deformation, the values and the errors."""
 LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
@@ -66,7 +66,7 @@ def summary_figure(frame: RunFrame) -> Figure:
     lines = line_handles(curve for _, curves in cuts for curve in curves)
     below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders, TABLE)
     below_cuts = below_maps + TITLE + CUT[1] + AXIS + style.legend_height(lines, TABLE)
-    height = max(below_cuts, HEADLINE + (len(rows) + 2) * ROW + len(remarks) * FOOT)
+    height = max(below_cuts, HEADLINE + (len(rows) + len(remarks) + 4) * ROW)
     figure = Figure(figsize=(WIDTH, height))
     for place, (quantity, values, body) in enumerate(maps):
         limits = limits_of([v for q, v, _ in maps if q is quantity], quantity.from_zero)
@@ -138,15 +138,12 @@ def _words(scalar: Scalar, hertz: bool) -> str:
 
 
 def _write_table(figure: Figure, rows: list[Row], remarks: list[str], height: float) -> None:
-    """Columns of words and numbers, and the remarks below them."""
+    """Columns of words and numbers, each one text, and the remarks below them."""
     top = height - HEADLINE - TITLE
-    for line, row in enumerate(rows):
-        for text, (place, side) in zip(row, PLACES, strict=True):
-            if text:
-                figure.text(place / WIDTH, (top - line * ROW) / height, text, ha=side, fontsize=LETTERS, parse_math=False)
-    below = top - (len(rows) + 0.5) * ROW
-    for line, text in enumerate(remarks):
-        figure.text(TABLE / WIDTH, (below - line * FOOT) / height, text, fontsize=6.5, color="0.25", parse_math=False)
+    for column, (place, side) in zip(zip(*rows, strict=True), PLACES, strict=True):
+        figure.text(place / WIDTH, top / height, "\n".join(column), ha=side, va="top", fontsize=LETTERS, parse_math=False)
+    figure.text(TABLE / WIDTH, (top - (len(rows) + 1) * ROW) / height, "\n".join(remarks), va="top", fontsize=LETTERS - 0.5,
+                color="0.25", parse_math=False)
 
 
 def _remarks(frame: RunFrame) -> list[str]:
