@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from thermoroll_cli.exact.shakedown_limits import CIRCLE_ELASTIC, CIRCLE_SHAKEDOWN, FRICTION, line_shakedown
@@ -58,9 +57,9 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
     _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
-    mark = grid[0, 0].plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2,
-                           clip_on=False, label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
-    elastic = _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
+    grid[0, 0].plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2,
+                    clip_on=False, label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
+    _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
     grid[0, 1].set_xlim(left=0.0)
     if hot:
         rise = frame.scale(TEMPERATURE, float(np.abs(plane["temperature_rise"]).max()))
@@ -72,18 +71,12 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
         _draw_layers(grid[-1], frame, stresses, stress)
         for axes, colour in zip(grid[[0, -1]].flat, ("white", "0.3") * 2, strict=True):
             for depth in interfaces:
-                axes.axhline(depth * x.factor, color=colour, linewidth=0.7)
+                axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
         for axes in grid[-1]:
             axes.set_ylim(min(LAYER_ROOM * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
     place = f"{body} body, {frame.place_words(y)}"
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, place)
-    handles = [Line2D([], [], color=STRESSED, label="below the largest stress")]
-    handles += [Line2D([], [], color=HEATED, label="below the hottest point")] if stresses.below_heated else []
-    handles += [Line2D([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")] if elastic else []
-    handles += mark + [Line2D([], [], color=colour, linestyle=dashes, label=f"largest over x: {name}")
-                       for name, (colour, dashes) in LARGEST.items() if interfaces]
-    handles += [Line2D([], [], color="0.3", linewidth=0.7, label="interfaces")] if interfaces else []
-    style.add_legend(figure, handles)
+    style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
 
 
@@ -123,20 +116,21 @@ def _draw_plane(
     style.few_ticks(bar.ax, y=6)
 
 
-def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, scale: AxisScale) -> bool:
-    """A field and its elastic part along the lines into the depth; whether there is such a part."""
+def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, scale: AxisScale) -> None:
+    """A field and its elastic part along the lines into the depth."""
     lengths = frame.lengths[0]
-    z, elastic = stresses.depths * lengths.factor, False
-    for fields, colour in ((stresses.below_stressed, STRESSED), (stresses.below_heated, HEATED)):
-        for part, dashes in ((name, "solid"), (f"{name}_elastic", style.DASHED)):
-            if part in fields:
-                axes.plot(fields[part] * scale.factor, z, color=colour, linestyle=dashes)
-                elastic |= part != name
+    z = stresses.depths * lengths.factor
+    for fields, colour, place in ((stresses.below_stressed, STRESSED, "below the largest stress"),
+                                  (stresses.below_heated, HEATED, "below the hottest point")):
+        if name in fields:
+            axes.plot(fields[name] * scale.factor, z, color=colour, label=place)
+        if f"{name}_elastic" in fields:
+            axes.plot(fields[f"{name}_elastic"] * scale.factor, z, color=colour, linestyle=style.DASHED)
+            axes.plot([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))
     axes.grid(visible=True)
     style.few_ticks(axes, 5, 5)
-    return elastic
 
 
 def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: AxisScale) -> None:
@@ -145,8 +139,10 @@ def _draw_layers(row: Array, frame: RunFrame, stresses: BodyStresses, scale: Axi
     principal = first_principal(np.stack([stresses.plane[name] for name in STRESSES]))
     peak, lengths = scale.words.rsplit("/", 1)[1], frame.lengths[0]
     _draw_plane(row[0], frame, stresses, shear, "viridis", replace(scale, words=rf"shear stress $|\tau_z|/{peak}"))
-    for values, (colour, dashes) in zip((stresses.plane["von_mises"], shear, principal), LARGEST.values(), strict=True):
-        row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes)
+    fields = zip((stresses.plane["von_mises"], shear, principal), LARGEST.items(), strict=True)
+    for values, (name, (colour, dashes)) in fields:
+        row[1].plot(values.max(axis=1) * scale.factor, stresses.depths * lengths.factor, color=colour, linestyle=dashes,
+                    label=f"largest over x: {name}")
     row[1].set(xlabel=rf"largest stress over x, $\sigma/{peak}", ylabel=lengths.label.replace("x", "z"))
     row[1].grid(visible=True)
     style.few_ticks(row[1], 5, 5)
