@@ -15,6 +15,7 @@ from thermoroll_cli.exact.moving_sources import band_temperature, circle_mean_te
 from thermoroll_cli.heat.frictional_heat import match
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
+from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion
 from thermoroll_cli.refinement.solve import solve
@@ -115,8 +116,9 @@ def test_nothing_is_solved_where_both_bodies_respond_alike():
     disc = Disc(24)
     for other, share in ((body(7.0), 0.5), (body(7.0, 3.0 * K, 4.0 * KAPPA), 0.25)):
         response = HeatResponse(disc.grid, body(7.0), other)
+        before = counted.transforms
         partition = match(response, disc.flux, disc.contact)
-        assert partition.applications == 0 and response.transforms == 0
+        assert partition.applications == 0 and counted.transforms == before
         assert partition.heat.share == share
         np.testing.assert_allclose(partition.heat.lower, share * disc.flux, rtol=1e-14)
         assert disc.mismatch(response, partition) < 1e-12

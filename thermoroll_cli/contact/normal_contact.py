@@ -99,10 +99,6 @@ class NormalSolver:
         self._periodic = Convolution(nx, ny, padded=(px, py))
         self._inverse_symbol = in_pairs(1.0 / np.maximum(symbol, 1e-12 * symbol.max()))
 
-    @property
-    def transforms(self) -> int:
-        return self._convolution.transforms
-
     def displacement(self, pressure: Array) -> Array:
         """u_z^e = A p in m, by free-space convolution (Eq. 6)."""
         self.applications += 1

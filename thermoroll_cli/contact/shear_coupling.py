@@ -28,10 +28,6 @@ class NormalShearCoupling:
         self._gradient_kernels: list[Spectrum] = []
         self._displacement_kernels: list[Spectrum] = []
 
-    @property
-    def transforms(self) -> int:
-        return self._convolution.transforms
-
     def _tables(self) -> list[list[tuple[float, Array]]]:
         """For x and y factors (1/Pa) and tables (m) at offsets −(nx+1)…nx+1 by −(ny−1)…ny−1, of which the kernel is the sum."""
         place = self.grid.nx + 2, self.grid.ny, self.grid.dx, self.grid.dy

@@ -178,10 +178,6 @@ class HeatResponse:
         return self._convolution
 
     @property
-    def transforms(self) -> int:
-        return self._convolution.transforms if self._convolution is not None else 0
-
-    @property
     def matched_share(self) -> float | None:
         lower, upper = self.bodies
         if _likeness(self.grid, lower) != _likeness(self.grid, upper):

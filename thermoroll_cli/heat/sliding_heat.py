@@ -52,10 +52,6 @@ class SlidingKernels:
         self.built = 0
         self._kept: dict[ThermalKind, dict[float, _Expansion]] = {"temperature": {}, "displacement": {}}
 
-    @property
-    def transforms(self) -> int:
-        return self.convolution.transforms
-
     def covering(self, kind: ThermalKind, peclet: float) -> _Expansion:
         """The expansion for Péclet numbers V dx/κ up to `peclet`."""
         limit = 2.0 ** math.ceil(math.log2(peclet)) if peclet > 0.0 else 0.0

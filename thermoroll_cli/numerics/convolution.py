@@ -12,6 +12,7 @@ transform along y belongs to the even field, the imaginary part to the odd one. 
 from __future__ import annotations
 
 import sys
+import threading
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -39,12 +40,21 @@ def fftw() -> ModuleType:
     return pyfftw
 
 
+class _Counted(threading.local):
+    transforms = 0
+
+
+counted = _Counted()
+"""`counted.transforms`: two-dimensional transforms this thread has done in free space, the budget in which cost is measured.
+Those on the smaller planes of preconditioners do not count."""
+
+
 class PaddedPlane:
     """Transforms of real fields that occupy `nx` rows of a periodic plane of (px, py) = `padded` elements.
 
     The caller writes a field into `field`, (nx, py), whose other elements stay zero; `forward` computes its spectrum,
     (py//2+1, px). `inverse` transforms a spectrum back and writes the rows from −`before` on into `line`, (rows, py), without
-    the factor 1/(px·py). `transforms` counts both. Plans use FFTW_ESTIMATE, so results repeat bit by bit."""
+    the factor 1/(px·py). Plans use FFTW_ESTIMATE, so results repeat bit by bit."""
 
     def __init__(self, nx: int, rows: int, before: int, padded: tuple[int, int]) -> None:
         pyfftw = fftw()
@@ -52,7 +62,7 @@ class PaddedPlane:
         self._nx, self._rows, self._before = nx, rows, before
         px, py = padded
         self.half = py // 2 + 1
-        self.transforms = 0
+        self._counts = px >= 2 * nx - 1
         self._shape = (self.half, px)
         # Input and output have buffers of their own: the zeros around a field are then written once.
         self.field = pyfftw.zeros_aligned((nx, py))
@@ -86,7 +96,7 @@ class PaddedPlane:
         direct = fftw().is_byte_aligned(out, plan.output_alignment)
         plan.update_arrays(self._columns, out if direct else self.spectrum)
         plan.execute()
-        self.transforms += 1
+        counted.transforms += self._counts
         if not direct:
             out[...] = self.spectrum
 
@@ -106,15 +116,12 @@ class PaddedPlane:
         if phase is not None:
             np.multiply(hat, phase, out=hat)
         self._inverse_y.execute()
-        self.transforms += 1
+        counted.transforms += self._counts
 
 
 class Convolution:
     """Plans and buffers for convolving fields of shape (nx, ny) onto rows −before … nx−1+after, in free space or periodically
-    on a plane of `padded` elements.
-
-    `transforms` counts the padded two-dimensional transforms done so far, the budget in which cost is measured.
-    """
+    on a plane of `padded` elements."""
 
     def __init__(
         self, nx: int, ny: int, before: int = 0, after: int = 0, padded: tuple[int, int] | None = None
@@ -124,10 +131,6 @@ class Convolution:
         self._padded = PaddedPlane(nx, nx + before + after, before, (self.px, self.py))
         self.half = self._padded.half
         self._scale = 1.0 / (self.px * self.py)
-
-    @property
-    def transforms(self) -> int:
-        return self._padded.transforms
 
     def forward(self, field: Array, out: Spectrum | None = None) -> Spectrum:
         """Transform of a zero-padded field (nx, ny) -> (py//2+1, px): the layout of all spectra here.
@@ -245,7 +248,7 @@ class MirroredPlane:
     """Plans and buffers for pairs of fields (2, nx, ny) on the elements y > 0, in a plane of px × py elements.
 
     The plane is periodic: with px ≥ 2·(nx + extra rows) − 1 and py ≥ 4·ny − 1 convolutions are those of free space. `rows`
-    are transformed back, the first `before` of them upstream of the fields. `transforms` counts padded transforms."""
+    are transformed back, the first `before` of them upstream of the fields."""
 
     def __init__(self, nx: int, ny: int, padded: tuple[int, int], even: int, rows: int | None = None, before: int = 0) -> None:
         self._ny, self._even = ny, even
@@ -258,10 +261,6 @@ class MirroredPlane:
         centre = np.exp(-1j * np.pi * np.arange(self._padded.half) / py)
         self._to_centre = centre
         self._from_centre = centre.conj() / (2.0 * px * py)
-
-    @property
-    def transforms(self) -> int:
-        return self._padded.transforms
 
     def forward(self, pair: AnyArray) -> None:
         """Spectrum (py//2+1, px) of a pair (2, nx, ny), into the buffer that `apply` and `inverse` work in."""

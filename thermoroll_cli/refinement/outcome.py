@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.heat.frictional_heat import account
+from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result, State
@@ -26,19 +27,18 @@ from thermoroll_cli.steady_state.iteration import expansion_in
 
 @dataclass(frozen=True)
 class FollowedState:
-    """A coupled state with the `discretisation` it lives on, and the transforms spent on domains that were left."""
+    """A coupled state with the `discretisation` it lives on."""
 
     discretisation: Discretisation
     state: SteadyState
-    left_behind: int
 
 
 @dataclass(frozen=True)
 class RefinementLevel:
     """The state without thermal deformation and, where there is any, the one with it; each with its reported form.
 
-    The coupled state lives on `home`, which is `discretisation` unless its contact has become much smaller; `left_behind` are
-    transforms spent on other domains."""
+    The coupled state lives on `home`, which is `discretisation` unless its contact has become much smaller; `transforms` are
+    those done for both."""
 
     discretisation: Discretisation
     isothermal: SteadyState
@@ -46,13 +46,7 @@ class RefinementLevel:
     isothermal_state: State
     coupled_state: State
     home: Discretisation
-    left_behind: int = 0
-
-    @property
-    def transforms(self) -> int:
-        """Padded transforms done for both states."""
-        return self.discretisation.transforms + self.left_behind + (
-            0 if self.home is self.discretisation else self.home.transforms)
+    transforms: int
 
     @property
     def touches_rim(self) -> bool:
@@ -74,9 +68,10 @@ class RefinementLevel:
 
 
 def refinement_level(
-    discretisation: Discretisation, isothermal: SteadyState, followed: FollowedState | None, plan: Plan
+    discretisation: Discretisation, isothermal: SteadyState, followed: FollowedState | None, plan: Plan, before: int
 ) -> RefinementLevel:
-    """Report both states of a grid. The isothermal one includes the expansion that its heat would cause."""
+    """Report both states of a grid, for which `counted.transforms` has counted from `before`. The isothermal one includes the
+    expansion that its heat would cause."""
     heating, contact = discretisation.derived.problem.heating, isothermal.contact
     heat = plan.runs("heat")
     expansion = expansion_in(discretisation.heat(contact), contact) if heat and heating.deformation else None
@@ -85,11 +80,11 @@ def refinement_level(
     if cold:
         expansion = np.zeros(discretisation.grid.shape)
     reported = state_of(discretisation, contact, temperatures=heat or cold, expansion=expansion)
-    if followed is None:
-        return RefinementLevel(discretisation, isothermal, None, reported, reported, discretisation)
-    home, coupled = followed.discretisation, followed.state
-    heated = state_of(home, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
-    return RefinementLevel(discretisation, isothermal, coupled, reported, heated, home, followed.left_behind)
+    home, coupled, heated = discretisation, None, reported
+    if followed is not None:
+        home, coupled = followed.discretisation, followed.state
+        heated = state_of(home, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
+    return RefinementLevel(discretisation, isothermal, coupled, reported, heated, home, counted.transforms - before)
 
 
 def result_of(

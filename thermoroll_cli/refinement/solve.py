@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.checks import heat_failures
@@ -125,6 +126,7 @@ class Solver:
         coarser = neighbours = None
         course = Course(problem, self._solved)
         for shape in plan.grids:
+            before = counted.transforms
             neighbours = course.neighbours(shape, plan.extent, coarser, neighbours)
             shared = None if neighbours is None else neighbours.last.discretisation
             discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options,
@@ -146,7 +148,7 @@ class Solver:
                 report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
                                     "residual": followed.state.residual})
             with timed(seconds, "temperature"):
-                levels.append(refinement_level(discretisation, isothermal, followed, plan))
+                levels.append(refinement_level(discretisation, isothermal, followed, plan, before))
             if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels, plan)):
                 break
             coarser = levels[-1]

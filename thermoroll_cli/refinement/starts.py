@@ -143,7 +143,7 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
     state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced,
                         predicted=starts.predicted_coupled is not None)
-    left_behind, smaller, settled = 0, False, False
+    smaller = settled = False
     for _ in range(home.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
         settled = settled or (smaller and state.touches_rim)
@@ -154,10 +154,8 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
         moved = _on_domain(home, domain)
         state = fixed_point(moved, starts.moved(moved, home, state.contact), tolerances,
                             balanced=state.balanced and state.converged)
-        if home is not starts.discretisation:
-            left_behind += home.transforms
         home = moved
-    return FollowedState(home, state, left_behind)
+    return FollowedState(home, state)
 
 
 def next_home(starts: Starts) -> Discretisation:

@@ -17,6 +17,7 @@ from thermoroll_cli.numerics.convolution import (
     MirroredPlane,
     Parities,
     blocks,
+    counted,
     free_space,
     in_pairs,
     multiply,
@@ -78,13 +79,10 @@ class FreeShear:
         self._coupled = coupled
         self._pool = ThreadPoolExecutor(2) if threads > 1 else None
 
-    @property
-    def transforms(self) -> int:
-        return sum(c.transforms for c in self._convolutions)
-
     def _both(self, task: Callable[[int], None]) -> None:
         if self._pool is not None:
             list(self._pool.map(task, (0, 1)))
+            counted.transforms += 2  # which the threads of the pool have counted as theirs
         else:
             task(0)
             task(1)
@@ -135,10 +133,6 @@ class MirroredShear:
         own, other = pair_symbols(*symbols, even)
         self._own = in_pairs(own)
         self._other = in_pairs(other) if coupled else None
-
-    @property
-    def transforms(self) -> int:
-        return self._plane.transforms
 
     def __call__(self, traction: AnyArray) -> AnyArray:
         self._plane.forward(traction)
@@ -224,10 +218,6 @@ class RollingGradient:
         if self.mirror is not None:
             return MirroredShear(self.shape, self._symbols, self._padded, self.mirror, MARGIN, coupled=coupled)
         return FreeShear(self.shape, self._symbols, self._padded, MARGIN, coupled=coupled, threads=self._threads)
-
-    @property
-    def transforms(self) -> int:
-        return self._shear.transforms if "_shear" in self.__dict__ else 0
 
     def displacement(self, traction: AnyArray) -> AnyArray:
         """u = A τ in m on rows −2…n+1: (2, n, m) -> (2, n+4, m)."""

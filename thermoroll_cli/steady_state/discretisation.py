@@ -72,7 +72,6 @@ class Discretisation:
                                                          derived.coatings)
         self.responses: HeatResponses = HeatResponses(self.grid)
         self._heats: list[tuple[Traction, Heat]] = []
-        self._transforms_before = 0
 
     def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:
         """True if the solvers also serve another problem: same bodies, same contact without heat, same grid."""
@@ -84,7 +83,6 @@ class Discretisation:
         """Another problem with the solvers of this one (see `has_kernels_of`)."""
         other = Discretisation(derived, self.grid.shape, self.extent, self.threads, self.options, self.followed)
         other.pressure, other.traction, other.responses = self.pressure, self.traction, self.responses
-        other._transforms_before = other._transforms_of_solvers
         return other
 
     @property
@@ -144,15 +142,6 @@ class Discretisation:
             known = divide(heating, response, self.heat_flux(tangential), inside, slope, before)
             self._heats = [*self._heats[-1:], (tangential, known)]
         return known
-
-    @property
-    def transforms(self) -> int:
-        """Padded transforms done for this problem by all stages, until the solvers serve another problem."""
-        return self._transforms_of_solvers - self._transforms_before
-
-    @property
-    def _transforms_of_solvers(self) -> int:
-        return self.pressure.transforms + self.traction.transforms + self.responses.transforms
 
 
 def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:

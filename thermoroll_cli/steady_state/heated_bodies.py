@@ -110,7 +110,6 @@ class HeatResponses:
         self.grid = grid
         self.tables = KeptTables()
         self._last: HeatResponse | None = None
-        self._transforms_before = 0
         self._tracks: dict[Roller, Track] = {}
 
     @cached_property
@@ -125,7 +124,6 @@ class HeatResponses:
         if problem.heating.peclet == "sliding":
             return SlidingHeatResponse(self.sliding, lower, upper, problem.motion.speed * np.hypot(slip[0], slip[1]))
         if self._last is None or self._last.bodies != (lower, upper):
-            self._transforms_before += 0 if self._last is None else self._last.transforms
             self._last = HeatResponse(self.grid, lower, upper, self.tables)
         if problem.heating.recirculates:
             return self._with_tracks(self._last, derived, creepage[0])
@@ -138,7 +136,3 @@ class HeatResponses:
         lower, upper = (None if r is None else self._tracks[r] for r in both)
         return RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
 
-    @property
-    def transforms(self) -> int:
-        total = self.sliding.transforms if "sliding" in self.__dict__ else 0
-        return total + self._transforms_before + (self._last.transforms if self._last is not None else 0)

@@ -125,10 +125,6 @@ class PressureSolver:
         return bool(touched and grid.x[-1] > half_room * scales.semi_axis_x
                     and (any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
 
-    @property
-    def transforms(self) -> int:
-        return self.solver.transforms if "solver" in self.__dict__ else 0
-
 
 def _outermost(pressure: Array) -> float:
     """Largest pressure in the outermost elements."""

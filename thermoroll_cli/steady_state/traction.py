@@ -112,18 +112,12 @@ class TractionSolver:
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
         self._solvers: dict[Parities | None, RollingSolver] = {}
-        self._transforms_before = 0
         self._undisturbed_leading: tuple[Window, Array] | None = None
 
     @cached_property
     def coupling(self) -> NormalShearCoupling:
         """Coupling of pressure and shear of unlike bodies."""
         return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings)
-
-    @property
-    def transforms(self) -> int:
-        coupling = self.coupling.transforms if "coupling" in self.__dict__ else 0
-        return coupling + self._transforms_before + sum(solver.gradient.transforms for solver in self._solvers.values())
 
     def solve(
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
@@ -194,8 +188,6 @@ class TractionSolver:
         if last is not None and last.holds(need):
             return last
         window = need if last is None else last.grown(need)
-        if last is not None:
-            self._transforms_before += self._solvers[mirror].gradient.transforms
         self._windows[mirror] = window
         self._solvers[mirror] = RollingSolver(RollingGradient(
             window.shape, self.grid.dx, self.grid.dy, derived.shear_compliance, self._threads, mirror,

@@ -60,10 +60,6 @@ class LayerTransforms:
         self.columns = grid.ny // 2 if mirrored else grid.ny
         """Number of columns in the results: the last ones of the grid."""
 
-    @property
-    def transforms(self) -> int:
-        return self.plane.transforms
-
     def forward(self, field: Array) -> Spectrum:
         return self.plane.forward(field)
 
