@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, find_objects, label
+from scipy.ndimage import distance_transform_edt, label, maximum
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
@@ -231,36 +231,24 @@ def _outline(frame: RunFrame, state: DrawnState) -> Path | None:
 
 
 def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
-    """Arrows along the shear traction at some elements of each patch, about as far apart along x as along y on axes of `size`
-    (inches). The longest one of every patch spans most of that distance."""
+    """Arrows along the shear traction at some elements, about as far apart along x as along y on axes of `size` (inches). The
+    longest one of every patch spans most of that distance."""
     state, (left, right, bottom, top) = drawn.state, frame.window
-    components = [np.nan_to_num(np.asarray(state.fields[name], dtype=float)) for name in TRACTION.fields]
-    covered = state.fields.get("covered", state.fields["state"] > 0)
+    traction = np.nan_to_num([np.asarray(state.fields[name], dtype=float) for name in TRACTION.fields])
+    patches, count = label(state.fields["state"] > 0)
     width, height = size[::-1] if frame.turned else size
     element = (2.0 * drawn.half[0] / (right - left) * width, 2.0 * drawn.half[1] / (top - bottom) * height)
-    for patch in _patches(drawn):
-        sides = [(part.stop - part.start) * step for part, step in zip(patch, element, strict=True)]
-        spacing = min(max(math.sqrt(sides[0] * sides[1] / ARROWS), CLOSEST), WIDEST)
-        chosen = np.ix_(*(_spread(part, round(spacing / step)) for part, step in zip(patch, element, strict=True)))
-        u, v = (component[chosen].ravel() for component in components)
-        length = np.hypot(u, v)
-        largest = max(float(length.max()), 1e-300)
-        shown = (length > FAINT * largest) & (covered[chosen].ravel() > 0.5)
-        places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1).reshape(-1, 2)
-        arrows = np.stack([u, v])[:, shown] * 0.9 * min(spacing, *sides) / largest
-        axes.quiver(*_turned(frame, places[shown]).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
-
-
-def _patches(drawn: DrawnState) -> list[tuple[slice, slice]]:
-    """Rows and columns of each area of contact."""
-    return list(find_objects(label(drawn.state.fields["state"] > 0)[0]))
-
-
-def _spread(part: slice, step: int) -> range:
-    """Places in the middle of `part`, each `step` from the next."""
-    step, length = max(step, 1), part.stop - part.start
-    beyond = length - 1 - (max(length // step, 1) - 1) * step
-    return range(part.start + beyond // 2, part.stop - beyond // 2, step)
+    spacing = math.sqrt(np.count_nonzero(patches) * element[0] * element[1] / (ARROWS * max(count, 1)))
+    spacing = min(max(spacing, CLOSEST), WIDEST)
+    steps = [max(1, round(spacing / side)) for side in element]
+    chosen = np.ix_(*(np.arange((n - 1) % step // 2, n, step) for n, step in zip(patches.shape, steps, strict=True)))
+    length = np.hypot(*traction)
+    largest = maximum(length, patches, np.arange(count + 1))[patches]
+    covered = state.fields.get("covered", patches > 0)
+    shown = ((length > FAINT * largest) & (covered > 0.5))[chosen]
+    arrows = 0.9 * spacing * np.stack([part[chosen][shown] / largest[chosen][shown] for part in traction])
+    places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1)[shown]
+    axes.quiver(*_turned(frame, places).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
 
 
 def extremes(panel: Panel, scale: AxisScale) -> str:
@@ -281,7 +269,7 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     if len(frame.states) > 1:
         handles.append(_handle(WITHOUT, *CONTACT, style.DASHED))
     if arrows:
-        several = max(len(_patches(state)) for state in frame.states) > 1
+        several = max(label(drawn.state.fields["state"] > 0)[1] for drawn in frame.states) > 1
         words = "traction on the upper body" + (", scaled in each patch" if several else "")
         handles.append(Line2D([], [], linestyle="none", marker=ARROW_MARKER, markersize=11.0, color="white",
                               markeredgecolor="black", markeredgewidth=0.5, label=words))
