@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from scripts.benchmark.cases import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITIONED, WITHOUT_EXTRAPOLATION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
+from thermoroll_cli.numerics.grid import Domain
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.solve import Solver, solve
@@ -105,6 +108,18 @@ def test_the_best_state_is_returned_with_its_residual_where_iterations_run_out(m
 
 
 # --- starts ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_contact_between_the_elements_of_a_larger_domain_starts_without_heat() -> None:
+    derived = DerivedQuantities(article_4_1(24))
+    discretisation, a = Discretisation(derived, (24, 24), 2.2), derived.hertz.semi_axis_x
+    small = Discretisation(derived, (24, 24), 2.2, followed=Domain(0.01 * a, 0.01 * a, 0.0, 0.0))
+    contact = fixed_point(small, Starts(small).isothermal(), SolverOptions().tolerances).contact
+    inside = np.zeros(small.grid.shape)
+    inside[11:13, 11:13] = 1e9
+    contact = replace(contact, normal=replace(contact.normal, pressure=inside), expansion=inside * 1e-15)
+    start = Starts.moved(discretisation, small, contact)
+    assert np.array_equal(start.normal.pressure, discretisation.isothermal_pressure.pressure)
 
 
 def test_a_sweep_starts_from_the_previous_problem() -> None:

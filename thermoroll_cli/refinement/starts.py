@@ -118,6 +118,8 @@ def _carried_over(discretisation: Discretisation, source: Discretisation, contac
             pressure = np.where(enough, np.maximum(guess.pressure + change, 0.0), 0.0)
         else:
             pressure = np.maximum(prolong.from_inside(contact.normal.pressure), 0.0)
+            if not pressure.any():  # A small contact can lie between the elements of a larger domain.
+                pressure = guess.pressure
         guess = replace(guess, pressure=pressure, covered=(pressure > 0.0).astype(float))
     traction = prolong.traction(contact.tangential.traction, contact.normal.pressure, guess.pressure)
     fields = {name: prolong(field) for name, field in unknowns_of(contact).items()}
