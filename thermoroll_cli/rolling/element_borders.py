@@ -57,10 +57,15 @@ SLOPE_ALONG_ROLLING = 1e-6
 """The pressure's slope along x over the steepest one below which the border runs along the rolling direction."""
 
 
-def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
-    """Elements (n, m) up to `width` from the border where the pressure rises along the rolling direction."""
+LEADING_RING = 2
+"""Width in elements of the zone where the border causes errors; further in, sticking tractions do not have the shape of the
+pressure."""
+
+
+def leading_ring(pressure: Array, covered: Array) -> Mask:
+    """Elements (n, m) up to `LEADING_RING` from the border where the pressure rises along the rolling direction."""
     near = ~framed(covered >= 1.0)
-    for _ in range(width):
+    for _ in range(LEADING_RING):
         near = highest(near)
     near = near[1:-1, 1:-1]
     along, _ = _slopes(pressure, 1.0, 1.0)
@@ -68,14 +73,12 @@ def leading_ring(pressure: Array, covered: Array, width: int) -> Mask:
         along > SLOPE_ALONG_ROLLING * float(np.abs(along).max()))
 
 
-def known_gradient(
-    pressure: Array, found: Array, exact: Array, covered: Array, width: int = RollingOptions.leading_ring
-) -> Array:
+def known_gradient(pressure: Array, found: Array, exact: Array, covered: Array) -> Array:
     """E as (3, n, m), its components xx, yy, xy in 1/Pa, zero away from the leading edge.
 
     `found` and `exact` (3, n, m) are ∂u_x/∂x and ∂u_y/∂x under tractions (p, 0), (0, p) of their own direction, and the one
     under the other: by the operator (`RollingGradient.of_shape`) and the true ones, dimensionless."""
-    ring = leading_ring(pressure, covered, width)
+    ring = leading_ring(pressure, covered)
     return np.asarray(np.where(ring, (exact - found) / np.where(ring, pressure, 1.0), 0.0))
 
 

@@ -43,9 +43,6 @@ class RollingOptions:
     deepest: float = 0.117
     """Largest amount by which the known gradient at the leading edge is below the operator's, in units of Σ(1−ν)/G along x and
     Σ1/G along y: on elements that the border just touches. Infinite: the known gradient is not used."""
-    leading_ring: int = 2
-    """Width in elements of the zone where the border causes errors; further in, sticking tractions do not have the shape of the
-    pressure."""
     leading_known: bool = True
     """Whether the known gradient at the leading edge is used."""
 

@@ -56,19 +56,15 @@ class Window:
         """The part of a field (..., nx, ny) in the window."""
         return field[..., self.rows, self.columns]
 
-    def scalar(self, field: NDArray[Any]) -> NDArray[Any]:
-        """A scalar (n, m) of the window, even across y = 0, on the whole grid; zero outside."""
+    def scalar(self, field: NDArray[Any], parity: int = 1) -> NDArray[Any]:
+        """A scalar (n, m) of the window, even (`parity` 1) or odd across y = 0, on the whole grid; zero outside."""
         full = np.zeros(self.grid, dtype=field.dtype)
-        full[self.rows, self.both_sides.columns] = field if self.mirror is None else unfolded(field, 1)
+        full[self.rows, self.both_sides.columns] = field if self.mirror is None else unfolded(field, parity)
         return full
 
     def vector(self, field: NDArray[Any]) -> NDArray[Any]:
         """A vector (2, n, m) of the window on the whole grid; zero outside."""
-        full = np.zeros((2, *self.grid), dtype=field.dtype)
-        both = self.both_sides.columns
-        for i in (0, 1):
-            full[i, self.rows, both] = field[i] if self.mirror is None else unfolded(field[i], self.mirror[i])
-        return full
+        return np.stack([self.scalar(part, parity) for part, parity in zip(field, self.mirror or (1, 1), strict=True)])
 
     @property
     def both_sides(self) -> Window:
@@ -227,7 +223,7 @@ class TractionSolver:
                 modulus = self._coatings.near_border(grid.dx, grid.dy).contact_modulus
             isotropic = np.pi * modulus * difference(closed, self.options.difference_weights, grid.dx)
             exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
-        return known_gradient(pressure, found, exact, covered, self.options.leading_ring)[:, :, -window.shape[1] :]
+        return known_gradient(pressure, found, exact, covered)[:, :, -window.shape[1] :]
 
     def _closing(self, derived: DerivedQuantities, normal: Pressure) -> Array:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either
