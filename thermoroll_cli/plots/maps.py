@@ -17,6 +17,7 @@ from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
+from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, label, maximum
 
@@ -179,9 +180,9 @@ def draw_map(
     of the contact or the `whole` domain."""
     image = axes.imshow(values if frame.turned else values.T, origin="lower", extent=_placed(frame, drawn.domain),
                         interpolation="bilinear", aspect="auto", **colours)
-    outline = _outline(frame, drawn)
+    outline = drawn.borders.outline
     if outline is not None and not (whole or open_ended):
-        image.set_clip_path(outline, transform=axes.transData)
+        image.set_clip_path(outline, transform=_in_metres(frame) + axes.transData)
     for state in frame.states[:1] if drawn is frame.states[0] else (frame.states[0], drawn):
         _draw_borders(axes, frame, state, "solid" if state is drawn else style.DASHED)
     left, right, bottom, top = _placed(frame, frame.domain if whole else frame.window)
@@ -198,13 +199,13 @@ def draw_map(
 
 def _draw_borders(axes: Axes, frame: RunFrame, state: DrawnState, dashes: Any) -> None:
     """Borders of a state, each on a casing, so that they are seen on any ground."""
-    clip = _outline(frame, state)
+    clip, place = state.borders.outline, _in_metres(frame) + axes.transData
     for lines, (colour, casing) in ((state.borders.stick, STICK), (state.borders.contact, CONTACT)):
         for paint, width, look in ((casing, CASING, "solid"), (colour, LINE, dashes)):
-            drawn = LineCollection([_turned(frame, line) for line in lines], colors=paint, linewidths=width, linestyles=[look])
+            drawn = LineCollection(lines, colors=paint, linewidths=width, linestyles=[look], transform=place)
             axes.add_collection(drawn, autolim=False)
             if clip is not None and lines is state.borders.stick:
-                drawn.set_clip_path(clip, transform=axes.transData)
+                drawn.set_clip_path(clip, transform=place)
 
 
 def flow_label(frame: RunFrame) -> str:
@@ -212,22 +213,17 @@ def flow_label(frame: RunFrame) -> str:
     return f"{frame.lengths[0].label}, material flow →"
 
 
-def _turned(frame: RunFrame, points: Array) -> Array:
-    """Points (n, 2) in m as places on a map."""
+def _in_metres(frame: RunFrame) -> Affine2D:
+    """From places in m to those on a map."""
     x, y = frame.lengths
-    return (points * np.array([x.factor, y.factor]))[:, [1, 0] if frame.turned else [0, 1]]
+    return Affine2D([[0.0, y.factor, 0.0], [x.factor, 0.0, 0.0], [0.0, 0.0, 1.0]]) if frame.turned else (
+        Affine2D().scale(x.factor, y.factor))
 
 
 def _placed(frame: RunFrame, box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
     """Left, right, bottom and top on a map of a box in m."""
-    low, high = _turned(frame, np.array([[box[0], box[2]], [box[1], box[3]]]))
+    low, high = _in_metres(frame).transform([[box[0], box[2]], [box[1], box[3]]])
     return low[0], high[0], low[1], high[1]
-
-
-def _outline(frame: RunFrame, state: DrawnState) -> Path | None:
-    """The contact of a state as a path on a map."""
-    outline = state.borders.outline
-    return None if outline is None else Path(_turned(frame, np.asarray(outline.vertices)), outline.codes)
 
 
 def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[float, float]) -> None:
@@ -248,7 +244,7 @@ def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[floa
     shown = ((length > FAINT * largest) & (covered > 0.5))[chosen]
     arrows = 0.9 * spacing * np.stack([part[chosen][shown] / largest[chosen][shown] for part in traction])
     places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1)[shown]
-    axes.quiver(*_turned(frame, places).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
+    axes.quiver(*_in_metres(frame).transform(places).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
 
 
 def extremes(panel: Panel, scale: AxisScale) -> str:

@@ -383,11 +383,9 @@ def merged(table: Numbers, names: Sequence[str]) -> Column | None:
 
 def summaries(table: Numbers) -> list[dict[str, Any]]:
     """Each row as the summary of a result: its scalars, with their errors by name."""
-    known = {name: column for name, column in table.items() if not name.startswith(ISOTHERMAL) and np.isfinite(column).any()}
-    scalars, wrong = ([name for name in known if name.startswith(ERROR) == of_error] for of_error in (False, True))
-    return [{name: float(known[name][row]) for name in scalars}
-            | {"error": {name.removeprefix(ERROR): float(known[name][row]) for name in wrong}}
-            for row in range(len(next(iter(table.values()), ())))]
+    known = [name for name, column in table.items() if np.isfinite(column).any()]
+    rows = (dict(zip(known, values, strict=True)) for values in zip(*(table[name].tolist() for name in known), strict=True))
+    return [row | {"error": {name.removeprefix(ERROR): row[name] for name in known if name.startswith(ERROR)}} for row in rows]
 
 
 def errors(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> Column:
