@@ -12,15 +12,17 @@ from pathlib import Path
 import pytest
 
 from tests.support.command_line import COMMAND, MECHANICAL, PATIENCE, call, on_terminal, thermoroll
+from thermoroll_cli.cli.commands import COMMANDS
 
 
 def test_help_version_and_bare_command() -> None:
     for flag in ("--help", "-h"):
         done = thermoroll(flag)
         assert (done.returncode, done.stderr) == (0, "")
-        for command in ("run", "show", "validate", "init", "schema", "plot", "compare", "export"):
-            assert f"  {command} " in done.stdout
-            assert call(command, flag).returncode == 0
+        for command, (_, about) in COMMANDS.items():
+            assert f"  {command.ljust(9)} {about}\n" in done.stdout
+            of_command = call(command, flag)
+            assert of_command.returncode == 0 and about.rstrip(".").split(",")[0] in of_command.stdout
     assert thermoroll("--version").stdout.startswith("thermoroll 0.")
     bare = thermoroll()
     assert (bare.returncode, bare.stdout) == (2, "")
@@ -113,18 +115,20 @@ def test_progress_redraws_on_terminals_only(tmp_path: Path) -> None:
 
 
 def test_completion_is_offered() -> None:
-    done = thermoroll(env={"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": "thermoroll va", "COMP_CWORD": "1"})
-    assert done.stdout.strip() == "validate"
+    for words, offered in (("va", "validate"), ("table q", "query"), ("show --js", "--json")):
+        done = thermoroll(env={"_THERMOROLL_COMPLETE": "complete_bash", "COMP_WORDS": f"thermoroll {words}",
+                               "COMP_CWORD": str(len(words.split()))})
+        assert done.stdout.strip() == offered
 
 
 def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    from thermoroll_cli.cli import run
     from thermoroll_cli.cli.main import main
-    from thermoroll_cli.refinement import solve
 
     def broken(*_: object, **__: object) -> None:
         raise ZeroDivisionError("by nothing")
 
-    monkeypatch.setattr(solve, "solve", broken)
+    monkeypatch.setattr(run, "solve", broken)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     arguments = ["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]
     for extra, traced in (([], False), (["-v"], True)):
@@ -139,13 +143,13 @@ def test_a_bug_is_told_as_such(monkeypatch: pytest.MonkeyPatch, capsys: pytest.C
 def test_too_little_memory_is_no_bug(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
+    from thermoroll_cli.cli import run
     from thermoroll_cli.cli.main import main
-    from thermoroll_cli.refinement import solve
 
     def greedy(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(solve, "solve", greedy)
+    monkeypatch.setattr(run, "solve", greedy)
     (tmp_path / "case.toml").write_text(MECHANICAL)
     assert main(["run", str(tmp_path / "case.toml"), "-o", str(tmp_path)]) == 5
     assert "not enough memory" in capsys.readouterr().err

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import importlib.resources
+import json
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case_schema import case_schema
+from thermoroll_cli.refinement.plan import expected_temperature_warning
+from thermoroll_cli.refinement.warnings import warnings_before
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 TEMPLATES = {
     "wheel-rail": "a wheel on a rail",
@@ -41,8 +46,6 @@ def validate(
 
     Values that are allowed and yet doubtful are reported as warnings, which do not change the exit code.
     """
-    from thermoroll_cli.files.case import Case, CaseError
-
     options.check_standard_input(cases)
     overrides = options.parse_overrides(settings)
     errors: list[CaseError] = []
@@ -67,10 +70,6 @@ def validate(
 
 def doubts(case: Case) -> list[str]:
     """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
-    from thermoroll_cli.refinement.plan import expected_temperature_warning
-    from thermoroll_cli.refinement.warnings import warnings_before
-    from thermoroll_cli.steady_state.derived import DerivedQuantities
-
     derived = DerivedQuantities(case.problem)
     return [*warnings_before(derived), *expected_temperature_warning(derived)]
 
@@ -85,8 +84,6 @@ def init(
     verbose: options.Verbose = False,
 ) -> None:
     """Write a case with comments, to be edited."""
-    from thermoroll_cli.atomic import write_bytes
-
     text = template_text(template.value)
     if str(file) == "-":
         streams.write(text.rstrip("\n"))
@@ -102,15 +99,10 @@ def init(
 
 def template_text(name: str) -> str:
     """The template `name` as the text of a case file."""
-    import importlib.resources
-
     return (importlib.resources.files("thermoroll_cli.files") / "templates" / f"{name}.toml").read_text(encoding="utf-8")
 
 
 def schema() -> None:
     """Print the JSON schema of case files."""
-    import json
-
-    from thermoroll_cli.files.case_schema import case_schema
 
     streams.write(json.dumps(case_schema(), indent=2, ensure_ascii=True, allow_nan=False))

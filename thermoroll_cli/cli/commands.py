@@ -1,10 +1,10 @@
-"""The command line: every command with its name. A command is imported when it is called, and its libraries when it runs."""
+"""The command line: every command with its name. A command is imported with its libraries when it is called; only pictures are
+imported when the first is drawn."""
 
 from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Sequence
 from typing import Annotated, Any
 
 import typer
@@ -14,10 +14,21 @@ from thermoroll_cli import __version__
 from thermoroll_cli.cli import streams
 
 COMMANDS = {
-    "run": "run", "sweep": "sweep_command", "wear": "wear", "table": "creep_table", "show": "show", "validate": "cases",
-    "init": "cases", "schema": "cases", "plot": "results", "compare": "results", "export": "results",
-}  # fmt: skip
-"""The module of each command, which is a function or a group of commands of its name there."""
+    "run": ("run", "Solve cases, write results and pictures."),
+    "sweep": ("sweep_command", "Solve a case for many values of some of its keys."),
+    "wear": ("wear", "Follow the profiles of both bodies as they wear."),
+    "show": ("show", "Show what a case means and what would run."),
+    "validate": ("cases", "Check cases and report all their errors."),
+    "init": ("cases", "Write a case with comments, to be edited."),
+    "schema": ("cases", "Print the JSON schema of case files."),
+    "plot": ("results", "Draw the pictures of results and sweeps again."),
+    "compare": ("results", "Compare two results."),
+    "export": ("results", "Export a result to XDMF, CSV or LaTeX."),
+    "table": ("creep_table", "Build a table of creep forces, or query one."),
+}
+"""The module of each command, which is a function or a group of commands of its name there, and the line about it in --help."""
+
+HELP_OPTIONS = {"help_option_names": ["-h", "--help"]}
 
 _WORDING = (
     (r"^Value error, ", ""),
@@ -29,7 +40,11 @@ _WORDING = (
 
 
 class Commands(TyperGroup):
-    """The commands, with our own words for wrong options."""
+    """The commands, with our own words for wrong options. The module of a command is imported when it is called."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        name, _, rest = super().resolve_command(ctx, args)
+        return name, _imported(name) if name else None, rest
 
     def invoke(self, ctx: Any) -> Any:
         try:
@@ -50,7 +65,7 @@ app = typer.Typer(
     # Rich would double the time of --help and draw boxes that scripts cannot read.
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=HELP_OPTIONS,
 )
 
 
@@ -67,16 +82,13 @@ def thermoroll(
         raise typer.Exit(2)
 
 
-def app_for(arguments: Sequence[str]) -> typer.Typer:
-    """The program with the command that `arguments` begin with; with all of them where they begin with something else."""
-    app.registered_commands.clear()
-    app.registered_groups.clear()
-    first = arguments[0] if arguments else ""
-    for name in (first,) if first in COMMANDS else COMMANDS:
-        module = importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name]}")
-        command = getattr(module, name)
-        if isinstance(command, typer.Typer):
-            app.add_typer(command, name=name)
-        else:
-            app.command(name)(command)
-    return app
+for _name, (_, _summary) in COMMANDS.items():
+    app.command(_name, help=_summary)(lambda: None)
+
+
+def _imported(name: str) -> Any:
+    command = getattr(importlib.import_module(f"thermoroll_cli.cli.{COMMANDS[name][0]}"), name)
+    if not isinstance(command, typer.Typer):
+        function, command = command, typer.Typer(add_completion=False, rich_markup_mode=None, context_settings=HELP_OPTIONS)
+        command.command(name)(function)
+    return typer.main.get_command(command)

@@ -5,27 +5,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
+import numpy as np
 import typer
+from numpy.typing import NDArray
 
 from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from thermoroll_cli.creep_table.build import TablePlan
-    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
-    from thermoroll_cli.creep_table.table_file import TableValues
-    from thermoroll_cli.problem.problem import FrictionLaw
+from thermoroll_cli.creep_table.build import TablePlan, build_table, finish, journal_path
+from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
+from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
+from thermoroll_cli.problem.problem import FrictionLaw
+from thermoroll_cli.sweeps.points import Axis
+from thermoroll_cli.sweeps.runner import Workers
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 
 table = typer.Typer(help="Build a table of creep forces for vehicle and bearing dynamics, or query one.", rich_markup_mode=None,
-                    no_args_is_help=True, context_settings={"help_option_names": ["-h", "--help"]})  # fmt: skip
+                    add_completion=False, no_args_is_help=True, context_settings=HELP_OPTIONS)  # fmt: skip
 
 LawChoice = Literal["exponential", "rational", "linear"]
 """Laws of friction that have a formula."""
@@ -55,8 +55,6 @@ def build(
     Solves every point of a grid over a/b, magnitude and direction of the creepages, and as many random points again to state
     the table's errors. A table for Poisson's ratio 0.28 comes with the program: see `query`.
     """
-    from thermoroll_cli.creep_table.table_file import write_csv
-
     plan = _plan(aspect, nodes, poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
     built = _build(plan, output, jobs=jobs, dask=dask, resume=resume, quiet=quiet)
@@ -96,9 +94,6 @@ def query(
     `force_error_N` is the largest error of the table, as it was measured at random points. With a law of friction the table is
     asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
     """
-    from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
-    from thermoroll_cli.creep_table.table_file import write_csv
-
     found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
     if csv is not None:
         write_csv(csv, found.values)
@@ -124,10 +119,6 @@ def query(
 
 def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
-    from thermoroll_cli.creep_table.build import build_table, finish, journal_path
-    from thermoroll_cli.creep_table.table_file import read_table, write_table
-    from thermoroll_cli.sweeps.runner import Workers
-
     options.check_writable(path.resolve().parent)
     if resume and path.exists() and not journal_path(path).exists():
         there = read_table(path)
@@ -144,9 +135,6 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
 
 def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int) -> TablePlan:
     """The plan of the table. Ends the program (usage) where that makes no sense."""
-    from thermoroll_cli.creep_table.build import TablePlan
-    from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes
-
     counts = options.numbers(nodes, 3, "three whole numbers T,A,B", "--nodes", int)
     ratios = _values(aspect, "--aspect") if aspect else DEFAULT_ASPECTS
     with options.usage("--aspect, --nodes"):
@@ -159,8 +147,6 @@ def _plan(aspect: str, nodes: str, poisson: float, accuracy: float, checks: int)
 
 
 def _values(text: str, hint: str) -> tuple[float, ...]:
-    from thermoroll_cli.sweeps.points import Axis
-
     with options.usage(hint):
         axis = Axis.parse(f"{hint.lstrip('-')}={text}")
         if not axis.numeric:
@@ -180,8 +166,6 @@ def _report(built: TableValues, path: Path) -> Iterator[str]:
 
 def _law(kind: LawChoice, limit: float, half_slip: float) -> FrictionLaw:
     """The law of `kind`. Raises ValueError for constants that it cannot have."""
-    from thermoroll_cli.problem.problem import FrictionLaw
-
     if not (0.0 <= limit <= 1.0 and 0.0 < half_slip < math.inf):
         raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s")
     return FrictionLaw(kind, limit, half_slip)
@@ -192,8 +176,6 @@ def _forces(
     contact: tuple[float, float, float], outside: OutsideChoice, law: FrictionLaw | None, speed: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
-    import numpy as np
-
     hints = ("--longitudinal", "--lateral", "--spin-rad-mm")
     values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
     xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from thermoroll_cli.cli import streams
+from thermoroll_cli.cli.commands import app
 from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
 from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, stoppable
 
@@ -54,11 +55,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _dispatch(arguments: Sequence[str]) -> int:
-    from thermoroll_cli.cli.commands import app_for
-
     before = sys.stdout
     try:
-        app_for(arguments)(list(arguments), prog_name="thermoroll")
+        app(list(arguments), prog_name="thermoroll")
     except SystemExit as end:
         if sys.stdout is not before:
             # The parser's own way to report that the reader of its help has gone.

@@ -5,17 +5,18 @@ from __future__ import annotations
 import contextlib
 import shlex
 import sys
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import streams
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.case_source import CaseSource, key_path
+from thermoroll_cli.problem.problem import Unsolvable
 
 
 class ImageFormat(StrEnum):
@@ -80,8 +81,6 @@ def check_standard_input(cases: Sequence[Path]) -> None:
 
 def parse_overrides(settings: Sequence[str] | None) -> list[Override]:
     """The overrides given with `--set`. Ends the program (usage) where one is not of the form key=value."""
-    from thermoroll_cli.files.case import Override
-
     with usage("--set"):
         return [Override.parse(text) for text in settings or ()]
 
@@ -120,10 +119,6 @@ def check_cluster(address: str, jobs: int) -> None:
 @contextlib.contextmanager
 def solvable(case: Case, source: str) -> Iterator[None]:
     """Inside, a valid `case`, read from `source`, that turns out to be unsolvable raises CaseError."""
-    from thermoroll_cli.files.case import CaseError
-    from thermoroll_cli.files.case_source import CaseSource, key_path
-    from thermoroll_cli.problem.problem import Unsolvable
-
     try:
         yield
     except Unsolvable as cause:
@@ -156,8 +151,6 @@ def report_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
 
 def check_writable(folder: Path) -> None:
     """Create `folder` if need be and check that files can be written there. Raises OSError with a plain message."""
-    import tempfile
-
     try:
         folder.mkdir(parents=True, exist_ok=True)
         # Permission bits are not enough (root, read-only mounts), so a file is tried.

@@ -6,15 +6,17 @@ import math
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.streams import ExitCode
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.result.compare import Comparison, Pair
+from thermoroll_cli.cli.tables import folded, with_remarks
+from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
+from thermoroll_cli.files.result.export import EXPORTS, export_history
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.problem.result import Result
 
 Folder = Annotated[
     Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder to write to; default: beside the result.")
@@ -47,9 +49,7 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
-    from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.plots.pictures import KINDS, draw
-    from thermoroll_cli.problem.result import Result
     from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
 
     _check_no_cases(results)
@@ -94,9 +94,6 @@ def compare(
     Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R. Scalars that only one file names
     are listed and do not count.
     """
-    from thermoroll_cli.files.result.compare import compare_results
-    from thermoroll_cli.files.result.hdf5 import read_result
-
     _check_no_cases([a, b])
     if not 0.0 <= rtol < float("inf"):
         raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
@@ -124,8 +121,6 @@ def export(
     XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets; LaTeX is a table of the scalars. With
     --history the CSV file has the stress history of a material point below the surface instead (NAME_history.csv).
     """
-    from thermoroll_cli.files.result.export import EXPORTS, export_history
-
     _check_no_cases([result])
     line = None if history is None else _line(history, formats)
     if output is not None:
@@ -169,8 +164,6 @@ def _comparison_record(comparison: Comparison) -> dict[str, Any]:
 
 def _comparison_lines(comparison: Comparison, verbose: bool) -> list[str]:
     """Differences above the tolerance, worst first; with `verbose` all of them, in their order."""
-    from thermoroll_cli.cli.tables import folded, with_remarks
-
     shown = comparison.rows if verbose else comparison.outside
     lines = [("", "first", "second", "difference", "")]
     lines += [(row.name, _value(row.a), _value(row.b), "–" if math.isnan(row.difference) else f"{row.difference:.1e}",

@@ -7,17 +7,21 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case, Override
-    from thermoroll_cli.problem.result import Result
+from thermoroll_cli.cli.tables import folded, scalar_table
+from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import listed_scalars
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.solve import solve
 
 NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
 
@@ -76,8 +80,6 @@ def _read_all(
     paths: Sequence[Path], result_paths: Sequence[Path], overrides: Sequence[Override], *, as_json: bool
 ) -> list[Case]:
     """All cases, checked. Ends the program (invalid case) where one cannot be solved, with the errors of all."""
-    from thermoroll_cli.files.case import Case, CaseError
-
     valid, errors = [], {}
     for path, read in [*((path, Case.read) for path in paths), *((path, _stored_case) for path in result_paths)]:
         try:
@@ -93,16 +95,11 @@ def _read_all(
 
 def _stored_case(path: Path, overrides: Sequence[Override]) -> Case:
     """The case in a result file."""
-    from thermoroll_cli.files.case import Case
-    from thermoroll_cli.files.result.hdf5 import read_result
-
     return Case.from_json(read_result(path, with_fields=False).case_json, name=path.stem, overrides=overrides)
 
 
 def _attempt(case: Case, wishes: _Wishes) -> int:
     """Run one case; its errors do not stop the others."""
-    from thermoroll_cli.files.case import CaseError
-
     try:
         with options.solvable(case, case.name):
             return _run_case(case, wishes)
@@ -121,9 +118,6 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
-    from thermoroll_cli.refinement.plan import make_plan
-    from thermoroll_cli.refinement.solve import solve
-
     problem = case.problem
     progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose, steps=lambda: make_plan(problem).steps,
                         at_most=problem.numerics.accuracy is not None)  # fmt: skip
@@ -154,8 +148,6 @@ def _run_case(case: Case, wishes: _Wishes) -> int:
 
 
 def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
-    from thermoroll_cli.files.result.hdf5 import write_result
-
     stem = wishes.folder / case.name
     target = wishes.folder / f"{case.name}.h5"
     write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line())
@@ -178,10 +170,6 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    from thermoroll_cli.cli.tables import folded, scalar_table
-    from thermoroll_cli.problem.names import ALL_SCALARS
-    from thermoroll_cli.problem.scalar_errors import listed_scalars
-
     width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))

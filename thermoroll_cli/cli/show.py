@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case
-    from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.cli.tables import align, folded, with_remarks
+from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.problem.names import ALL_SCALARS
+from thermoroll_cli.problem.scalar_errors import number
+from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -47,9 +49,6 @@ def show(
     Inputs in the units of their keys and in SI, Hertz and Péclet numbers, saturation creepage, and the plan: stages that
     run, stages that are skipped and why, expected memory and time.
     """
-    from thermoroll_cli.files.case import Case, CaseError
-    from thermoroll_cli.refinement.plan import make_plan
-
     try:
         read = Case.read(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
@@ -86,10 +85,6 @@ def _finite(value: Any) -> Any:
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
-    from thermoroll_cli.cli.tables import align, folded, with_remarks
-    from thermoroll_cli.problem.names import ALL_SCALARS
-    from thermoroll_cli.problem.scalar_errors import number
-
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
@@ -124,7 +119,4 @@ def _picture_seconds(case: Case, plan: Plan) -> float:
 
 
 def _warnings(case: Case, plan: Plan) -> list[str]:
-    from thermoroll_cli.refinement.plan import expected_temperature_warning
-    from thermoroll_cli.steady_state.derived import DerivedQuantities
-
     return [*plan.warnings, *expected_temperature_warning(DerivedQuantities(case.problem))]

@@ -5,19 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Override
-    from thermoroll_cli.sweeps.points import Axis, Value
-    from thermoroll_cli.sweeps.sweep import Sweep
-    from thermoroll_cli.sweeps.table import Row, Rows
+from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
+from thermoroll_cli.files.case import CaseError, Override, case_name
+from thermoroll_cli.files.case_source import read_source
+from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
+from thermoroll_cli.sweeps.runner import Workers
+from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
+from thermoroll_cli.sweeps.table import Row, Rows, columns_of, draw_table
 
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
@@ -60,9 +61,6 @@ def sweep(
     before the first is solved. A point that fails becomes a row with its reason, the sweep goes on, and the exit code is
     4. The results are the same whatever --jobs, --dask and --resume.
     """
-    from thermoroll_cli.sweeps.runner import Workers
-    from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
-
     overrides, theories = options.parse_overrides(settings), _theories(compare)
     axes = _axes(over or [], listed, overrides, scalars_only=scalars_only)
     options.check_cluster(dask, jobs)
@@ -87,8 +85,6 @@ def sweep(
 
 def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override], *, scalars_only: bool) -> tuple[Axis, ...]:
     """The swept keys with their values. Ends the program (usage) where they make no sense."""
-    from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, parse_axes, read_points
-
     if bool(over) == (listed is not None):
         raise typer.BadParameter("give either --over KEY=VALUES or --points FILE.csv", param_hint="--over")
     hint = "--points" if listed else "--over"
@@ -102,10 +98,6 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
 
 def _points(path: Path, axes: tuple[Axis, ...], overrides: Sequence[Override], *, listed: bool) -> Any:
     """The points. Ends the program (invalid case) if the case cannot be read."""
-    from thermoroll_cli.files.case import CaseError, case_name
-    from thermoroll_cli.files.case_source import read_source
-    from thermoroll_cli.sweeps.points import Points
-
     try:
         source = read_source(path)
     except CaseError as cause:
@@ -115,8 +107,6 @@ def _points(path: Path, axes: tuple[Axis, ...], overrides: Sequence[Override], *
 
 def _check(sweep: Sweep, *, quiet: bool) -> None:
     """Check all points. Ends the program (invalid case) if any of them cannot be solved."""
-    from thermoroll_cli.files.case import CaseError
-
     try:
         sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
     except CaseError as cause:
@@ -168,8 +158,6 @@ def _theories(text: str) -> tuple[str, ...]:
 
 def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[Path], str]:
     """The picture in each of the file types of `paths`, or why there is none."""
-    from thermoroll_cli.sweeps.table import columns_of, draw_table
-
     table = columns_of(rows, rows.points.point(1).problem.title)
     try:
         why_not = next(filter(None, (draw_table(table, path, compare=theories) for path in paths)), "")
@@ -179,8 +167,6 @@ def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[
 
 
 def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
-    from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
-
     converged = files = 0
     kinds: dict[str, tuple[str, int]] = {}
     for row in rows:

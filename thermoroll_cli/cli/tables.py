@@ -9,6 +9,9 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from rich.console import Console
+from rich.table import Table
+
 from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, scalar_text
 
@@ -49,9 +52,6 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
     """`rows` as lines with columns below each other; columns without content are left out."""
-    from rich.console import Console
-    from rich.table import Table
-
     table = Table.grid(padding=(0, 2, 0, 0))
     columns = [column for column in zip(*rows, strict=True) if any(column)]
     for _ in columns:

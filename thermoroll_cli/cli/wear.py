@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
-
-if TYPE_CHECKING:
-    from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.result.hdf5 import file_image
+from thermoroll_cli.process import safe_point
+from thermoroll_cli.sweeps.journal import Journal
+from thermoroll_cli.wear.evolution import BeyondProfile, evolution
+from thermoroll_cli.wear.wear_files import Snapshots, record_of, resumed, table, write_group, write_profiles
 
 
 def wear(
@@ -33,8 +37,6 @@ def wear(
     the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
     DIR/NAME_wear.jsonl.
     """
-    from thermoroll_cli.files.case import Case, CaseError
-
     overrides = options.parse_overrides(settings)
     try:
         read = Case.read(case, overrides)
@@ -61,11 +63,6 @@ def _followed(
     case: Case, folder: Path, *, resume: bool, threads: int, quiet: bool, verbose: bool
 ) -> tuple[list[dict[str, Any]], Any, str]:
     """All records, the last result, and why the evolution ended early."""
-    from thermoroll_cli.process import safe_point
-    from thermoroll_cli.sweeps.journal import Journal
-    from thermoroll_cli.wear.evolution import BeyondProfile, evolution
-    from thermoroll_cli.wear.wear_files import record_of, resumed
-
     asked, reason, result = case.problem.wear, "", None
     assert asked is not None
     by_distance = asked.distance < float("inf")
@@ -100,10 +97,6 @@ def _followed(
 def _write(
     case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, formats: tuple[str, ...]
 ) -> list[Path]:
-    from thermoroll_cli.atomic import write_bytes
-    from thermoroll_cli.files.result.hdf5 import file_image
-    from thermoroll_cli.wear.wear_files import Snapshots, table, write_group, write_profiles
-
     stem = folder / f"{case.name}_wear"
     files = [stem.with_suffix(".csv"), stem.with_suffix(".h5")]
     write_bytes(files[0], table(records))
