@@ -65,7 +65,7 @@ def validate(
             for warning in warnings:
                 streams.note(f"{path}: warning: {warning}")
     if errors:
-        raise typer.Exit(options.report_invalid(errors, ""))
+        raise typer.Exit(streams.report_invalid(errors, ""))
 
 
 def doubts(case: Case) -> list[str]:

@@ -11,6 +11,7 @@ from typing import NoReturn
 from thermoroll_cli.cli import streams
 from thermoroll_cli.cli.commands import app
 from thermoroll_cli.cli.streams import ClosedOutput, ExitCode
+from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, stoppable
 
 
@@ -45,6 +46,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             streams.error(str(cause))
             streams.abandon_output()
             code = ExitCode.INPUT_OUTPUT
+        except CaseError as cause:
+            code = streams.report_invalid([cause])
         except MemoryError:
             streams.error("not enough memory")
             code = ExitCode.INPUT_OUTPUT

@@ -132,16 +132,6 @@ def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str]
     return {"case": source, "valid": error is None, "errors": findings, "warnings": list(warnings)}
 
 
-def report_invalid(errors: Sequence[CaseError], closing: str = "; nothing was computed") -> int:
-    """Report all errors of invalid cases, each once. Returns the exit code for invalid cases."""
-    colour = streams.coloured(sys.stderr)
-    texts = list(dict.fromkeys(finding.render(colour) for error in errors for finding in error.findings))
-    for text in texts:
-        streams.note(text)
-    streams.note(f"thermoroll: {len(texts)} error{'s' if len(texts) > 1 else ''}{closing}")
-    return streams.ExitCode.INVALID_CASE
-
-
 def report_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
     """Report which of `pictures` were there before and do not show what has been `written` beside them now."""
     stale = sorted(str(path) for path in set(pictures) - set(written) if path.exists())

@@ -89,7 +89,7 @@ def _read_all(
     if errors:
         for path, error in errors.items() if as_json else ():
             streams.write_json(options.invalid_record(str(path), error))
-        raise typer.Exit(options.report_invalid(list(errors.values())))
+        raise typer.Exit(streams.report_invalid(list(errors.values())))
     return valid
 
 
@@ -106,7 +106,7 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
     except CaseError as error:
         if wishes.as_json:
             streams.write_json(options.invalid_record(case.name, error))
-        return options.report_invalid([error], "")
+        return streams.report_invalid([error], "")
     except MemoryError:
         streams.error(f"{case.name}: not enough memory; `thermoroll show` estimates the memory of a grid")
     except OSError as cause:  # of standard output: those of files are met where they are written

@@ -56,7 +56,7 @@ def show(
     except CaseError as invalid:
         if as_json:
             streams.write_json(options.invalid_record(str(case), invalid))
-        raise typer.Exit(options.report_invalid([invalid], "")) from None
+        raise typer.Exit(streams.report_invalid([invalid], "")) from None
     if as_json:
         streams.write_json(_record(read, plan))
     else:

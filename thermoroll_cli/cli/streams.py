@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from enum import IntEnum
 from typing import Any, TextIO
 
+from thermoroll_cli.files.case_errors import CaseError
+
 
 class ExitCode(IntEnum):
     """Exit codes and their meanings. Scripts depend on these."""
@@ -61,6 +63,16 @@ def note(text: str) -> None:
 def error(text: str) -> None:
     """Report an error."""
     note(f"thermoroll: error: {text}")
+
+
+def report_invalid(errors: Sequence[CaseError], closing: str = "; nothing was computed") -> int:
+    """Report all errors of invalid cases, each once. Returns the exit code for invalid cases."""
+    colour = coloured(sys.stderr)
+    texts = list(dict.fromkeys(finding.render(colour) for error in errors for finding in error.findings))
+    for text in texts:
+        note(text)
+    note(f"thermoroll: {len(texts)} error{'s' if len(texts) > 1 else ''}{closing}")
+    return ExitCode.INVALID_CASE
 
 
 def report_bug(cause: BaseException, arguments: Sequence[str] | None = None) -> None:

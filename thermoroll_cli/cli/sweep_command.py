@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,6 +15,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
 from thermoroll_cli.files.case import CaseError, Override, case_name
 from thermoroll_cli.files.case_source import read_source
+from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.runner import Workers
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
@@ -66,8 +67,10 @@ def sweep(
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    wanted = Sweep(_points(case, axes, overrides, listed=listed is not None), output, options.command_line(),
-                   Workers(jobs, dask), resume, scalars_only, threads)  # fmt: skip
+    source = read_source(case)
+    points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
+                    "--points" if listed else "--over")  # fmt: skip
+    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask), resume, scalars_only, threads)
     _check(wanted, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
@@ -96,15 +99,6 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
     return axes
 
 
-def _points(path: Path, axes: tuple[Axis, ...], overrides: Sequence[Override], *, listed: bool) -> Any:
-    """The points. Ends the program (invalid case) if the case cannot be read."""
-    try:
-        source = read_source(path)
-    except CaseError as cause:
-        raise typer.Exit(options.report_invalid([cause])) from None
-    return Points(source.text, source.name, case_name(path), axes, tuple(overrides), listed, "--points" if listed else "--over")
-
-
 def _check(sweep: Sweep, *, quiet: bool) -> None:
     """Check all points. Ends the program (invalid case) if any of them cannot be solved."""
     try:
@@ -113,7 +107,7 @@ def _check(sweep: Sweep, *, quiet: bool) -> None:
         more = len(cause.findings) - SHOWN_ERRORS
         closing = f" of {len(cause.findings)}" if more > 0 else ""
         shown = CaseError(cause.findings[:SHOWN_ERRORS])
-        raise typer.Exit(options.report_invalid([shown], f"{closing}; nothing was computed")) from None
+        raise typer.Exit(streams.report_invalid([shown], f"{closing}; nothing was computed")) from None
 
 
 def _solved(sweep: Sweep, *, as_json: bool, quiet: bool, verbose: bool) -> tuple[Rows, int]:
@@ -148,8 +142,6 @@ def _written(value: Value) -> str:
 
 def _theories(text: str) -> tuple[str, ...]:
     """The theories to compare with. Ends the program (usage) for an unknown one."""
-    from thermoroll_cli.plots.sweep_figures import THEORIES
-
     names = options.words(text)
     if unknown := next((name for name in names if name not in THEORIES), None):
         raise typer.BadParameter(f"there are {', '.join(THEORIES)}, not {unknown!r}", param_hint="--compare")

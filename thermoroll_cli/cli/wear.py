@@ -11,7 +11,7 @@ from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import file_image
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.sweeps.journal import Journal
@@ -38,10 +38,7 @@ def wear(
     DIR/NAME_wear.jsonl.
     """
     overrides = options.parse_overrides(settings)
-    try:
-        read = Case.read(case, overrides)
-    except CaseError as cause:
-        raise typer.Exit(options.report_invalid([cause])) from None
+    read = Case.read(case, overrides)
     asked = read.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
