@@ -207,25 +207,53 @@ def test_symbols_are_those_of_the_tables() -> None:
         assert found == pytest.approx(float(symbol[j, i]), rel=0.02)
 
 
-@pytest.mark.parametrize("ratio", [0.01, 10.0, 100.0])
-def test_layers_do_not_make_the_normal_problem_hard(ratio: float) -> None:
-    """From the solution of the next coarser grid, as all but the coarsest begin; without layers from a Hertz pressure."""
+@pytest.mark.parametrize(("ratio", "a_over_h", "aspect"), [
+    (0.01, 3.0, 1.0), (10.0, 3.0, 1.0), (10.0, 20.0, 1.0), (100.0, 0.2, 1.0), (100.0, 5.0, 1.0), (100.0, 20.0, 1.0),
+    (100.0, 20.0, 5.0)])
+def test_layers_do_not_make_the_normal_problem_hard(ratio: float, a_over_h: float, aspect: float) -> None:
+    """From nothing on the coarser grid and from its solution on the finer one; without layers from a Hertz pressure."""
     body = Material(100e9, 0.3, layers=(Layer(1e-4, ratio * 100e9, 0.3),))
-    layered = of_radius(pressed(body, RIGID, 0.1, 100.0), 3e-4, 32)
-    plain = pressed(Material(100e9, 0.3), RIGID, 0.1, 100.0)
+    place = Geometry(0.1, 0.1 * aspect, math.inf, math.inf)
+    layered = of_radius(replace(pressed(body, RIGID, 0.1, 100.0), geometry=place), a_over_h * 1e-4, 32)
+    plain = replace(pressed(Material(100e9, 0.3), RIGID, 0.1, 100.0), geometry=place)
     applications = []
     for problem in (layered, plain):
         before = Discretisation(DerivedQuantities(problem), (32, 32), 2.2)
         coarse, fine = before.pressure, Discretisation(before.derived, (64, 64), 2.2, coarser=before).pressure
         if problem.has_hertz_solution:
-            whole = coarse.solve(None, coarse.isothermal.pressure, TOLERANCE, mirrored=True)
+            whole = coarse.solve(None, np.zeros((32, 32)), TOLERANCE, mirrored=True)
             found = fine.solve(None, np.asarray(Prolongation(coarse.grid, fine.grid)(whole.start)), TOLERANCE, mirrored=True)
         else:
             assert coarse.isothermal.converged
             found = fine.isothermal
         assert found.converged
-        applications.append(fine.solver.applications)
-    assert applications[0] <= 1.5 * applications[1]
+        applications.append((coarse.solver.applications, fine.solver.applications))
+    (layered_coarse, layered_fine), (plain_coarse, plain_fine) = applications
+    assert layered_fine <= 1.5 * plain_fine
+    assert layered_coarse <= (1.5 if ratio > 1.0 else 2.5) * plain_coarse
+
+
+@pytest.mark.parametrize("a_over_h", [5.0, 20.0])
+def test_pressures_below_stiff_layers_are_solved_as_far_as_others(a_over_h: float) -> None:
+    body = Material(100e9, 0.3, layers=(Layer(1e-4, 1e13, 0.3),))
+    problem = of_radius(pressed(body, RIGID, 0.1, 100.0), a_over_h * 1e-4, 32)
+    pressure = Discretisation(DerivedQuantities(problem), (64, 64), 2.2).pressure
+    found = pressure.isothermal.whole_elements
+    exact = pressure.solver.solve(pressure.undeformed_gap, problem.normal_force, found, 1e-11)
+    assert exact.converged and np.array_equal(exact.contact, found > 0.0)
+    assert np.abs(found - exact.pressure).max() < 3e-5 * exact.pressure.max()
+
+
+def test_the_preconditioner_below_stiff_layers_is_symmetric_and_positive() -> None:
+    body, grid = Material(1e9, 0.5, layers=(Layer(2e-5, 1e11, 0.3),)), Grid.over((26, 39), 1e-3, 4e-3)
+    solver = NormalSolver(grid, pressed(body, STEEL, 0.1, 1.0).contact_modulus, Coatings.of(body, STEEL))
+    assert solver.below_stiff_layers
+    contact = (grid.x[:, None] / 4e-4) ** 2 + (grid.y / 1.7e-3) ** 2 < 1.0
+    one, other = np.random.default_rng(1).standard_normal((2, *grid.shape)) * contact
+    one, other = (field - contact * field.sum() / contact.sum() for field in (one, other))
+    inverse = solver.preconditioner(contact)
+    assert np.vdot(one, inverse(other)) == pytest.approx(np.vdot(inverse(one), other), rel=1e-9)
+    assert np.vdot(one, inverse(one)) > 0.0
 
 
 def test_free_rolling_creeps_the_other_way_on_thin_layers() -> None:

@@ -128,8 +128,10 @@ class HeatedContactSolver:
             inside = image.reshape(contact.shape)[contact]
             return np.asarray(inside - inside.mean())
 
+        inverse = self._normal.preconditioner(contact)
+
         def precondition(values: Vector) -> Vector:
-            return self._normal.precondition(on_grid(values), contact)[contact]
+            return inverse(on_grid(values))[contact]
 
         solution = gmres(closing, without_mean, precondition, residual, wanted, MOST_ITERATIONS)
         if solution.iterations == 0:

@@ -12,12 +12,14 @@ have to be extrapolated over two elements, and a thermal bulge curves it too muc
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
+from thermoroll_cli.contact.stiff_layers import Blocks, has_stiff_layers
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, in_pairs, multiply, quadrant_symbol
@@ -27,6 +29,9 @@ FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
 SOLVED_SHARE = 0.5
 """Conjugate gradients go on to this share of the tolerance, so that the iteration ends when the set no longer changes."""
+PRESSURE_SHARE = 0.005
+"""Below stiff layers an error of the pressure, over its peak, counts by this factor as one of the gap: pressures of short waves
+hardly move the surface."""
 PATIENCE = 8
 """Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
 BORDER_PASSES = 3
@@ -81,6 +86,7 @@ class NormalSolver:
         self.grid = grid
         self.contact_modulus, self._border_trust, self._coated = contact_modulus, 1.0, coatings is not None
         self.applications = 0
+        self._blocks: Blocks | None = None
         self._convolution = Convolution(nx, ny)
         px, py = (even_length(k + 4) for k in grid.shape)
         reach = (max(nx, px // 2 + 1), max(ny, py // 2 + 1))
@@ -90,6 +96,8 @@ class NormalSolver:
         else:
             table = table + coatings.normal_table(*reach, grid.dx, grid.dy)
             symbol = coatings.periodic_symbols((px, py), grid.dx, grid.dy)[0]
+            if has_stiff_layers(grid, coatings):
+                self._blocks = Blocks(grid, contact_modulus, coatings)
             border = coatings.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
         self._kernel = self._convolution.quadrant_spectrum(table)
@@ -105,35 +113,55 @@ class NormalSolver:
         hat = self._convolution.forward(pressure, out=self._hat)
         return self._convolution.inverse(multiply(hat, self._kernel, out=hat))
 
-    def precondition(self, residual: Array, contact: Mask) -> Array:
-        hat = self._periodic.forward(residual, out=self._periodic.plane)
-        z = self._periodic.inverse(multiply(hat, self._inverse_symbol, out=hat)) * contact
-        z -= contact * (z.sum() / np.count_nonzero(contact))
-        return z
+    @property
+    def below_stiff_layers(self) -> bool:
+        return self._blocks is not None
+
+    def preconditioner(self, contact: Mask) -> Callable[[Array], Array]:
+        """Displacement on the `contact`, zero outside, to about the pressure without load that causes it."""
+
+        def periodic(residual: Array) -> Array:
+            hat = self._periodic.forward(residual, out=self._periodic.plane)
+            return np.asarray(self._periodic.inverse(multiply(hat, self._inverse_symbol, out=hat)) * contact)
+
+        inverse = periodic if self._blocks is None else self._blocks.preconditioner(contact, periodic)
+
+        def without_load(residual: Array) -> Array:
+            z = inverse(residual)
+            z -= contact * (z.sum() / np.count_nonzero(contact))
+            return z
+
+        return without_load
 
     def _conjugate_gradients(
         self, gap: Array, pressure: Array, displacement: Array, free: Mask, tolerance: float, max_iterations: int,
         reduction: float = 0.0,
     ) -> _Iterate:
         """Close the gap on the `free` elements at constant load, down to `tolerance` or by the factor `reduction`."""
+        precondition = self.preconditioner(free)
         count = np.count_nonzero(free)
         weight = free / count
         scale = max(float(np.abs(displacement[free]).mean()), 1e-300)
 
-        def residual_of(displacement: Array) -> tuple[Array, float, float]:
+        def residual_of(pressure: Array, displacement: Array) -> tuple[Array, float, float, Array | None]:
             residual = displacement + gap
             approach = float(np.vdot(residual, weight))
             np.subtract(approach, residual, out=residual)
             residual *= free
-            return residual, approach, float(np.linalg.norm(residual)) / np.sqrt(count) / scale
+            error, z = float(np.linalg.norm(residual)) / np.sqrt(count) / scale, None
+            if self._blocks is not None:
+                z = precondition(residual)
+                error = max(error, PRESSURE_SHARE * float(np.abs(z).max() / np.abs(pressure).max()))
+            return residual, approach, error, z
 
-        residual, approach, error = residual_of(displacement)
+        residual, approach, error, z = residual_of(pressure, displacement)
         goal = max(reduction * error, tolerance)
         direction = residual
         rz_old = 0.0
         iterations = 0
         while error > goal and iterations < max_iterations:
-            z = self.precondition(residual, free)
+            if z is None:
+                z = precondition(residual)
             rz = float(np.vdot(residual, z))
             if rz <= 0.0:  # the circulant inverse is only nearly positive: plain CG for this step
                 z, rz_old = residual, 0.0
@@ -147,7 +175,7 @@ class NormalSolver:
             pressure = pressure + step * direction
             image *= step
             displacement = displacement + image
-            residual, approach, error = residual_of(displacement)
+            residual, approach, error, z = residual_of(pressure, displacement)
             iterations += 1
         return _Iterate(pressure, displacement, approach, error, scale, iterations)
 

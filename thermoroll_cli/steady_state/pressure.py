@@ -53,6 +53,9 @@ class PressureSolver:
             start = self.guess
         elif self._coarser is None:
             start = np.zeros(self.grid.shape)
+            if self.solver.below_stiff_layers and not self._derived.problem.geometry.has_profile:
+                scales, grid = self._derived.scales, self.grid
+                start = np.maximum(1.0 - (grid.x[:, None] / scales.semi_axis_x) ** 2 - (grid.y / scales.semi_axis_y) ** 2, 0.0)
         else:
             finer, coarse = Prolongation(self._coarser.grid, self.grid), self._coarser.isothermal
             start = np.asarray(finer(coarse.start))
