@@ -192,7 +192,8 @@ def _rise(line: Array, k: int, averages: bool) -> float:
     """Height of the top of the parabola along one line of averages above element k, the largest."""
     if not 0 < k < len(line) - 1 or min(line[k - 1], line[k + 1]) <= 0.0:
         return 0.0
-    beside = float(np.diff(line[max(k - 2, 0) : k + 3], 2).max())
+    near = [float(value) for value in line[max(k - 2, 0) : k + 3]]
+    beside = max((c - b) - (b - a) for a, b, c in zip(near, near[1:], near[2:], strict=False))
     if beside >= 0.0:
         return 0.0
     bend = max(float(line[k - 1] - 2.0 * line[k] + line[k + 1]), MOST_PEAK_CURVATURE * beside)

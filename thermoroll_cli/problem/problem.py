@@ -117,6 +117,11 @@ class Profile:
     offset: float = 0.0
     tilt: float = 0.0
 
+    def __hash__(self) -> int:
+        # Some of hundreds of points: to hash all of them takes longer than most of what is looked up.
+        some = self.points[:: 1 + len(self.points) // 16]
+        return hash((some, self.length, self.drop, self.flat, self.offset, self.tilt))
+
     @property
     def ends(self) -> tuple[float, float]:
         """Lowest and highest y with material, in m."""

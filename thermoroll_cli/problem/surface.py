@@ -92,6 +92,7 @@ def _closest(geometry: Geometry) -> tuple[float, float]:
     return place, value
 
 
+@lru_cache(maxsize=32)
 def is_symmetric(geometry: Geometry) -> bool:
     """Whether the gap is its own mirror image across y = 0, and so is the common surface for any stiffness."""
     low, high = facing(geometry)

@@ -70,7 +70,7 @@ class DerivedQuantities:
         number)."""
         return self.dundurs_beta != 0.0
 
-    @property
+    @cached_property
     def dundurs_beta(self) -> float:
         """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). With layers β
         depends on the wave number; this is then the largest one, with E* of the surfaces' materials."""
