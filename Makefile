@@ -30,7 +30,7 @@ run: install
 test: $(VENV)/.installed-test
 	$(BIN)/ruff check $(PACKAGES)
 	$(BIN)/mypy thermoroll_cli
-	$(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
 
 format: $(VENV)/.installed-test
 	$(BIN)/ruff format $(PACKAGES)
