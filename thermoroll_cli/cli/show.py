@@ -13,7 +13,6 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
-from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -70,7 +69,7 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
-        "warnings": _warnings(case, plan),
+        "warnings": _warnings(plan),
         "grid": plan.grid,
         "memory_bytes": _memory(case, plan),
         "seconds": plan.seconds,
@@ -104,7 +103,7 @@ def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
     bound = "at most " if accuracy is not None else ""
     seconds = PROCESS_SECONDS + plan.seconds + drawing
     yield f"  {bound}about {_memory(case, plan) / 2**20:.0f} MiB and {seconds:.2g} s{pictures}"
-    for warning in _warnings(case, plan):
+    for warning in _warnings(plan):
         yield from folded(f"warning: {warning}", width)
 
 
@@ -118,5 +117,5 @@ def _picture_seconds(case: Case, plan: Plan) -> float:
     return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 
-def _warnings(case: Case, plan: Plan) -> list[str]:
-    return [*plan.warnings, *expected_temperature_warning(DerivedQuantities(case.problem))]
+def _warnings(plan: Plan) -> list[str]:
+    return [*plan.warnings, *expected_temperature_warning(plan.derived)]

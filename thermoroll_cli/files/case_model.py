@@ -441,4 +441,3 @@ MOVED = {
 def quantity_of(key: str) -> str:
     """A key without the unit at its end."""
     return UNIT_AT_END.sub("", key)
-

@@ -273,7 +273,7 @@ def robin_roots(count: int, biot: float) -> Array:
 
 
 Tracks = tuple[Track | None, Track | None]
-"""Of the lower and the upper body; None for one that brings no heat back."""
+"""Tracks of the lower and the upper body; None for a body that brings no heat back."""
 
 
 def entry_temperatures(tracks: Tracks, heat: DividedHeat) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, track_fac
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
+from thermoroll_cli.steady_state.traction import check_yield
 
 COARSEST = 8
 """Elements per side of the coarsest grid, twice as many where three grids are left without it: the Hertz contact is 7 wide,
@@ -262,10 +263,7 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     if plan.hertzian and problem.layer_yield is not None:
         # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
         share = min(1.0, problem.layer_yield / (problem.friction * derived.scales.peak_pressure))
-        limit = 0.5 * (3.0 * share - share**3) * problem.traction_limit
-        if problem.prescribed_force >= limit:
-            raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
-                             f"{problem.prescribed_force:.6g} N", "force")
+        check_yield(problem, 0.5 * (3.0 * share - share**3) * problem.traction_limit)
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
 
 

@@ -59,6 +59,7 @@ room. A value outside is a mistaken unit rather than a material."""
 HEAT_CAPACITIES = 1e5, 1e7
 """J/(m³ K). Conductivity over diffusivity: of dense solids between 0.9e6 and 4.5e6."""
 
+
 def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a problem before it is solved. Raises Unsolvable where a contact does not fit on its body."""
     problem, moves = derived.problem, derived.kinematics.moves

@@ -135,4 +135,3 @@ class HeatResponses:
         self._tracks = {r: self._tracks.get(r) or Track(r, self.grid) for r in both if r is not None}
         lower, upper = (None if r is None else self._tracks[r] for r in both)
         return RecirculatingResponse(passing, (lower, upper), bulging=crown_matters(derived))
-

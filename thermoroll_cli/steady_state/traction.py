@@ -130,7 +130,7 @@ class TractionSolver:
         has_shape = self.options.leading_known and not derived.dissimilar
         bound = _bound(problem, normal, friction)
         if undisturbed:
-            _check_yield(problem, float(bound.sum()) * self.grid.element_area)
+            check_yield(problem, float(bound.sum()) * self.grid.element_area, BEYOND_YIELD)
         cell = TangentialProblem(
             traction_bound=window.cut(bound),
             covered=window.cut(normal.covered),
@@ -264,9 +264,9 @@ def _bound(problem: Problem, normal: Pressure, friction: Array | None) -> Array:
     return bound if problem.layer_yield is None else np.minimum(bound, problem.layer_yield * normal.covered)
 
 
-def _check_yield(problem: Problem, limit: float) -> None:
-    """Raises Unsolvable where the prescribed force is far above the `limit` (N) of a layer that yields."""
-    if problem.layer_yield is not None and problem.prescribed_force > BEYOND_YIELD * limit:
+def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
+    """Raises Unsolvable where the prescribed force reaches `margin` times the `limit` (N) that a layer which yields carries."""
+    if problem.layer_yield is not None and problem.prescribed_force >= margin * limit:
         raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
                          f"{problem.prescribed_force:.6g} N", "force")
 
