@@ -91,10 +91,9 @@ class Result(results.Result):
 class Solver(refinement.Solver):
     """Solves problem after problem: each starts from the one before it where kernels and grids are the same."""
 
-    def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
-        """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
-        that is asked for has none."""
-        return Result.of(super().solve(problem, report=report, search=search))
+    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
+        """As the function `solve`."""
+        return Result.of(super().solve(problem, report=report))
 
 
 def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:

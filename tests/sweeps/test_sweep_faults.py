@@ -101,16 +101,16 @@ def test_an_exception_is_a_row_and_is_tried_again(
 
 def test_a_bad_start_is_no_reason_to_fail(case: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A point that fails from its neighbour's state is solved as `run` would solve it."""
-    good = Solver._solve
+    good = Solver._attempt
     calls: Counter[str] = Counter()
 
     def bad_when_warm(self: Solver, *given: Any) -> Any:
         warm = bool(self._solved)
         calls["warm" if warm else "cold"] += 1
-        result, too_hot = good(self, *given)
-        return replace(result, converged=False, reason="lost") if warm else result, too_hot
+        result = good(self, *given)
+        return replace(result, converged=False, reason="lost") if warm else result
 
-    monkeypatch.setattr(Solver, "_solve", bad_when_warm)
+    monkeypatch.setattr(Solver, "_attempt", bad_when_warm)
     assert call("sweep", case, *OVER, "-o", folder).returncode == 0
     assert calls == {"cold": 3, "warm": 2}
 

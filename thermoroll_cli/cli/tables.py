@@ -99,7 +99,7 @@ def wrapped(name: str, width: int) -> list[str]:
 
 
 SHOWN_SCALARS = (
-    "creepage_longitudinal", "creepage_lateral", "speed_solved_m_s", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
+    "creepage_longitudinal", "creepage_lateral", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
     "gamma_c", "temperature_rise_max_lower_K", "von_mises_max_lower_MPa", "von_mises_depth_lower_mm", "von_mises_max_upper_MPa",
     "von_mises_depth_upper_mm", "force_x_over_friction_limit", "force_y_over_friction_limit",
 )  # fmt: skip
@@ -152,9 +152,6 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
     values = _finite(name, rows)
     if not values:
         return False
-    if name == "speed_solved_m_s":
-        return any(row.summary[name] not in (motion.speed, None) and row.summary[name] == row.summary[name]
-                   for row, motion in zip(rows, motions, strict=True))  # fmt: skip
     for direction, creepage, force in (("x", "creepage_longitudinal", "longitudinal"), ("y", "creepage_lateral", "lateral")):
         given = all(getattr(motion, f"force_{direction}") is not None for motion in motions)
         if name == creepage:

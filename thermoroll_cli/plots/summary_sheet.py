@@ -124,10 +124,8 @@ def _rows(frame: RunFrame) -> list[Row]:
         elif {first, shown} - {"", "0", "–"}:
             rows.append((words, *numbers))
     rows.append(("", "", "", ""))
-    # The speed stands below the table; in it only where a lower one had to be solved.
-    asked = {"speed_solved_m_s": result.problem.motion.speed}
     rows += [(_words(scalar, hertz), "", style.readable(number(value)), "") for name, scalar in HERTZ_SCALARS.items()
-             if computed(value := result.hertz.get(name)) and value not in (0.0, asked.get(name))]
+             if computed(value := result.hertz.get(name)) and value != 0.0]
     return rows
 
 

@@ -212,7 +212,6 @@ HERTZ_SCALARS = _scalars(
     Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
     Scalar("shear_modulus_GPa", "combined shear modulus of both bodies"),
-    Scalar("speed_solved_m_s", "rolling speed of the state"),
     Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip",
            brief="maximum of the creep curve"),
     Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve"),

@@ -103,7 +103,6 @@ def listed_scalars(result: Result) -> list[str]:
         "friction_mean": problem.friction_law is not None,
         "creep_force_max_N": problem.friction_law is not None,
         "creepage_at_creep_force_max": problem.friction_law is not None,
-        "speed_solved_m_s": result.hertz.get("speed_solved_m_s", motion.speed) != motion.speed,
     }
     summary = result.summary()
     return [name for name, scalar in ALL_SCALARS.items()

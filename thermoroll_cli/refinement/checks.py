@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from thermoroll_cli.problem.contact import Contact
@@ -33,14 +31,15 @@ SHAPING = 0.3
 costs accuracy alone, which the estimates include."""
 FEWEST_ELEMENTS = 12
 """Elements of a heated contact below which its grid no longer shows it."""
+SLOWEST, SPEEDS = 50.0, 14
+"""Range and number of the speeds in the sweep that a message proposes: each state starts from those below it."""
 
 
 def failures(
     derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, home: Discretisation,
-    coupled: SteadyState | None, of_heat: Sequence[str],
+    coupled: SteadyState | None,
 ) -> list[str]:
-    """Reasons why the result cannot be trusted, among them those `of_heat` (`heat_failures`); empty when it can. The `coupled`
-    state lives on `home`."""
+    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `home`."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
@@ -51,14 +50,18 @@ def failures(
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
     if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
-    reasons += of_heat
+    of_heat = _heat_failures(isothermal, home, coupled)
+    if of_heat:
+        top = derived.problem.motion.speed
+        reasons += [*of_heat, "for the largest speed that has a steady state: thermoroll sweep CASE --over "
+                              f"rolling.speed_m_s={top / SLOWEST:.4g}:{top:.4g}:{SPEEDS}:log"]
     # Other faults of an iteration that has not converged only follow from that.
     if coupled is not None and (coupled.converged or not of_heat):
         reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
     return reasons
 
 
-def heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
+def _heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
     """In which ways the coupled iteration on `home` failed for its heat, and not for its domain; empty where it did not."""
     if coupled is None or (coupled.touches_rim and home.followed is None):
         return []
@@ -85,9 +88,9 @@ def _not_coupled(coupled: SteadyState) -> str:
         return (f"at the slip that was reached no pressure was found in balance with more than {share:.3g} % of its own "
                 "heat: raising it further failed, which does not show that there is no steady state; lower "
                 "the speed or the creepage, or try a finer numerics.grid")
-    return (f"thermal coupling stopped after {coupled.iterations} iterations at a residual of {coupled.residual:.1e} of the "
-            "approach: no steady state was found, which does not show that there is none; try a finer or coarser "
-            "numerics.grid, or lower the speed or the creepage")
+    return (f"thermal coupling with all of the heat stopped after {coupled.iterations} iterations at a residual of "
+            f"{coupled.residual:.1e} of the approach: no steady state was found, which does not show that there is none; try a "
+            "finer or coarser numerics.grid, or lower the speed or the creepage")
 
 
 def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:

@@ -4,7 +4,6 @@ self-checks, account of the work."""
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -88,17 +87,15 @@ def refinement_level(
 
 
 def result_of(
-    problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], of_heat: Sequence[str], *,
-    extrapolated: bool = True,
+    problem: Problem, plan: Plan, levels: list[RefinementLevel], seconds: dict[str, float], *, extrapolated: bool = True
 ) -> Result:
-    """The result of the last of `levels`; its integrals `extrapolated` from the last three, if so. `of_heat` are the
-    reasons for which its heat makes it no result (`heat_failures`)."""
+    """The result of the last of `levels`; its integrals `extrapolated` from the last three, if so."""
     last = levels[-1]
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     errors = estimates(coupled, derived, last.elements_across, plan)
-    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled, of_heat)
+    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled)
     warnings = [*plan.warnings, *unresolved_layers(derived, last.home.grid)]
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:

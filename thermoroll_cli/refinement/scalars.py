@@ -35,8 +35,6 @@ def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
     scalars = dict.fromkeys(HERTZ_SCALARS, math.nan) | {
         "friction_limit_N": problem.traction_limit,
         **dict(zip(("peclet_lower", "peclet_upper"), peclet_numbers(derived), strict=True)),
-        # Where no steady state is found a lower speed is solved than the one asked for (`limit.last_steady_state`).
-        "speed_solved_m_s": problem.motion.speed,
     }
     if not problem.has_hertz_solution:
         return scalars

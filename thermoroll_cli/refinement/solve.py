@@ -11,9 +11,8 @@ from typing import Any
 from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.refinement.checks import heat_failures
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
-from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, last_steady_state, with_maximum
+from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.neighbours import Course
 from thermoroll_cli.refinement.outcome import RefinementLevel, refinement_level, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
@@ -70,36 +69,31 @@ class Solver:
         self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, the later one first
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
-    def solve(self, problem: Problem, *, report: Report | None = None, search: bool = True) -> Result:
-        """As the function `solve`. `search` is whether the largest speed that has a steady state is looked for, where the one
-        that is asked for has none: the most of the work then."""
-        def solver(options: SolverOptions) -> Callable[[Problem], Result]:
-            one = Solver(self.threads, options)
-            return lambda problem: one._solve(problem, report)[0]
-
-        if has_maximum(problem) and search:
-            return self._on_falling_curve(problem, report)
-        result, too_hot = self._solve(problem, report)
-        if not result.converged and self._solved:
-            # Neighbours may have been a bad start: no problem does worse than alone.
-            self._solved = []
-            result, too_hot = self._solve(problem, report)
-        return last_steady_state(problem, result, solver, self.options) if too_hot and search else result
+    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
+        """As the function `solve`."""
+        return self._on_falling_curve(problem, report) if has_maximum(problem) else self._solve(problem, report)
 
     def _on_falling_curve(self, problem: Problem, report: Report | None) -> Result:
         """A prescribed force where friction falls with slip: the maximum of the creep curve is found first."""
         coarse = Solver(self.threads, self.options)
         try:
-            maximum = creep_maximum(problem, lambda point: coarse.solve(point, search=False), self._followed)
+            maximum = creep_maximum(problem, coarse.solve, self._followed)
         except ArithmeticError as cause:
-            result = self.solve(problem, report=report, search=False)
+            result = self._solve(problem, report)
             return replace(result, warnings=(*result.warnings, f"the maximum of the creep curve was not found: {cause}"))
         if problem.prescribed_force > maximum.force:
-            return beyond_maximum(problem, maximum, lambda point: self.solve(point, report=report))
-        return with_maximum(self.solve(problem, report=report, search=False), maximum)
+            return beyond_maximum(problem, maximum, lambda point: self._solve(point, report))
+        return with_maximum(self._solve(problem, report), maximum)
 
-    def _solve(self, problem: Problem, report: Report | None) -> tuple[Result, bool]:
-        """One attempt, and whether it failed for too much heat."""
+    def _solve(self, problem: Problem, report: Report | None) -> Result:
+        """The result begun with neighbours, if there are any; if that fails, without them: no problem does worse than alone."""
+        result = self._attempt(problem, report)
+        if not result.converged and self._solved:
+            self._solved = []
+            result = self._attempt(problem, report)
+        return result
+
+    def _attempt(self, problem: Problem, report: Report | None) -> Result:
         plan = make_plan(problem, alone=not self.options.sequence)
         while True:
             levels, seconds = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
@@ -109,14 +103,13 @@ class Solver:
             grown = plan.extent * GROWTH
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
-        too_hot = heat_failures(last.isothermal, last.home, last.coupled)
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
         found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
-        result = result_of(problem, plan, levels, seconds, too_hot, extrapolated=self.options.extrapolated and found)
+        result = result_of(problem, plan, levels, seconds, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._solved = [(problem, levels), *self._solved[:1]]
-        return result, last.isothermal.contact.tangential.converged and bool(too_hot)
+        return result
 
     def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], dict[str, float]]:
         """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small; seconds by stage."""
