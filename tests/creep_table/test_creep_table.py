@@ -20,7 +20,7 @@ import pytest
 import xarray
 
 from tests.support.command_line import call
-from tests.support.scenes import CASES, reference
+from tests.support.scenes import CASES, elastic, ellipse, reference, rolling
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.creep_table.build import TablePlan, build_table, journal_path
 from thermoroll_cli.creep_table.creep_force_table import DEFAULT_TABLE, OutsideTable, fill_holes
@@ -40,6 +40,7 @@ from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.hdf5 import ResultFileError
 from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
+from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.sweeps.runner import Workers
 
@@ -84,6 +85,29 @@ def test_is_what_the_solver_finds(circle: CreepForceTable) -> None:
     np.testing.assert_allclose(found.force_y, direct[1], atol=4e-3)
     np.testing.assert_allclose(found.spin_moment, direct[2], atol=5e-3)
     np.testing.assert_allclose(found.stick_fraction, direct[3], atol=5e-2)
+
+
+@pytest.mark.parametrize("aspect_ratio", [0.2, 3.0])
+def test_forces_are_those_of_single_runs(aspect_ratio: float) -> None:
+    """On the same grid, to a hundredth of the discretisation error."""
+    solver = EllipseSolver(aspect_ratio, 0.28, accuracy=4e-3)
+    grid = solver._grids[1]
+    creepages = RNG.uniform([[0.0], [0.0], [-1.0]], [[1.0], [1.0], [1.0]], (3, 6)) / np.array(solver.scales)[:, None]
+    creepages *= np.array([0.2, 0.5, 1.0, 2.0, 5.0, 30.0])
+    solved = [grid.solve(creepage) for creepage in creepages.T]
+    assert all(solution.converged for _, solution in solved)
+    base = rolling(grid=grid.grid.shape, geometry=ellipse(aspect_ratio), body=elastic(0.28), load=100.0)
+    limit, single = base.traction_limit, Solver()
+    hertz = single.solve(base).hertz
+    a, b = hertz["hertz_a_mm"] * 1e-3, hertz["hertz_b_mm"] * 1e-3
+    unit = limit / (base.lower.shear_modulus * a * b)
+    for (x, y, z), ((force_x, force_y, _, stick), _) in zip(creepages.T, solved, strict=True):
+        motion = Motion(1.0, x * unit, y * unit, z * unit / np.sqrt(a * b), differential_slip=False)
+        result = single.solve(replace(base, motion=motion))
+        shear = np.array([result.isothermal.fields["shear_x"], result.isothermal.fields["shear_y"]])
+        total = shear.sum(axis=(1, 2)) * (result.x[1] - result.x[0]) * (result.y[1] - result.y[0]) / limit
+        np.testing.assert_allclose((force_x, force_y), total, atol=2e-5)
+        assert stick == pytest.approx(result.isothermal.scalars["gamma_st"], abs=2e-3)
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -15,7 +15,7 @@ from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, continued_gradient, known_gradient, times
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, continued_gradient, known_gradient
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -121,7 +121,7 @@ def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
     border = EdgeCompliance(covered, covered > 0.0, grid.dx, grid.dy, c, leading, gradient.alternating_gradient)
     direction = np.array([0.6, -0.8])
     traction = direction[:, None, None] * pressure
-    found = gradient(traction) + times(border.k, traction)
+    found = gradient(traction) + block_product(border.k, traction)
     along, across, mixed = shear_gradients(discretisation.derived.hertz, c.isotropic, c.directional)
     x, y = np.broadcast_arrays(grid.x[box.rows][:, None], grid.y[box.columns])
     exact = np.stack([along * x * 0.6 - mixed * y * 0.8, mixed * y * 0.6 - across * x * 0.8])

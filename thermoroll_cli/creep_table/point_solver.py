@@ -1,11 +1,11 @@
-"""Forces at the points of a table, all creepages of one ellipse at once."""
+"""Forces at the points of a table: many creepages of one ellipse, with the kernels of the first."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import elliprd
 
 from thermoroll_cli.arrays import Array
@@ -13,11 +13,9 @@ from thermoroll_cli.creep_table.scaling import scales
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.numerics.grid import interpolation_matrix
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.rolling.batch_solver import BatchSolver
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.newton import TangentialProblem
-from thermoroll_cli.rolling.rolling_gradient import RollingGradient
-from thermoroll_cli.rolling.stick_inverse import StickInverse
+from thermoroll_cli.rolling.rolling_solver import TangentialSolution
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
@@ -33,8 +31,6 @@ SHAPE_EXPONENT, MOST_STRETCHED = 0.27, 2.0
 """Slender contacts want more elements along their long side, but not in proportion to it."""
 TOLERANCE = 3e-5
 """Tolerance of the residual: forces are then 5e-6 μW from those of a perfect solution, 3e-5 at most."""
-BATCH = 160
-"""Points solved together: enough for products of matrices to run at full speed, few enough for the memory."""
 LOAD, FRICTION, RADIUS, MODULUS = 100.0, 0.3, 0.05, 1e11
 """A contact to solve for; the scaling laws make all others of it."""
 
@@ -70,26 +66,20 @@ class EllipseSolver:
     def solve(self, creepages: Array) -> tuple[Array, Array]:
         """`QUANTITIES` (4, n) for the scaled creepages ξ', η', φ' of (3, n), and the estimated errors of the forces over μW,
         (n,); nan where a solution has not converged."""
-        parts = [self._solve(creepages[:, i : i + BATCH]) for i in range(0, creepages.shape[1], BATCH)]
-        return np.concatenate([values for values, _ in parts], axis=1), np.concatenate([errors for _, errors in parts])
+        points = [self._point(creepage) for creepage in creepages.T]
+        return np.stack([values for values, _ in points], axis=1), np.array([error for _, error in points])
 
-    def _solve(self, creepages: Array) -> tuple[Array, Array]:
+    def _point(self, creepage: Array) -> tuple[Array, float]:
         below, above = self._grids
-        coarse, first, tractions = below.solve(creepages)
-        # A coarse solution starts most points better than full stick does, as it does in a single solve.
-        fine, second, _ = above.solve(creepages, above.continued(below, tractions))
-        failed = np.flatnonzero(~second)
-        if failed.size:
-            fine[:, failed], second[failed], _ = above.solve(creepages[:, failed])
-        values = fine.copy()
+        coarse, first = below.solve(creepage)
+        fine, second = above.solve(creepage, above.continued(below, first.traction))
+        if not (first.converged and second.converged):
+            return np.full(len(QUANTITIES), np.nan), math.nan
         change = fine[FORCES] - coarse[FORCES]
-        values[FORCES] += change / 3.0
+        fine[FORCES] += change / 3.0
         # Never above the bound: |F| of the two grids is not, but what is made of them could be by their errors.
-        size = np.hypot(values[0], values[1])
-        values[:2] /= np.maximum(size, 1.0)
-        converged = first & second
-        errors = np.hypot(*change[:2]) / 3.0
-        return np.where(converged, values, np.nan), np.where(converged, errors, np.nan)
+        fine[:2] /= max(math.hypot(fine[0], fine[1]), 1.0)
+        return fine, math.hypot(change[0], change[1]) / 3.0
 
 
 class _OneGrid:
@@ -99,46 +89,37 @@ class _OneGrid:
         self._pressure = pressure = discretisation.isothermal_pressure
         self.grid = grid = discretisation.grid
         self.window = window = discretisation.traction.window_around(pressure.contact, None, derived)
-        gradient = RollingGradient(window.shape, grid.dx, grid.dy, derived.shear_compliance)
         self.bound, self._covered = FRICTION * window.cut(pressure.pressure), window.cut(pressure.covered)
-        problem = TangentialProblem(
+        self._problem = TangentialProblem(
             traction_bound=self.bound, covered=self._covered, rigid_slip=np.zeros((2, *window.shape)),
             element_area=grid.element_area,
             leading=discretisation.traction.leading(derived, pressure, window, undisturbed=True))
-        self._solver = BatchSolver(problem, gradient, StickInverse(window.shape, grid.dx, grid.dy, derived.shear_compliance))
+        self._solver = discretisation.traction.solver_of(window)
         x, y = grid.x[window.rows][:, None], grid.y[window.columns][None, :]
         self._x, self._y = np.broadcast_arrays(x, y)
         one, zero = np.ones(window.shape), np.zeros(window.shape)
         unit = derived.problem.traction_limit / (derived.problem.lower.shear_modulus * derived.hertz.mean_radius**2)
         self.units = unit, turn = unit, unit / derived.hertz.mean_radius
         self._unit_slips = np.array([[unit * one, zero], [zero, unit * one], [-turn * self._y, turn * self._x]])
-        self._unit_sticks = self._solver.full_stick(self._unit_slips)
 
     def continued(self, coarse: _OneGrid, tractions: Array) -> Array:
-        """Tractions (B, 2, n, m) of a coarser grid on this one, as shares of the bound: slip stays slip."""
+        """Tractions (2, n, m) of a coarser grid on this one, as shares of the bound: slip stays slip."""
         along = interpolation_matrix(coarse.grid.x[coarse.window.rows], self.grid.x[self.window.rows])
         across = interpolation_matrix(coarse.grid.y[coarse.window.columns], self.grid.y[self.window.columns]).T
         bound = along @ coarse.bound @ across
-        share = self.bound / np.where(bound > 0.0, bound, 1.0)
-        return np.asarray(np.matmul(np.matmul(along, tractions), across) * share)
+        return np.asarray(along @ tractions @ across * (self.bound / np.where(bound > 0.0, bound, 1.0)))
 
-    def solve(self, creepages: Array, start: Array | None = None) -> tuple[Array, NDArray[np.bool_], Array]:
-        """`QUANTITIES` (4, n), which points converged, and tractions (n, 2, …), from those of `start` or of full stick."""
-        rigid = np.tensordot(creepages.T, self._unit_slips, axes=1)
-        if start is None:
-            start = np.tensordot(creepages.T, self._unit_sticks, axes=1)
-        solution = self._solver.solve(rigid, start, TOLERANCE)
-        derived, grid = self.derived, self.grid
+    def solve(self, creepage: Array, start: Array | None = None) -> tuple[Array, TangentialSolution]:
+        """`QUANTITIES` (4,) and the solution for the scaled creepages (3,), from the tractions `start` or from full stick."""
+        problem = replace(self._problem, rigid_slip=np.tensordot(creepage, self._unit_slips, axes=1))
+        solution = self._solver.solve(problem, [] if start is None else [(start, (0.0, 0.0))], TOLERANCE)
+        derived, grid, (tx, ty) = self.derived, self.grid, solution.traction
         share = grid.element_area / derived.problem.traction_limit
-        tx, ty = solution.traction[:, 0], solution.traction[:, 1]
-        moment = (self._x * ty - self._y * tx).sum(axis=(1, 2)) * share / derived.hertz.mean_radius
-        area = float(self._covered.sum())
-        sticking = [float(stick_share(traction, slip, self.bound, stick, self._covered, grid.dx, grid.dy,
-                                      derived.shear_compliance).sum())
-                    for traction, slip, stick in zip(solution.traction, solution.slip, solution.stick, strict=True)]
-        fraction = np.clip(np.array(sticking) / area, 0.0, 1.0)
-        values = np.stack([tx.sum(axis=(1, 2)) * share, ty.sum(axis=(1, 2)) * share, moment, fraction])
-        return values, solution.converged, solution.traction
+        moment = float((self._x * ty - self._y * tx).sum()) * share / derived.hertz.mean_radius
+        sticking = stick_share(solution.traction, solution.slip, self.bound, solution.stick, self._covered, grid.dx, grid.dy,
+                               derived.shear_compliance)
+        fraction = min(max(float(sticking.sum() / self._covered.sum()), 0.0), 1.0)
+        return np.array([tx.sum() * share, ty.sum() * share, moment, fraction]), solution
 
 
 def _problem(aspect_ratio: float, poisson_ratio: float, shape: tuple[int, int]) -> Problem:

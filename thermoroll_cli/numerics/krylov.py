@@ -1,5 +1,4 @@
-"""GMRES for one linear system, and for many small ones at once: Python's overhead then occurs once per iteration. Anderson's
-acceleration does the same for fixed points."""
+"""GMRES for linear systems, and Anderson's acceleration for fixed points."""
 
 from __future__ import annotations
 
@@ -10,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.arrays import Array
 
 Vector = NDArray[Any]
 
@@ -102,112 +101,6 @@ def _combination(coefficients: list[float], vectors: list[Vector]) -> Vector:
     for c, v in zip(coefficients[1:], vectors[1:], strict=True):
         total += np.multiply(c, v, out=term)
     return np.asarray(total)
-
-
-Indices = NDArray[np.intp]
-
-DROPPED_SHARE = 0.25
-"""Solved systems are dropped from the arrays once they are this share of all; dropping copies every array."""
-FIRST_DIRECTIONS = 12
-"""Directions allocated per system at first: most systems need no more, and touching new memory is slow."""
-
-
-def batch_gmres(
-    expensive: Callable[[AnyArray], AnyArray], cheap: Callable[[Indices, AnyArray, AnyArray], AnyArray],
-    precondition: Callable[[Indices, AnyArray], AnyArray], right: AnyArray, tolerance: NDArray[np.float64], most: int
-) -> tuple[AnyArray, AnyArray]:
-    """Solve J_b d_b = r_b for all rows of `right` (B, P), each to its relative `tolerance` (B,): as `krylov.gmres` does.
-
-    Returns the solutions d and expensive(d), both (B, P). The first argument of `cheap` and `precondition` holds the indices
-    of the systems whose rows they get. Gram–Schmidt is done once: the systems are small and solved to a few digits."""
-    size = right.shape[1]
-    step, image = np.zeros_like(right), np.zeros_like(right)
-    norm = np.linalg.norm(right, axis=1)
-    who = np.flatnonzero(norm > 0.0)
-    if not who.size:
-        return step, image
-    basis = np.empty((len(who), min(FIRST_DIRECTIONS, most + 1), size), dtype=right.dtype)
-    steps: list[AnyArray] = []
-    images: list[AnyArray] = []
-    basis[:, 0] = right[who] / norm[who, None]
-    hessenberg = np.zeros((len(who), most + 1, most))
-    rotations = np.zeros((len(who), most, 2))
-    residual = np.zeros((len(who), most + 1))
-    residual[:, 0] = 1.0
-    done_at = np.zeros(len(who), dtype=int)
-    for k in range(most):
-        vectors = precondition(who, basis[:, k])
-        steps.append(vectors)
-        images.append(expensive(vectors))
-        w = cheap(who, vectors, images[k])
-        spanned = basis[:, : k + 1]
-        h = np.matmul(spanned, w[:, :, None])[:, :, 0]
-        w -= np.matmul(h[:, None], spanned)[:, 0]
-        length = np.linalg.norm(w, axis=1)
-        safe = _rotate(k, np.concatenate([h, length[:, None]], axis=1), hessenberg, rotations, residual)
-        if k + 2 > basis.shape[1]:
-            basis = _room(basis, min(2 * (k + 2), most + 1))
-        basis[:, k + 1] = w / np.where(length > 0.0, length, 1.0)[:, None]
-        finished = (done_at == 0) & ((np.abs(residual[:, k + 1]) <= tolerance[who]) | (length <= 1e-6 * safe))
-        done_at[finished] = k + 1
-        if k + 1 == most:
-            done_at[done_at == 0] = most
-        solved = done_at > 0
-        if solved.all() or k + 1 == most or solved.mean() > DROPPED_SHARE:
-            _combine(who[solved], done_at[solved], hessenberg[solved], residual[solved], norm, solved, steps, images,
-                     step, image)
-            if solved.all():
-                break
-            rest = ~solved
-            who, done_at = who[rest], done_at[rest]
-            # Copy only the columns in use: most of the space has never been touched.
-            basis = _room(basis[:, : k + 2], basis.shape[1], rest)
-            steps, images = [v[rest] for v in steps], [v[rest] for v in images]
-            hessenberg, rotations, residual = hessenberg[rest], rotations[rest], residual[rest]
-    return step, image
-
-
-def _room(basis: AnyArray, columns: int, rows: AnyArray | slice = slice(None)) -> AnyArray:
-    """The `rows` of `basis` (B, k, P) in an array with place for `columns` vectors each."""
-    kept = basis[rows]
-    out = np.empty((len(kept), columns, basis.shape[2]), dtype=basis.dtype)
-    out[:, : basis.shape[1]] = kept
-    return out
-
-
-def _rotate(k: int, column: AnyArray, hessenberg: AnyArray, rotations: AnyArray, residual: AnyArray) -> AnyArray:
-    """Put a new column (B, k + 2) of the Hessenberg matrices into triangular form, and update the residuals (Givens). Returns
-    the diagonal elements."""
-    column = column.astype(float)
-    for i in range(k):
-        c, s = rotations[:, i, 0], rotations[:, i, 1]
-        upper, lower = column[:, i].copy(), column[:, i + 1]
-        column[:, i], column[:, i + 1] = c * upper + s * lower, c * lower - s * upper
-    r = np.hypot(column[:, k], column[:, k + 1])
-    safe = np.where(r > 0.0, r, 1.0)
-    c, s = np.where(r > 0.0, column[:, k] / safe, 1.0), column[:, k + 1] / safe
-    rotations[:, k, 0], rotations[:, k, 1] = c, s
-    column[:, k], column[:, k + 1] = safe, 0.0
-    hessenberg[:, : k + 2, k] = column
-    residual[:, k], residual[:, k + 1] = c * residual[:, k], -s * residual[:, k]
-    return safe
-
-
-def _combine(
-    who: Indices, sizes: Indices, hessenberg: AnyArray, residual: AnyArray, norm: AnyArray, solved: AnyArray,
-    steps: list[AnyArray], images: list[AnyArray], step: AnyArray, image: AnyArray,
-) -> None:
-    """Write the solutions of the `solved` systems `who`, each from the first `sizes` of its directions."""
-    most = int(sizes.max())
-    own = np.arange(most) < sizes[:, None]
-    triangle = np.where(own[:, :, None] & own[:, None, :], hessenberg[:, :most, :most], np.eye(most))
-    known = np.where(own, residual[:, :most], 0.0) * norm[who, None]
-    weights = np.linalg.solve(triangle, known[:, :, None])[:, :, 0].astype(step.dtype)
-    for out, directions in ((step, steps), (image, images)):
-        total = weights[:, :1] * directions[0][solved]
-        for k in range(1, most):
-            total += weights[:, k : k + 1] * directions[k][solved]
-        out[who] = total
 
 
 DEPENDENT_SINGULAR_VALUE = 1e-8

@@ -2,6 +2,6 @@
 
 `rolling_gradient` is the displacement by tractions and its discrete ∂u/∂x, `element_borders` its corrections where a border
 cuts elements. `newton` and `rolling_solver` solve Coulomb's law with them, `slip_friction` makes friction fall with slip,
-`stick_inverse` is the preconditioner, `batch_solver` solves many creepages at once.
-`differential_slip` is the creepage that varies across the contact, `slip_heat` the heat that slip makes in each element.
+`stick_inverse` is the preconditioner. `differential_slip` is the creepage that varies across the contact, `slip_heat` the heat
+that slip makes in each element.
 """

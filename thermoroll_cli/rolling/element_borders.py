@@ -154,15 +154,15 @@ class EdgeCompliance:
         """K `traction` of the trailing border only, (2, n, m).
 
         Where that slips, the traction is at the bound whatever the gradient, and K would only reduce the power of the slip."""
-        return times(self._of_trailing, traction)
+        return block_product(self._of_trailing, traction)
 
 
-def times(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
-    """Symmetric 2×2 matrices, components xx, yy, xy (…, n, m) in `block`, times the vectors `v` (…, 2, n, m)."""
+def block_product(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:
+    """Symmetric 2×2 matrices, components xx, yy, xy (n, m) in `block`, times the vectors `v` (2, n, m)."""
     xx, yy, xy = block
-    x, y = v[..., 0, :, :], v[..., 1, :, :]
+    x, y = v
     out = np.empty_like(v)
-    out_x, out_y = out[..., 0, :, :], out[..., 1, :, :]
+    out_x, out_y = out
     term = np.multiply(xy, y)
     np.multiply(xx, x, out=out_x)
     out_x += term

@@ -12,7 +12,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, layer_ends, neutral_compliance, times
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, layer_ends, neutral_compliance
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
@@ -149,7 +149,7 @@ class Newton:
         size = np.hypot(state.traction[0], state.traction[1])
         along = state.traction / np.where(size > 0.0, size, 1.0)
         back = along * (along * back).sum(axis=0)
-        lost = (state.traction * (dissipative + times(self.border.k, state.traction) - back)).sum(axis=0)
+        lost = (state.traction * (dissipative + block_product(self.border.k, state.traction) - back)).sum(axis=0)
         return state, np.where(stick, 0.0, state.slip + back), lost
 
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
@@ -182,7 +182,7 @@ class Newton:
 
     def _slip_of(self, gradient: AnyArray, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         slip = self.problem.rigid_slip - gradient
-        slip -= times(self.border.k, traction)
+        slip -= block_product(self.border.k, traction)
         slip += self.creepage(unknown)[:, None, None]
         return slip
 
@@ -201,7 +201,7 @@ class Newton:
     def natural_residual(
         self, traction: AnyArray, slip: AnyArray, bound: AnyArray
     ) -> tuple[AnyArray, Mask, AnyArray, AnyArray]:
-        """τ − Proj(τ + ρ s) for fields (2, …, n, m), where elements stick, and of those that slip the factor of the projection
+        """τ − Proj(τ + ρ s) for fields (2, n, m), where elements stick, and of those that slip the factor of the projection
         and the direction of τ + ρ s."""
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
@@ -238,7 +238,7 @@ class Newton:
         n = 2 * self.size
         change, change_unknown = solution.step[:n].reshape(shape), solution.step[n:]
         change_slip = self.creepage(change_unknown)[:, None, None] - solution.image.reshape(shape)
-        change_slip -= times(self.border.k, change)
+        change_slip -= block_product(self.border.k, change)
         # Slip is affine in the traction, so a shorter step needs no convolution.
         length = self._longest(state.unknown, change_unknown)
         trials: list[Iterate] = []
@@ -260,9 +260,7 @@ class Newton:
 
 
 class Linearisation:
-    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner.
-
-    The blocks are also those of many iterates at once, whose arrays have another axis before (n, m)."""
+    """Element-wise 2×2 blocks of the generalised derivative, P dτ + Q (D A dτ + K dτ − dξ), and its preconditioner."""
 
     def __init__(self, newton: Newton, state: Iterate) -> None:
         self.newton, self.state = newton, state
@@ -278,7 +276,7 @@ class Linearisation:
         self.q = rho * xx, rho * yy, rho * xy
         # The own compliance dominates border elements at the beginning of a stick run; the rest is integrated.
         head = stick & newton.border.partial
-        head[..., 1:, :] &= ~stick[..., :-1, :]
+        head[1:] &= ~stick[:-1]
         head |= stick & newton.crossed
         if newton.layer is not None:
             head |= stick & (np.abs(newton.layer) > min(newton.gradient.self_gradient))
@@ -307,7 +305,7 @@ class Linearisation:
             unit = np.zeros(2)
             unit[i] = newton.creepage_unit
             e = np.broadcast_to(unit[:, None, None], (2, *newton.traction_bound.shape))
-            columns.append(self._invert(times(self.q, e)))
+            columns.append(self._invert(block_product(self.q, e)))
         self.response = columns
         free = list(newton.free)
         if free:
@@ -324,12 +322,12 @@ class Linearisation:
         shape = (2, *newton.traction_bound.shape)
         n = 2 * newton.size
         change = v[:n].reshape(shape)
-        inner = times(newton.border.k, change)
+        inner = block_product(newton.border.k, change)
         inner += image.reshape(shape)
         if newton.free:
             inner -= newton.creepage(v[n:])[:, None, None]
-        out = times(self.q, inner)
-        out += times(self.p, change)
+        out = block_product(self.q, inner)
+        out += block_product(self.p, change)
         if self.state.response is not None and self.state.sliding is not None:
             along = (self.state.sliding * (newton._taken_at_borders(change) - inner)).sum(axis=0)
             bound = newton.traction_bound * self.state.response.change(along)
@@ -341,7 +339,7 @@ class Linearisation:
 
     def _invert(self, r: AnyArray) -> AnyArray:
         out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
-        out += times(self.local, r)
+        out += block_product(self.local, r)
         return out
 
     def precondition(self, v: AnyArray) -> AnyArray:

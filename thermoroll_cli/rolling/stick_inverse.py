@@ -13,11 +13,11 @@ from thermoroll_cli.rolling.rolling_gradient import FreeShear, MirroredShear, Sy
 
 
 def run_starts(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """For each element, the flat index of the first element of its run of True along x, (…, n, m); of row 0 before any run."""
+    """For each element, the flat index of the first element of its run of True along x, (n, m); of row 0 before any run."""
     begins = mask.copy()
-    begins[..., 1:, :] &= ~mask[..., :-1, :]
-    n, m = mask.shape[-2:]
-    row = np.maximum.accumulate(np.where(begins, np.arange(n)[:, None], 0), axis=-2)
+    begins[1:] &= ~mask[:-1]
+    n, m = mask.shape
+    row = np.maximum.accumulate(np.where(begins, np.arange(n)[:, None], 0), axis=0)
     return np.asarray(row * m + np.arange(m))
 
 
