@@ -15,7 +15,7 @@ from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, continued_gradient, known_gradient
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, continued_gradient, known_gradient
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
