@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import hashlib
 import os
 import pathlib
-import platform
 import secrets
+import time
 from collections.abc import Iterator
 from typing import BinaryIO
 
@@ -25,6 +24,9 @@ _EXPLANATIONS = {
     errno.EFBIG: "the file would be larger than allowed",
     errno.ENAMETOOLONG: "the name is too long",
 }
+
+ABANDONED_SECONDS = 60.0
+"""A temporary file is written without a pause, and renamed at once."""
 
 
 class WriteError(OSError):
@@ -83,7 +85,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
     Ctrl-C), the temporary file is removed. Raises WriteError."""
     target = pathlib.Path(os.path.realpath(path))
     # The name does not derive from the target's: that one may already be as long as the file system allows.
-    temporary = target.with_name(f".thermoroll-{_node()}-{os.getpid()}-{secrets.token_hex(4)}.part")
+    temporary = target.with_name(f".thermoroll-{secrets.token_hex(8)}.part")
     try:
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, "Is a directory")
@@ -99,16 +101,9 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[pathlib.Path]:
 
 
 def remove_leftovers(folder: pathlib.Path) -> None:
-    """Remove the temporary files of processes that were killed while they wrote into `folder`; those of other machines stay,
-    since it is unknown which processes still run there."""
-    for leftover in folder.glob(f".thermoroll-{_node()}-*.part"):
-        try:
-            os.kill(int(leftover.name.split("-")[2]), 0)
-        except ProcessLookupError:
-            leftover.unlink(missing_ok=True)
-        except (OSError, ValueError):  # another user's process; not one of our names
-            pass
-
-
-def _node() -> str:
-    return hashlib.sha256(platform.node().encode()).hexdigest()[:8]
+    """Remove the temporary files of processes that were killed while they wrote into `folder`: those that nobody has written
+    to for `ABANDONED_SECONDS`."""
+    for leftover in folder.glob(".thermoroll-*.part"):
+        with contextlib.suppress(OSError):
+            if time.time() - leftover.stat().st_mtime > ABANDONED_SECONDS:
+                leftover.unlink()

@@ -2,22 +2,25 @@
 
 A signal is noted when it comes, and acted upon at the next safe point. A handler that raised an exception would do so wherever
 the program happens to be: in a callback whose exceptions are dropped, or halfway through clearing up. So the handler only sets
-a flag, and long work calls `safe_point` once per iteration. A second signal ends the process at once; so does the alarm that
-the first one sets, where no safe point comes because the program waits for a pipe or a terminal.
+a flag, and long work calls `safe_point` once per iteration. A second signal ends the process at once; so does a thread that
+the first one starts, if no safe point comes because the program waits for a pipe or a terminal.
 """
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import os
 import signal
+import time
 from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals that stop the program, as far as the system has them."""
 PATIENCE_SECONDS = 2.5
 """Time from a signal to the next safe point, after which the process ends without."""
 
@@ -43,15 +46,23 @@ class Interrupted(BaseException):
 
 _noted = 0
 _raised = False
+_run = 0
 
 
 def note_signal(number: int, frame: FrameType | None = None) -> None:
-    """Handler of signals, and of the alarm."""
+    """Handler of signals."""
     global _noted
     if _noted:
         os._exit(128 + _noted)
     _noted = number
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE_SECONDS)
+    # Not threading.Thread, which takes locks that the interrupted code may hold.
+    _thread.start_new_thread(_end_without_safe_point, (_run,))
+
+
+def _end_without_safe_point(run: int) -> None:
+    time.sleep(PATIENCE_SECONDS)
+    if run == _run and _noted and not _raised:
+        os._exit(128 + _noted)
 
 
 def noted() -> int:
@@ -64,25 +75,22 @@ def safe_point() -> None:
     global _raised
     if _noted and not _raised:
         _raised = True
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
         raise Interrupted(_noted)
 
 
 @contextlib.contextmanager
 def stoppable() -> Iterator[None]:
     """Inside, the signals that stop a program are noted. One that is being ignored (nohup, background jobs) stays so."""
-    global _noted, _raised
-    _noted, _raised = 0, False
+    global _noted, _raised, _run
+    _noted, _raised, _run = 0, False, _run + 1
     previous: dict[signal.Signals, Any] = {}
     with contextlib.suppress(ValueError):  # not the main thread: the embedding program handles signals
-        previous[signal.SIGALRM] = signal.signal(signal.SIGALRM, note_signal)
         for number in SIGNALS:
             if signal.getsignal(number) not in (signal.SIG_IGN, None):
                 previous[number] = signal.signal(number, note_signal)
     try:
         yield
     finally:
-        if previous:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        _run += 1  # a thread that waits has nothing to end any more
         for number, handler in reversed(previous.items()):
             signal.signal(number, handler)

@@ -42,7 +42,8 @@ from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Mater
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.sweeps.runner import Workers
+from thermoroll_cli.tasks.journal import JournalError
+from thermoroll_cli.tasks.runner import Workers
 
 ROOT = Path(__file__).parents[2]
 CIRCLE = ROOT / "cases" / "creep_forces_circle.h5"
@@ -246,7 +247,7 @@ def test_stopped_and_resumed_and_in_two_processes(tiny: Path, tmp_path: Path) ->
     stored = read_table(tiny)
     np.testing.assert_allclose(built.values, stored.values, atol=RESOLUTION + 1e-6)
     assert built.quality.rms == pytest.approx(stored.quality.rms, rel=1e-5)
-    with pytest.raises(ResultFileError, match="of another table"):
+    with pytest.raises(JournalError, match="of another table"):
         build_table(replace(plan, poisson_ratio=0.3), path, workers=Workers(), resume=True)
 
 

@@ -16,6 +16,7 @@ ROOT = PACKAGE.parent
 
 ROOMS = (
     {"arrays", "atomic", "process"},
+    {"tasks"},
     {"problem", "numerics", "exact"},
     {"halfspace"},
     {"contact", "rolling", "heat", "stress"},
@@ -41,7 +42,8 @@ FOREIGN: dict[str, set[str]] = {
     "typer": {"cli"},
     "matplotlib": {"plots"},
     "pyfftw": {"numerics", "files"},
-    "distributed": {"sweeps"},
+    "distributed": {"tasks"},
+    "filelock": {"tasks"},
 }
 """Libraries that belong to certain layers: solvers know nothing of TOML, HDF5 or terminals, the command line nothing
 of FFTs."""

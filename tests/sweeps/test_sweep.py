@@ -22,8 +22,8 @@ from tests.support.command_line import COMMAND, PATIENCE, THERMAL, Called, call,
 from tests.support.datasets import datasets
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.sweeps.runner import Item, _Cluster
 from thermoroll_cli.sweeps.table import OVER_LIMIT
+from thermoroll_cli.tasks.runner import Item, _Cluster
 
 HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npeclet = "stationary"\n'
 """The article's hot spheres: everything is coupled."""
@@ -256,7 +256,7 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: P
 
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("thermoroll_cli.sweeps.runner.CONNECT_SECONDS", 0.5)
+    monkeypatch.setattr("thermoroll_cli.tasks.runner.CONNECT_SECONDS", 0.5)
     for address in ("tcp://127.0.0.1:1", "nonsense://x"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")

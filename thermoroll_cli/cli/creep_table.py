@@ -20,7 +20,7 @@ from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, Outsid
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
 from thermoroll_cli.problem.problem import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
-from thermoroll_cli.sweeps.runner import Workers
+from thermoroll_cli.tasks.runner import Workers
 
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 

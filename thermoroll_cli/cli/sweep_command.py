@@ -17,9 +17,9 @@ from thermoroll_cli.files.case import CaseError, Override, case_name
 from thermoroll_cli.files.case_source import read_source
 from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
-from thermoroll_cli.sweeps.runner import Workers
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
 from thermoroll_cli.sweeps.table import Row, Rows, columns_of, draw_table
+from thermoroll_cli.tasks.runner import Workers
 
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5

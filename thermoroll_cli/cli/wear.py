@@ -14,7 +14,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import file_image
 from thermoroll_cli.process import safe_point
-from thermoroll_cli.sweeps.journal import Journal
+from thermoroll_cli.tasks.journal import Journal
 from thermoroll_cli.wear.evolution import BeyondProfile, evolution
 from thermoroll_cli.wear.wear_files import Snapshots, record_of, resumed, table, write_group, write_profiles
 

@@ -15,8 +15,8 @@ from thermoroll_cli.creep_table.creep_force_table import Interpolant
 from thermoroll_cli.creep_table.point_solver import FORCES, QUANTITIES, STANDARD_ACCURACY, EllipseSolver
 from thermoroll_cli.creep_table.scaling import LAW
 from thermoroll_cli.creep_table.table_file import DEFAULT_POISSON, Axes, Quality, TableValues
-from thermoroll_cli.sweeps.journal import Journal, Record
-from thermoroll_cli.sweeps.runner import Item, Workers, run
+from thermoroll_cli.tasks.journal import Journal, Record
+from thermoroll_cli.tasks.runner import Item, Workers, run
 
 TASK_POINTS = 640
 """Points of one ellipse in a task, some seconds of work: what a process does between two entries of the journal."""

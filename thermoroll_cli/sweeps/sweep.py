@@ -18,10 +18,10 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweeps.journal import Journal, Record
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
-from thermoroll_cli.sweeps.runner import Item, Workers, run
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
+from thermoroll_cli.tasks.journal import Journal, Record
+from thermoroll_cli.tasks.runner import Item, Workers, run
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
 JOURNAL_FORMAT = 1

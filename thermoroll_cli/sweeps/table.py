@@ -22,8 +22,8 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.sweeps.journal import Journal
 from thermoroll_cli.sweeps.points import Points, Value
+from thermoroll_cli.tasks.journal import Journal
 
 if TYPE_CHECKING:
     import pandas

@@ -20,7 +20,7 @@ from typing import Protocol, Self
 
 from thermoroll_cli.atomic import remove_leftovers
 from thermoroll_cli.process import one_thread, safe_point
-from thermoroll_cli.sweeps.journal import Journal, Record, keep
+from thermoroll_cli.tasks.journal import Journal, Record, keep
 
 DEATHS = 3
 """A point that so many processes died of is given up; a process that was killed from outside costs nothing."""
@@ -156,8 +156,6 @@ class _Processes:
         # spawn: a forked process hangs after a transform that used threads.
         context = multiprocessing.get_context("spawn")
         with _deaf_children():
-            # Python's own helper, which it starts with the first semaphore, must not die of a signal to all, either.
-            resource_tracker.ensure_running()
             return ProcessPoolExecutor(self.places, context, initializer=_end_with_parent, initargs=(self._leash,))
 
     def submit(self, task: Task) -> Future[list[Item]]:
@@ -193,16 +191,23 @@ class _Processes:
 
 @contextlib.contextmanager
 def _deaf_children() -> Iterator[None]:
-    """Processes started inside do not hear Ctrl-C and hanging up, which a terminal sends to all: this process decides what they
-    mean, and the others follow its end."""
+    """Child processes ignore SIGINT and SIGHUP, which a terminal sends to all; the parent stops them. If the system can block
+    signals, the children start with both blocked."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    # Python's own helper, which it starts with the first semaphore, must not die of a signal to all, either.
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGHUP})
     try:
+        resource_tracker.ensure_running()
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
 def _end_with_parent(leash: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # on systems that cannot block it
+
     def wait_for_the_end() -> None:
         with contextlib.suppress(EOFError, OSError):
             leash.recv_bytes()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import json
 import os
 import pathlib
@@ -11,12 +10,17 @@ from collections.abc import Iterator, Mapping
 from types import TracebackType
 from typing import Any, Self
 
+from filelock import FileLock, Timeout
+
 from thermoroll_cli.atomic import WriteError, write_bytes
-from thermoroll_cli.files.result.hdf5 import ResultFileError
 
 Record = Mapping[str, Any]
 """One finished item: its `key`, and whatever the task writes. One with `"solved": false` is tried again
 when work is resumed."""
+
+
+class JournalError(OSError):
+    """A journal cannot be opened: another process has it open, or it is of something else. The message names it."""
 
 
 class Journal(Mapping[str, dict[str, Any]]):
@@ -26,46 +30,57 @@ class Journal(Mapping[str, dict[str, Any]]):
     the file that it belongs to; the latest record of a key counts. A killed program leaves at most a torn last line, which
     is dropped. While a journal is open, no other process can open it.
 
-    Raises ResultFileError (in use, or of something else where it is to be resumed), WriteError.
+    Raises JournalError, WriteError.
     """
 
     def __init__(self, path: pathlib.Path, identity: Mapping[str, Any], *, resume: bool) -> None:
         self.path = path
         self._places: dict[str, tuple[int, int]] = {}
         first = json.dumps({"program": "thermoroll", **identity}, sort_keys=True).encode() + b"\n"
+        # A file beside the journal: a locked file cannot be written by other processes on every system.
+        self._lock = FileLock(path.with_name(f".{path.name}.lock"), timeout=0)
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+            self._file = open(path, "a+b", buffering=0)
         except OSError as cause:
             raise WriteError(path, cause) from cause
         try:
-            self._lock()
-            if resume and os.fstat(self._file).st_size:
-                if os.pread(self._file, len(first), 0) != first:
-                    raise ResultFileError(f"{path}: of another {identity['kind']}, or another version; use another place, or "
-                                          "leave --resume out")
+            self._take_lock()
+            self._file.seek(0)
+            if resume and os.path.getsize(path):
+                if self._file.read(len(first)) != first:
+                    raise JournalError(f"{path}: of another {identity['kind']}, or another version; use another place, or "
+                                       "leave --resume out")
             else:
-                os.ftruncate(self._file, 0)
+                self._file.truncate(0)
                 append_line(path, first)
             self._end = len(first)
             self.update()
-            os.ftruncate(self._file, self._end)
+            self._file.truncate(self._end)
         except BaseException:
-            os.close(self._file)
+            self._close()
             raise
 
-    def _lock(self) -> None:
+    def _take_lock(self) -> None:
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise ResultFileError(f"another process works in {self.path.parent} ({self.path.name} is in use); use another "
-                                  "folder") from None
-        except OSError:  # a file system without locks
+            self._lock.acquire()
+        except Timeout:
+            raise JournalError(f"another process works in {self.path.parent} ({self.path.name} is in use); use another "
+                               "folder") from None
+        except (OSError, NotImplementedError):  # a file system without locks
             pass
+
+    def _close(self) -> None:
+        self._file.close()
+        if self._lock.is_locked:
+            # Before it is released: afterwards the file may be the next process's.
+            with contextlib.suppress(OSError):
+                os.unlink(self._lock.lock_file)
+            self._lock.release()
 
     def update(self) -> list[str]:
         """The keys of the records that have come since the last call, in their order."""
         found = []
-        with open(os.dup(self._file), "rb") as stream:
+        with open(self.path, "rb") as stream:
             stream.seek(self._end)
             for line in stream:
                 if not line.endswith(b"\n"):
@@ -86,7 +101,8 @@ class Journal(Mapping[str, dict[str, Any]]):
         """The record of `key`; also after the journal is closed."""
         place, length = self._places[key]
         with open(self.path, "rb", buffering=0) as stream:
-            record: dict[str, Any] = json.loads(os.pread(stream.fileno(), length, place))
+            stream.seek(place)
+            record: dict[str, Any] = json.loads(stream.read(length))
         return record
 
     def __contains__(self, key: object) -> bool:
@@ -102,7 +118,7 @@ class Journal(Mapping[str, dict[str, Any]]):
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
-        os.close(self._file)
+        self._close()
 
 
 def keep(path: pathlib.Path, record: Record, content: bytes) -> None:

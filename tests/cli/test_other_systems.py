@@ -1,0 +1,29 @@
+"""The commands without the modules and names of Python that other systems than Linux lack."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.support.command_line import MECHANICAL, thermoroll
+
+ELSEWHERE = """\
+import os, signal, sys, warnings
+sys.modules |= dict.fromkeys(("fcntl", "grp", "pty", "pwd", "resource", "termios", "tty"))
+for name in ("SIGHUP", "SIGALRM", "SIGKILL", "SIGQUIT", "SIGPIPE", "alarm", "pthread_kill", "pthread_sigmask", "setitimer"):
+    delattr(signal, name)
+for name in ("fchmod", "geteuid", "getpgid", "getppid", "getuid", "kill", "killpg", "mkfifo", "pread", "pwrite", "setsid"):
+    delattr(os, name)
+warnings.filterwarnings("ignore", "only soft file lock is available")  # filelock misses fcntl; on Windows it has msvcrt
+"""
+
+
+def test_nothing_needs_linux(tmp_path: Path) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere" / "sitecustomize.py").write_text(ELSEWHERE)
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    sweep = ("sweep", "case.toml", "--over", "creepage.longitudinal=0.001:0.002:3", "--no-plots", "-o", "out", "-q")
+    for command in (("run", "case.toml", "--no-plots", "-q"), (*sweep, "--jobs", "2"), (*sweep, "--resume")):
+        done = thermoroll(*command, cwd=tmp_path, env={"PYTHONPATH": str(tmp_path / "elsewhere")})
+        assert (done.returncode, done.stderr) == (0, "")
+    assert len((tmp_path / "out" / "sweep.csv").read_text().splitlines()) == 4
+    assert not list((tmp_path / "out").glob(".*")), "the lock is gone"
