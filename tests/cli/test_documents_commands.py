@@ -131,6 +131,11 @@ def test_tutorial(place: Path) -> None:
     python(script.replace('"numerics.grid": 64', '"numerics.grid": 16'), place)
 
 
+def test_worked_examples(place: Path) -> None:
+    for block in blocks("examples", "sh"):
+        run(smaller(block).replace(" -o results", " --no-plots -o results"), place)
+
+
 def test_sweeps_and_tables(place: Path) -> None:
     """As printed; `jq` is left out where there is none."""
     for block in blocks("sweeps_and_tables", "sh"):
