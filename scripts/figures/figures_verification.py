@@ -18,7 +18,7 @@ from thermoroll_cli.exact.hertz import element_averages, hertz_contact
 from thermoroll_cli.exact.moving_sources import rectangle_temperature
 from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integrals
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
@@ -142,13 +142,13 @@ def _thermal() -> list[Row]:
     kinds = (("temperature", "temperature", temperature_table), ("expansion", "displacement", displacement_table))
     for words, kind, make in kinds:
         exact, found = np.zeros((nx, ny)), np.zeros((nx, ny))
-        expansion = variable_peclet_kernel(nx, ny, 1.0, peclet_max, kind, 1e-5)  # type: ignore[arg-type]
-        weights, offset = expansion.weights(peclet), expansion.offset(peclet)
+        tables, expansion = variable_peclet_tables(nx, ny, 1.0, peclet_max, kind, 1e-5)  # type: ignore[arg-type]
+        weights, offset = expansion(peclet), expansion.offset(peclet)
         for i in range(nx):
             for j in range(ny):
                 window = (slice(nx - 1 - i, 2 * nx - 1 - i), slice(ny - 1 - j, 2 * ny - 1 - j))
                 exact += flux[i, j] * make(nx, ny, 1.0, float(peclet[i, j]))[window]
-                table_ = np.tensordot(weights[:, i, j], expansion.tables[:, window[0], window[1]], axes=1)
+                table_ = np.tensordot(weights[:, i, j], tables[:, window[0], window[1]], axes=1)
                 found += flux[i, j] * (table_ + offset[i, j])
         rows.append(_row(f"sliding Péclet numbers, {words}, {expansion.terms} terms", "one kernel per source element, summed",
                          f"{np.abs(found - exact).max() / np.abs(exact).max():.0e} of the largest", "test_sliding"))

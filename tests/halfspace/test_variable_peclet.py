@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 
 import numpy as np
@@ -10,19 +9,19 @@ import pytest
 from scipy.signal import fftconvolve
 
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
-from thermoroll_cli.halfspace.variable_peclet import variable_peclet_kernel
+from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
 
 TABLES = {"temperature": temperature_table, "displacement": displacement_table}
 
 
-def true_error(kernel, peclets):
+def true_error(tables, weights, peclets):
     """The two errors described in the module, of full tables."""
-    nx, ny = (kernel.tables.shape[1] + 1) // 2, (kernel.tables.shape[2] + 1) // 2
+    nx, ny = (tables.shape[1] + 1) // 2, (tables.shape[2] + 1) // 2
     worst = 0.0
     for peclet in peclets:
-        offset = kernel.offset(peclet)
-        varying = TABLES[kernel.kind](nx, ny, kernel.aspect, peclet) - offset
-        difference = np.abs(np.tensordot(kernel.weights(peclet), kernel.tables, axes=(0, 0)) - varying)
+        offset = weights.offset(peclet)
+        varying = TABLES[weights.kind](nx, ny, weights.aspect, peclet) - offset
+        difference = np.abs(np.tensordot(weights(peclet), tables, axes=(0, 0)) - varying)
         varying = np.abs(varying)
         worst = max(worst, difference.sum() / varying.sum(), difference.max() / varying.max())
     return worst
@@ -35,20 +34,21 @@ def true_error(kernel, peclets):
         (32, 32, 1.0, 0.05, 1e-5),
         (32, 32, 1.0, 1.0, 1e-5),
         (32, 32, 1.0, 10.0, 1e-3),
-        (48, 48, 1.0, 10.0, 1e-7),
+        (24, 24, 1.0, 10.0, 1e-7),
         (24, 60, 0.2, 300.0, 1e-5),
+        (16, 16, 1.0, 2e5, 1e-5),
         (60, 24, 5.0, 30.0, 1e-5),
         (2, 1, 1.0, 1.0, 1e-5),
         (20, 20, 1.0, 1e-13, 1e-5),
     ],
 )
 def test_error_is_below_the_tolerance_and_honest(kind, nx, ny, aspect, peclet_max, tolerance):
-    kernel = variable_peclet_kernel(nx, ny, aspect, peclet_max, kind, tolerance)
-    assert kernel.tables.shape == (kernel.terms, 2 * nx - 1, 2 * ny - 1)
-    assert kernel.error <= tolerance
+    tables, weights = variable_peclet_tables(nx, ny, aspect, peclet_max, kind, tolerance)
+    assert tables.shape == (weights.terms, 2 * nx - 1, 2 * ny - 1)
+    assert weights.error <= tolerance
     random = np.random.default_rng(1)
     fractions = np.concatenate(([0.0, 1.0], random.random(6), random.random(6) ** 8))
-    assert true_error(kernel, peclet_max * fractions) <= 2.0 * kernel.error + 1e-8
+    assert true_error(tables, weights, peclet_max * fractions) <= 2.0 * weights.error + 1e-8
 
 
 @pytest.mark.parametrize("kind", TABLES)
@@ -65,9 +65,9 @@ def test_response_against_one_kernel_per_source(kind, peclet_max):
         table = TABLES[kind](nx, ny, aspect, peclet[i, j])
         exact += flux[i, j] * table[nx - 1 - i : 2 * nx - 1 - i, ny - 1 - j : 2 * ny - 1 - j]
 
-    kernel = variable_peclet_kernel(nx, ny, aspect, peclet_max, kind)
-    response = np.full((nx, ny), (kernel.offset(peclet) * flux).sum())
-    for table, weight in zip(kernel.tables, kernel.weights(peclet), strict=True):
+    tables, weights = variable_peclet_tables(nx, ny, aspect, peclet_max, kind)
+    response = np.full((nx, ny), (weights.offset(peclet) * flux).sum())
+    for table, weight in zip(tables, weights(peclet), strict=True):
         response += fftconvolve(weight * flux, table)[nx - 1 : 2 * nx - 1, ny - 1 : 2 * ny - 1]
     assert np.abs(response - exact).max() < 1e-5 * np.abs(exact).max()
     # The check can fail: the kernel of the mean Péclet number is far off.
@@ -84,53 +84,49 @@ def test_number_of_terms(peclet_a, terms, tight_terms):
     for n in (32, 64):
         for tolerance, limits in ((1e-4, terms), (1e-6, tight_terms)):
             for kind, limit in zip(TABLES, limits, strict=True):
-                kernel = variable_peclet_kernel(n, n, 1.0, peclet_a * 2.2 / n, kind, tolerance)
-                assert abs(kernel.terms - limit) <= 1
+                _, weights = variable_peclet_tables(n, n, 1.0, peclet_a * 2.2 / n, kind, tolerance)
+                assert abs(weights.terms - limit) <= 1
 
 
 def test_offset_is_the_mean_of_the_table():
     nx, ny, aspect = 20, 16, 0.5
-    kernel = variable_peclet_kernel(nx, ny, aspect, 2.0, "displacement", 1e-7)
-    assert np.abs(kernel.tables.mean(axis=(1, 2))).max() < 1e-12 * np.abs(kernel.tables).max()
+    tables, weights = variable_peclet_tables(nx, ny, aspect, 2.0, "displacement", 1e-7)
+    assert np.abs(tables.mean(axis=(1, 2))).max() < 1e-9 * np.abs(tables).max()
     peclets = np.array([0.0, 1e-7, 1e-3, 0.4, 2.0])
     means = [displacement_table(nx, ny, aspect, p).mean() for p in peclets]
-    np.testing.assert_allclose(kernel.offset(peclets), means, rtol=1e-8)
+    np.testing.assert_allclose(weights.offset(peclets), means, rtol=1e-8)
     # Slow sources raise everything by −(b/2π) ln P: finite heat of a slip that dies out raises nothing.
-    assert kernel.offset(1e-200) - kernel.offset(1e-100) == pytest.approx(aspect / (2 * math.pi) * 100 * math.log(10.0))
-    assert np.abs(kernel.offset(peclets[:1]) * 0.0).max() == 0.0
+    assert weights.offset(1e-200) - weights.offset(1e-100) == pytest.approx(aspect / (2 * math.pi) * 100 * math.log(10.0))
+    assert np.abs(weights.offset(peclets[:1]) * 0.0).max() == 0.0
     # What is left of a table has a limit at P = 0: the table without motion, its mean removed.
-    slow = np.tensordot(kernel.weights(0.0), kernel.tables, axes=(0, 0))
+    slow = np.tensordot(weights(0.0), tables, axes=(0, 0))
     stationary = displacement_table(nx, ny, aspect, 0.0)
     assert np.abs(slow - (stationary - stationary.mean())).max() < 1e-7 * np.abs(slow).max()
-    temperature = variable_peclet_kernel(nx, ny, aspect, 2.0, "temperature")
+    _, temperature = variable_peclet_tables(nx, ny, aspect, 2.0, "temperature")
     assert (temperature.offset(peclets) == 0.0).all()
 
 
 def test_no_motion_at_all_takes_one_term():
     for kind in TABLES:
-        kernel = variable_peclet_kernel(10, 8, 1.0, 0.0, kind)
-        assert kernel.terms == 1
-        assert true_error(kernel, [0.0]) < 1e-9
+        tables, weights = variable_peclet_tables(10, 8, 1.0, 0.0, kind)
+        assert weights.terms == 1
+        assert true_error(tables, weights, [0.0]) < 1e-9
 
 
 def test_shapes_and_bad_arguments():
-    kernel = variable_peclet_kernel(6, 5, 1.0, 1.0, "temperature")
-    assert kernel.weights(0.5).shape == (kernel.terms,)
-    assert kernel.weights(np.zeros((6, 5))).shape == (kernel.terms, 6, 5)
-    assert kernel.weights(np.zeros(0)).shape == (kernel.terms, 0)
-    assert kernel.offset(np.zeros((6, 5))).shape == (6, 5)
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        kernel.truncation = 0.0
+    _, weights = variable_peclet_tables(6, 5, 1.0, 1.0, "temperature")
+    assert weights(0.5).shape == (weights.terms,)
+    assert weights(np.zeros((6, 5))).shape == (weights.terms, 6, 5)
+    assert weights(np.zeros(0)).shape == (weights.terms, 0)
+    assert weights.offset(np.zeros((6, 5))).shape == (6, 5)
     for outside in (-1e-3, 1.001, math.nan):
         with pytest.raises(ValueError, match="between 0 and 1"):
-            kernel.weights([0.5, outside])
+            weights([0.5, outside])
     for arguments, match in (
-        ((1, 1, 1.0, 1.0, "temperature"), "at least two elements"),
+        ((0, 4, 1.0, 1.0, "temperature"), "at least one element"),
         ((4, 4, -1.0, 1.0, "temperature"), "aspect"),
         ((4, 4, 1.0, -1.0, "temperature"), "largest Péclet"),
-        ((4, 4, 1.0, math.inf, "temperature"), "largest Péclet"),
-        ((4, 4, 1.0, 1.0, "stress"), "kind"),
-        ((4, 4, 1.0, 1.0, "temperature", 1e-9), "tolerance"),
+        ((4, 4, 1.0, math.inf, "temperature"), "Péclet numbers must be finite"),
     ):
         with pytest.raises(ValueError, match=match):
-            variable_peclet_kernel(*arguments)
+            variable_peclet_tables(*arguments)

@@ -5,15 +5,11 @@ If every source element x' has its own P(x'), as when P is made with the slip ve
 
     response = Σ_k conv(L_k, φ_k(P) q) + Σ offset(P) q
 
-The expansion is a singular value decomposition over samples of P, and φ_k is interpolated between them by its
-Chebyshev series (the same polynomial as by the barycentric formula). Samples are Chebyshev points in the fourth
-root of P: displacement tables contain P ln P, which in √P needs four times as many samples.
+The L_k are the first singular vectors of the tables at Chebyshev points of s = asinh(P^¼): displacement tables contain P ln P,
+which in √P needs four times as many points, and far beyond P = 1 tables change with ln P. φ_k is the Chebyshev series in s
+through its values at these points.
 
-The decomposition needs no full tables: offsets are sampled as densely as the kernel varies, closely around the source
-and ever more widely away from it. A pivoted QR factorisation of those samples then selects the few P ("skeleton") whose
-full tables span all others.
-
-The displacement U is an average of Φ(P sech²y) over y (`thermal`), so a skeleton of the cheaper Φ serves for it too.
+The displacement U is an average of Φ(P sech²y) over y (`thermal`), so tables of the cheaper Φ at the same points serve for it.
 Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form; the expanded rest is bounded at P = 0.
 """
 
@@ -21,12 +17,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
-import scipy
-from numpy.polynomial.chebyshev import chebpts2, chebvander
+from numpy.polynomial.chebyshev import chebpts2, chebval, chebvander
 from numpy.typing import ArrayLike
 
 from thermoroll_cli.arrays import Array
@@ -34,219 +28,118 @@ from thermoroll_cli.halfspace.thermal import (
     ANGLE_STEP,
     advected_expansion,
     angle_rule,
-    displacement_at,
+    mirrored,
     stationary_displacement,
     temperature_at,
 )
-
-DENSE_OFFSETS = 12
-"""Offsets up to this many elements are all sampled; beyond, each is `OFFSET_GROWTH` times the one before."""
-OFFSET_GROWTH = 1.12
-
-
-@dataclass(frozen=True)
-class OffsetSamples:
-    """Sampled offsets x × y, and the number of table entries that each stands for."""
-
-    x: Array
-    y: Array
-    counts: Array
-
-    def mean(self, columns: Array) -> Array:
-        """Mean over the table of each column."""
-        return self.counts @ columns / self.counts.sum()
-
-    def relative_error(self, difference: Array, columns: Array) -> float:
-        """Largest error of any column, in both norms described at `VariablePecletKernel`."""
-        in_sum = (self.counts @ np.abs(difference)) / (self.counts @ np.abs(columns))
-        in_peak = np.abs(difference).max(axis=0) / np.abs(columns).max(axis=0)
-        return float(max(in_sum.max(), in_peak.max()))
-
-
-def graded_offsets(nx: int, ny: int, aspect: float) -> OffsetSamples:
-    along, along_counts = _graded(nx)
-    across, across_counts = _graded(ny)
-    x = np.concatenate((-along[:0:-1], along))
-    x_counts = np.concatenate((along_counts[:0:-1], along_counts))
-    y_counts = across_counts * np.where(across > 0.0, 2.0, 1.0)
-    return OffsetSamples(x, aspect * across, np.outer(x_counts, y_counts).ravel())
-
-
-def _graded(count: int) -> tuple[Array, Array]:
-    """Offsets from 0 to count − 1, ever wider apart, and the number of whole offsets nearest to each."""
-    chosen = [0]
-    while chosen[-1] < count - 1:
-        step = 1 if chosen[-1] < DENSE_OFFSETS else max(1, round(chosen[-1] * (OFFSET_GROWTH - 1.0)))
-        chosen.append(min(count - 1, chosen[-1] + step))
-    offsets = np.array(chosen, dtype=np.float64)
-    borders = np.concatenate(([-0.5], 0.5 * (offsets[1:] + offsets[:-1]), [count - 0.5]))
-    return offsets, np.diff(borders)
-
-
-def spanning_columns(offsets: OffsetSamples, columns: Array, tolerance: float) -> tuple[list[int], Array, Array]:
-    """Indices of a few columns that span all, an orthonormal basis, and the components of all columns in it.
-
-    A pivoted QR factorisation, ended when the remainder of every column is small. Entries of the columns are weighted by the
-    number of table entries that they stand for.
-    """
-    scaled = np.sqrt(offsets.counts)[:, None] * columns
-    norms = np.sqrt((scaled**2).sum(axis=0))
-    basis, triangle, order = scipy.linalg.qr(scaled / norms, mode="economic", pivoting=True)
-    count = int(np.count_nonzero(np.abs(np.diag(triangle)) > tolerance))
-    components = np.empty((count, len(norms)))
-    components[:, order] = triangle[:count]
-    return [int(k) for k in order[:count]], basis[:, :count], components * norms
-
-
-def truncated(offsets: OffsetSamples, basis: Array, components: Array, tolerance: float) -> tuple[Array, Array, float]:
-    """Fewest singular vectors within the tolerance: (samples, terms) matrices that make tables and weights, and the error.
-
-    ``components`` are those of the kernel at all samples in ``basis``, as from `spanning_columns`. Samples of P count
-    relative to their own magnitude.
-    """
-    difference = (basis @ components) / np.sqrt(offsets.counts)[:, None]
-    kernel = difference.copy()
-    scale = offsets.counts @ np.abs(kernel)
-    left, singular, right = np.linalg.svd(components / scale, full_matrices=False)
-    modes = (basis @ left) / np.sqrt(offsets.counts)[:, None]
-    terms, error = 0, math.inf
-    while terms < len(singular) and error > tolerance:
-        difference -= np.outer(modes[:, terms], singular[terms] * right[terms] * scale)
-        terms, error = terms + 1, offsets.relative_error(difference, kernel)
-    return right[:terms].T / scale[:, None], right[:terms].T * scale[:, None], error
-
+from thermoroll_cli.halfspace.thermal import offsets as table_offsets
 
 ThermalKind = Literal["temperature", "displacement"]
 
-FIRST_DEGREE, LAST_DEGREE = 16, 512
-"""Degrees of the polynomial in P^¼: doubled from the first until its error is small enough."""
-CHECKED_PECLETS = 7
-"""Péclet numbers between the samples at which the finished expansion is compared with the kernel."""
-SOURCES_TOGETHER = 1 << 15
-"""Sources whose weights are computed together, to bound memory."""
+POINTS_PER_UNIT = 32
+"""Chebyshev points per unit of s: between 33 and 161 tables represent all others to a tenth of 1e-5, for P up to 1e6."""
 
 
 @dataclass(frozen=True)
-class VariablePecletKernel:
-    """Expansion K_P ≈ offset(P) + Σ_k tables[k] weights(P)[k] for 0 ≤ P ≤ peclet_max, with the material moving to +x.
+class PecletWeights:
+    """Weights φ_k(P) of the `terms` tables and the offset of an expansion for 0 ≤ P ≤ `peclet_max`.
 
-    ``tables`` has the shape (terms, 2nx−1, 2ny−1) and the layout of `thermal.temperature_table`; the sum is in the
-    units of the table expanded (q dx/k, or (1+ν) α q dx²/k). For a source on which the material moves to −x, mirror
-    the tables in X.
-
-    ``error`` is the larger of two, measured at all samples (``truncation``) and at some Péclet numbers between: the
-    error of any coefficient relative to the largest coefficient at that P; and the sum of the errors of all coefficients
-    relative to the sum of their magnitudes, which bounds the error of a response. It is computed on first access, from
-    the tables' entries at the ``offsets``, because it costs more than the tables.
-    """
+    `series` (degree + 1, terms) and `offset_series` (degree + 1,) are Chebyshev coefficients. `error` is the larger of two, at
+    all points and with an estimate of the error between them: the error of any coefficient relative to the largest coefficient
+    at that P; and the sum of the errors of all coefficients relative to the sum of their magnitudes, which bounds the error of
+    a response."""
 
     kind: ThermalKind
     aspect: float
     peclet_max: float
-    tables: Array
-    truncation: float
-    offsets: OffsetSamples
-    entries: Array
-    weight_series: Array
+    error: float
+    series: Array
     offset_series: Array
-
-    @cached_property
-    def error(self) -> float:
-        """Largest error, with Péclet numbers between the samples against the kernel computed directly."""
-        offsets = self.offsets
-        peclets = self.peclet_max * ((np.arange(CHECKED_PECLETS) + 0.37) / CHECKED_PECLETS) ** 4
-        computed = temperature_at if self.kind == "temperature" else displacement_at
-        exact = np.stack([computed(offsets.x, offsets.y, self.aspect, float(p)).ravel() for p in peclets], axis=1)
-        offset = self.offset(peclets)
-        between = offsets.relative_error(self.entries.T @ self.weights(peclets) + offset - exact, exact - offset)
-        return max(self.truncation, between)
 
     @property
     def terms(self) -> int:
         """Number of convolutions that the response needs."""
-        return len(self.tables)
+        return self.series.shape[1]
 
-    def weights(self, peclet: ArrayLike) -> Array:
+    def __call__(self, peclet: ArrayLike) -> Array:
         """φ_k(P), shape (terms, *shape of peclet). Raises ValueError for P outside [0, peclet_max]."""
-        values = np.asarray(peclet, dtype=np.float64)
-        return _evaluate(self.weight_series, values, self.peclet_max).reshape(self.terms, *values.shape)
+        return self._evaluate(self.series, peclet)
 
     def offset(self, peclet: ArrayLike) -> Array:
-        """The mean of the table, the same at every point. Zero for temperature; shape of ``peclet``.
+        """The mean of the table, the same at every point. Zero for temperature; shape of `peclet`.
 
         The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
         the table without motion, whose constant is arbitrary. Where slip makes the heat, q ∝ P and q offset(P) → 0, so
         neither the growth nor the arbitrary value matters.
         Raises ValueError for P outside [0, peclet_max].
         """
+        smooth = self._evaluate(self.offset_series, peclet)
+        if self.kind == "temperature":
+            return smooth
+        # The average over y of the part of Φ that `_bounded` omits; ⟨ln sech²y⟩ = 1 − ln 4.
         values = np.asarray(peclet, dtype=np.float64)
-        smooth = _evaluate(self.offset_series, values, self.peclet_max).reshape(values.shape)
-        return smooth if self.kind == "temperature" else smooth - _unbounded_part(values, self.aspect)
+        moving = np.where(values > 0.0, values, math.exp(math.log(16.0) - np.euler_gamma - 1.0))
+        return np.asarray(smooth - self.aspect / (2.0 * math.pi) * (np.log(moving) + 1.0 - math.log(4.0)))
+
+    def _evaluate(self, series: Array, peclet: ArrayLike) -> Array:
+        values = np.asarray(peclet, dtype=np.float64)
+        if values.size and not (values.min() >= 0.0 and values.max() <= self.peclet_max * (1.0 + 1e-9)):
+            raise ValueError(f"Péclet numbers must be between 0 and {self.peclet_max:g}")
+        return np.asarray(chebval(_position(values, self.peclet_max), series))
 
 
-def variable_peclet_kernel(
+def variable_peclet_tables(
     nx: int, ny: int, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float = 1e-5
-) -> VariablePecletKernel:
-    """Expand temperature (Eq. 19) or displacement (Eq. 20) tables of an nx × ny grid for P = V dx/κ in [0, peclet_max].
+) -> tuple[Array, PecletWeights]:
+    """Expand temperature (Eq. 19) or displacement (Eq. 20) tables of an nx × ny grid for P = V dx/κ in [0, peclet_max], the
+    material moving to +x.
 
-    ``aspect`` is dy/dx; ``tolerance`` is for both errors described at `VariablePecletKernel`, whose ``error`` is the one
-    reached. The numbers of samples, of full tables and of terms follow from it. Raises ValueError for fewer than
-    two elements, an aspect that is not positive, a range that is negative or not finite, an unknown kind, and a
-    tolerance outside [1e-7, 0.1].
+    `aspect` is dy/dx; `tolerance` is for both errors of `PecletWeights`. Returns tables (terms, 2nx−1, 2ny−1) in the layout of
+    `thermal.temperature_table`, and their weights; the sum has the units of the table expanded (q dx/k, or (1+ν) α q dx²/k).
+    Raises ValueError for an empty grid, an aspect that is not positive, or a range that is negative or not finite.
     """
-    if nx < 1 or ny < 1 or nx * ny < 2:
-        raise ValueError(f"an expansion needs a grid of at least two elements, not {nx} × {ny}")
-    if not (math.isfinite(aspect) and aspect > 0.0):
-        raise ValueError(f"the aspect dy/dx must be positive and finite, not {aspect}")
-    if not (math.isfinite(peclet_max) and peclet_max >= 0.0):
-        raise ValueError(f"the largest Péclet number must be finite and not negative, not {peclet_max}")
-    if kind not in ("temperature", "displacement"):
-        raise ValueError(f"kind must be 'temperature' or 'displacement', not {kind!r}")
-    if not 1e-7 <= tolerance <= 0.1:
-        raise ValueError(f"the tolerance must be between 1e-7 and 0.1, not {tolerance}")
-
-    offsets = graded_offsets(nx, ny, aspect)
-    peclets, columns, means = _sample(offsets, aspect, peclet_max, kind, 0.1 * tolerance)
-    degree = len(peclets) - 1
-    skeleton, basis, components = spanning_columns(offsets, columns, 0.02 * tolerance)
-    mixing = np.eye(degree + 1) if kind == "temperature" else _angle_average(degree)
-    from_kernel, weights, truncation = truncated(offsets, basis, components @ mixing.T, 0.6 * tolerance)
-
-    # Table k = Σ_i kernel(P_i) from_kernel[i, k], and kernel(P_i) is itself a combination of the skeleton.
-    solved = np.linalg.solve(components[:, skeleton], components @ mixing.T @ from_kernel)
-    from_skeleton = np.asarray(solved, dtype=np.float64)
-    tables = np.zeros((from_skeleton.shape[1], 2 * nx - 1, 2 * ny - 1))
-    half = tables[:, :, ny - 1 :]
-    _combine(half, aspect, kind, peclets[skeleton], means[skeleton], from_skeleton)
-    offset = mixing @ means
+    x, y = table_offsets(nx, ny, aspect, peclet_max, 0.0)
+    if peclet_max < 0.0:
+        raise ValueError(f"the largest Péclet number must not be negative, not {peclet_max}")
+    degree = POINTS_PER_UNIT * math.ceil(0.5 + _stretched(peclet_max)) if peclet_max else 0
+    points = chebpts2(degree + 1) if degree else np.zeros(1)
+    samples = np.stack([_bounded(kind, x, y, aspect, p).ravel() for p in _peclet(points, peclet_max)], axis=1)
+    to_series = np.linalg.inv(chebvander(points, degree))
+    means = np.zeros(degree + 1)
     if kind == "displacement":
-        # Sampled offsets give the mean of a table only approximately: move the remainder into the offset.
-        left = (half[:, :, 0].sum(axis=1) + 2.0 * half[:, :, 1:].sum(axis=(1, 2))) / ((2 * nx - 1) * (2 * ny - 1))
-        half -= left[:, None, None]
-        offset = offset + weights @ left
-    tables[:, :, : ny - 1] = half[:, :, :0:-1]
-
-    to_series = _to_series(degree)
-    rows, places = (np.rint(offsets.x).astype(int) + nx - 1, np.rint(offsets.y / aspect).astype(int) + ny - 1)
-    return VariablePecletKernel(
-        kind, aspect, peclet_max, tables, truncation, offsets,
-        entries=tables[:, rows[:, None], places].reshape(len(tables), -1),
-        weight_series=to_series @ weights, offset_series=(to_series @ offset)[:, None])
-
-
-def _nodes(degree: int) -> Array:
-    """The degree + 1 Chebyshev points of [0, 1], ends included."""
-    return np.asarray(0.5 + 0.5 * chebpts2(degree + 1))
-
-
-def _to_series(degree: int) -> Array:
-    """Matrix from values at the nodes to the coefficients of the Chebyshev series through them."""
-    return np.asarray(np.linalg.inv(chebvander(chebpts2(degree + 1), degree)))
+        samples = samples @ (_angle_average(points, peclet_max) @ to_series).T
+        each = np.tile(np.where(y > 0.0, 2.0, 1.0), len(x))
+        means = each @ samples / each.sum()
+        samples -= means
+    scale = np.abs(samples).sum(axis=0)
+    left, singular, right = np.linalg.svd(samples / scale, full_matrices=False)
+    largest, rest, terms, error = np.abs(samples).max(axis=0), samples.copy(), 0, math.inf
+    while terms < len(singular) and error > 0.6 * tolerance:
+        rest -= np.outer(left[:, terms], singular[terms] * right[terms] * scale)
+        terms += 1
+        error = float(max((np.abs(rest).sum(axis=0) / scale).max(), (np.abs(rest).max(axis=0) / largest).max()))
+    weights = right[:terms].T * scale[:, None] * singular[:terms]
+    series = to_series @ weights
+    if degree:
+        # The last coefficients of the series have the size of those that are missing.
+        tail = np.abs(left[:, :terms] @ series[-2:].T)
+        error += float(max((tail.sum(axis=0) / scale.min()).max(), (tail.max(axis=0) / largest.min()).max()))
+    tables = np.stack([mirrored(table.reshape(len(x), len(y)), ny) for table in left[:, :terms].T])
+    return tables, PecletWeights(kind, aspect, peclet_max, error, series, to_series @ means)
 
 
-def _polynomials(position: Array, degree: int) -> Array:
-    """Chebyshev polynomials 0..degree of 2·position − 1, shape (degree + 1, *shape of position)."""
-    return np.moveaxis(np.asarray(chebvander(2.0 * position - 1.0, degree), dtype=np.float64), -1, 0)
+def _stretched(peclet: ArrayLike) -> Array:
+    return np.asarray(np.arcsinh(np.asarray(peclet, dtype=np.float64) ** 0.25))
+
+
+def _position(peclet: Array, peclet_max: float) -> Array:
+    """Place of Péclet numbers in the interval [−1, 1] of the Chebyshev polynomials."""
+    return np.minimum(2.0 * _stretched(peclet) / _stretched(peclet_max) - 1.0, 1.0) if peclet_max else np.zeros(peclet.shape)
+
+
+def _peclet(position: Array, peclet_max: float) -> Array:
+    """Inverse of `_position`."""
+    return np.asarray(np.sinh(0.5 * (position + 1.0) * _stretched(peclet_max)) ** 4)
 
 
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:
@@ -259,67 +152,8 @@ def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float
     return advected_expansion(x, y, aspect, peclet) + logarithm * math.log(peclet)
 
 
-def _unbounded_part(peclet: Array, aspect: float) -> Array:
-    """(b/2π)(ln P + ⟨ln sech²y⟩): the average of the part of Φ that `_bounded` omits; ⟨ln sech²y⟩ = 1 − ln 4."""
-    moving = np.where(peclet > 0.0, peclet, math.exp(math.log(16.0) - np.euler_gamma - 1.0))
-    return aspect / (2.0 * math.pi) * (np.log(moving) + 1.0 - math.log(4.0))
-
-
-def _sample(
-    offsets: OffsetSamples, aspect: float, peclet_max: float, kind: ThermalKind, tolerance: float
-) -> tuple[Array, Array, Array]:
-    """Péclet numbers that resolve the dependence on P, the sampled offsets there (one column each), and their means.
-
-    The degree is doubled until the polynomial through the samples so far predicts the new ones. The means are taken
-    out of displacement columns, and are zero for temperature.
-    """
-    degree = FIRST_DEGREE
-    peclets = peclet_max * _nodes(degree) ** 4
-    columns = np.stack([_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclets], axis=1)
-    error = math.inf
-    while error > tolerance and degree < LAST_DEGREE:
-        positions = _nodes(2 * degree)
-        between = positions[1::2]
-        new = [_bounded(kind, offsets.x, offsets.y, aspect, p).ravel() for p in peclet_max * between**4]
-        finer = np.empty((len(columns), 2 * degree + 1))
-        finer[:, ::2], finer[:, 1::2] = columns, np.stack(new, axis=1)
-        predicted = columns @ (_polynomials(between, degree).T @ _to_series(degree)).T
-        reference = finer[:, 1::2]
-        if kind == "displacement":
-            predicted, reference = predicted - offsets.mean(predicted), reference - offsets.mean(reference)
-        error = offsets.relative_error(predicted - reference, reference)
-        degree, columns, peclets = 2 * degree, finer, peclet_max * positions**4
-    means = offsets.mean(columns) if kind == "displacement" else np.zeros(degree + 1)
-    return peclets, columns - means, means
-
-
-def _combine(half: Array, aspect: float, kind: ThermalKind, peclets: Array, means: Array, coefficients: Array) -> None:
-    """Add combinations of the skeleton's full tables to ``half``, tables for Y ≥ 0 only."""
-    nx, ny = (half.shape[1] + 1) // 2, half.shape[2]
-    x, y = np.arange(1.0 - nx, nx), aspect * np.arange(float(ny))
-    for peclet, mean, row in zip(peclets, means, coefficients, strict=True):
-        table = _bounded(kind, x, y, aspect, float(peclet)) - mean
-        for term, coefficient in zip(half, row, strict=True):
-            term += coefficient * table
-
-
-def _angle_average(degree: int) -> Array:
-    """Matrix that makes U from Φ, both at the nodes: U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy."""
+def _angle_average(points: Array, peclet_max: float) -> Array:
+    """Values at the points of U(P) = (4/π) ∫ sech³y Φ(P sech²y) dy for Φ = each Chebyshev polynomial."""
     angles, weights, _ = angle_rule(1.0, 0.5 * ANGLE_STEP)
-    positions = np.outer(_nodes(degree), np.cosh(angles) ** -0.5)
-    blocks = np.array_split(positions, 1 + degree // 64)  # all at once would need degree² × angles numbers
-    series = [np.tensordot(_polynomials(block, degree), weights, axes=(2, 0)) for block in blocks]
-    return np.concatenate(series, axis=1).T @ _to_series(degree)
-
-
-def _evaluate(series: Array, peclet: Array, peclet_max: float) -> Array:
-    """Chebyshev series in P^¼ (one per column) at the Péclet numbers, shape (series, number of Péclet numbers)."""
-    flat = peclet.ravel()
-    if flat.size and not (flat.min() >= 0.0 and flat.max() <= peclet_max * (1.0 + 1e-9)):
-        raise ValueError(f"Péclet numbers must be between 0 and {peclet_max:g}")
-    result = np.empty((series.shape[1], flat.size))
-    for start in range(0, flat.size, SOURCES_TOGETHER):
-        block = flat[start : start + SOURCES_TOGETHER]
-        position = (block / peclet_max) ** 0.25 if peclet_max > 0.0 else np.zeros(len(block))
-        result[:, start : start + SOURCES_TOGETHER] = series.T @ _polynomials(np.minimum(position, 1.0), len(series) - 1)
-    return result
+    peclets = np.outer(_peclet(points, peclet_max), np.cosh(angles) ** -2.0)
+    return np.asarray(np.tensordot(chebvander(_position(peclets, peclet_max), len(points) - 1), weights, axes=(1, 0)))

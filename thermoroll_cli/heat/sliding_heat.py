@@ -14,59 +14,44 @@ otherwise they differ in proportion to the Péclet number, and not at all where 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import temperature_table
-from thermoroll_cli.halfspace.variable_peclet import ThermalKind, VariablePecletKernel, variable_peclet_kernel
+from thermoroll_cli.halfspace.variable_peclet import PecletWeights, ThermalKind, variable_peclet_tables
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, thermal_admittance
 from thermoroll_cli.numerics.convolution import Convolution, Spectrum
 from thermoroll_cli.numerics.grid import Grid
 
 TOLERANCE = 1e-5
 """Error of the expansion relative to the largest coefficient, and to the sum of all."""
-RANGES_KEPT = 4
-"""Expansions kept per kind: for either body both ranges, where the slip speed varies about the end of one."""
 
-
-@dataclass(frozen=True)
-class _Expansion:
-    """`kernel` without its tables, whose spectra these are."""
-
-    kernel: VariablePecletKernel
-    spectra: list[Spectrum]
+Expansion = tuple[list[Spectrum], PecletWeights]
 
 
 class SlidingKernels:
     """Expansions on one grid, kept from one state to the next.
 
     An expansion covers Péclet numbers up to a power of two: it serves states with half to all of that slip, and does not
-    depend on the states before. `built` counts expansions.
+    depend on the states before. The last eight are kept: for either body and kind both ranges, if the slip speed varies about
+    the end of one.
     """
 
     def __init__(self, grid: Grid) -> None:
         self.grid = grid
         self.convolution = Convolution(*grid.shape)
-        self.built = 0
-        self._kept: dict[ThermalKind, dict[float, _Expansion]] = {"temperature": {}, "displacement": {}}
+        self.expansion = lru_cache(maxsize=8)(self._expansion)
 
-    def covering(self, kind: ThermalKind, peclet: float) -> _Expansion:
+    def covering(self, kind: ThermalKind, peclet: float) -> Expansion:
         """The expansion for Péclet numbers V dx/κ up to `peclet`."""
-        limit = 2.0 ** math.ceil(math.log2(peclet)) if peclet > 0.0 else 0.0
-        kept = self._kept[kind]
-        if limit not in kept:
-            grid = self.grid
-            kernel = variable_peclet_kernel(grid.nx, grid.ny, grid.dy / grid.dx, limit, kind, TOLERANCE)
-            spectra = [self.convolution.spectrum(table) for table in kernel.tables]
-            bare = replace(kernel, tables=np.empty((kernel.terms, 0, 0)))
-            self.built += 1
-            kept[limit] = _Expansion(bare, spectra)
-        kept[limit] = kept.pop(limit)  # the last one used stands last
-        while len(kept) > RANGES_KEPT:
-            del kept[next(iter(kept))]
-        return kept[limit]
+        return self.expansion(kind, 2.0 ** math.ceil(math.log2(peclet)) if peclet > 0.0 else 0.0)
+
+    def _expansion(self, kind: ThermalKind, limit: float) -> Expansion:
+        grid = self.grid
+        tables, weights = variable_peclet_tables(grid.nx, grid.ny, grid.dy / grid.dx, limit, kind, TOLERANCE)
+        return [self.convolution.spectrum(table) for table in tables], weights
 
 
 class SlidingHeatResponse:
@@ -81,7 +66,7 @@ class SlidingHeatResponse:
         self._kernels = kernels
         self._slip_speed = slip_speed
         self._fastest = float(slip_speed.max())
-        self._weights: dict[tuple[ThermalKind, float], tuple[_Expansion, Array, Array]] = {}
+        self._used: dict[tuple[ThermalKind, float], tuple[Expansion, Array, Array]] = {}
         self._symbol: Spectrum | None = None
 
     @property
@@ -154,10 +139,10 @@ class SlidingHeatResponse:
         """Terms and error of the expansions used so far: `terms_temperature`, `terms_displacement` (of the body that needs
         more) and `error`."""
         result: dict[str, float] = {}
-        for (kind, _), (expansion, _, _) in self._weights.items():
+        for (kind, _), ((_, weights), _, _) in self._used.items():
             name = f"terms_{kind}"
-            result[name] = max(result.get(name, 0), expansion.kernel.terms)
-            result["error"] = max(result.get("error", 0.0), expansion.kernel.error)
+            result[name] = max(result.get(name, 0), weights.terms)
+            result["error"] = max(result.get("error", 0.0), weights.error)
         return result
 
     def _rise(self, body: HeatedBody, flux: Array) -> Array:
@@ -166,14 +151,14 @@ class SlidingHeatResponse:
     def _respond(self, kind: ThermalKind, body: HeatedBody, flux: Array) -> Array:
         """Σ K_P(x')(x − x') flux(x') in the units of the tables."""
         key = kind, body.diffusivity
-        if key not in self._weights:
+        if key not in self._used:
             peclet = self._slip_speed * (self.grid.dx / body.diffusivity)
             expansion = self._kernels.covering(kind, float(peclet.max()))
-            self._weights[key] = expansion, expansion.kernel.weights(peclet), expansion.kernel.offset(peclet)
-        expansion, weights, offset = self._weights[key]
+            self._used[key] = expansion, expansion[1](peclet), expansion[1].offset(peclet)
+        (spectra, _), weights, offset = self._used[key]
         convolution = self._kernels.convolution
         total = np.zeros((convolution.half, convolution.px), dtype=np.complex128)
-        for weight, spectrum in zip(weights, expansion.spectra, strict=True):
+        for weight, spectrum in zip(weights, spectra, strict=True):
             hat = convolution.forward(weight * flux)
             hat *= spectrum
             total += hat
