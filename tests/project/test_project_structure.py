@@ -22,6 +22,7 @@ ROOMS = (
     {"contact", "rolling", "heat", "stress"},
     {"steady_state"},
     {"refinement"},
+    {"wheelset"},
     {"files", "plots"},
     {"sweeps"},
     {"creep_table", "wear"},

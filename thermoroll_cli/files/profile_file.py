@@ -1,10 +1,10 @@
 """Files of transverse profiles: two columns as spreadsheets write them, Simpack's .prr and .prw, MiniProf's .ban and .whl.
 
-A profile here is a list of points [y, height] in mm, y increasing, height positive out of the body. Vertical axes of other
-formats are turned so: Simpack's z points down, which is into a rail and out of a wheel; MiniProf's may point either way, and
-the largest departure from the median height is the gauge face of a rail, inward, or the flange of a wheel, outward. Where a
-railway profile folds back (flange back, rail foot) its widest part with y in order is taken.
-"""
+A profile of `[geometry]` is a list of points [y, height] in mm, y increasing, height positive out of the body
+(`read_profile`); one of a track or a wheelset is an outline, a list of points [y, z] in order along the surface, y to the
+field side, z down, into a rail and out of a wheel (`read_outline`). Simpack's files are such outlines; MiniProf's vertical
+axis may point either way, and the largest departure from the median height is the gauge face of a rail or the flange of a
+wheel, both down. Where an outline folds back (flange back, rail foot) a profile is its widest part with y in order. """
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ from thermoroll_cli.files.case_model import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""
+LENGTHS = (5.0, 500.0)
+"""Shortest and longest outline of a wheel or a rail in mm."""
 
 Points = list[list[float]]
 
@@ -40,9 +42,45 @@ class ProfileError(ValueError):
 def read_profile(path: str | os.PathLike[str]) -> Points:
     """The profile in the file at `path`; its name's ending says which format it has. Raises ProfileError."""
     name = os.path.basename(os.fspath(path))
+    ending = os.path.splitext(name)[1].lower()
+    lines = _lines(path, name)
+    if ending not in _READERS:
+        return _enough(_in_increasing_order(_columns(lines, name), name), name)
+    out = 1.0 if ending in _WHEELS else -1.0
+    return _enough(_in_order([[y, out * z] for y, z in _READERS[ending](lines, name)]), name)
+
+
+def read_outline(path: str | os.PathLike[str]) -> Points:
+    """The outline in the file at `path`, in the frame of railway profiles. Raises ProfileError."""
+    name = os.path.basename(os.fspath(path))
     reader = _READERS.get(os.path.splitext(name)[1].lower())
     lines = _lines(path, name)
-    points = _columns(lines, name) if reader is None else _in_order(reader(lines, name))
+    return _enough(list(_columns(lines, name).values()) if reader is None else reader(lines, name), name)
+
+
+def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[str, str]:
+    """The fault of an outline [y, z] in mm of a wheel or a rail, and advice; both empty if there is none."""
+    y, z = np.array(points).T
+    length = float(np.hypot(np.diff(y), np.diff(z)).sum())
+    if not LENGTHS[0] <= length <= LENGTHS[1]:
+        metres = LENGTHS[0] <= 1e3 * length <= LENGTHS[1]
+        return f"the profile is {length:.3g} mm long", ("its points seem to be in metres: give them in mm" if metres
+                                                        else "a profile of a wheel or a rail is 5 to 500 mm long, in mm")
+    middle = float(np.median(z))
+    if float(z.max()) - middle < middle - float(z.min()):
+        return "the profile is upside down", "z points down: into a rail, and out of a wheel towards the flange"
+    if wheel and flange_side(points) > 0:
+        return "the flange lies on the field side", "y points to the field side: mirror = true in the profile's table"
+    return "", ""
+
+
+def flange_side(points: Sequence[Sequence[float]]) -> int:
+    """−1 if the lowest point of a wheel lies at smaller y than the middle of its outline, as it should, else 1."""
+    y, z = np.array(points).T
+    return -1 if y[int(np.argmax(z))] < 0.5 * (float(y.min()) + float(y.max())) else 1
+
+
+def _enough(points: Points, name: str) -> Points:
     if len(points) < 2:
         raise ProfileError(f"{name}: a profile has two points at least, here are {len(points)}",
                            "give a text file with two columns, y and height in mm, or a .prr, .prw, .ban or .whl file")
@@ -63,9 +101,9 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
 # --- two columns ------------------------------------------------------------------------------------------------------
 
 
-def _columns(lines: list[str], name: str) -> Points:
-    """Two columns separated by semicolons, tabs, commas or blanks, with a point or a comma in the numbers; lines of which the
-    first entry is no number may precede them."""
+def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
+    """Points by the number of their line: two columns separated by semicolons, tabs, commas or blanks, with a point or a
+    comma in the numbers; lines of which the first entry is no number may precede them."""
     points: dict[int, list[float]] = {}
     for number, line in enumerate(lines, 1):
         text = line.strip()
@@ -84,6 +122,11 @@ def _columns(lines: list[str], name: str) -> Points:
             raise ProfileError(f"{name}, line {number}: not a number: {_short(entries[values.index(None)])}",
                                "a number has a point or a comma before its decimals, and nothing between thousands")
         points[number] = [y, height]
+    return points
+
+
+def _in_increasing_order(points: dict[int, list[float]], name: str) -> Points:
+    """Points by the number of their line, y increasing, whichever end the file begins with."""
     places, ordered = list(points), list(points.values())
     if ordered and ordered[0][0] > ordered[-1][0]:
         places.reverse()
@@ -115,7 +158,7 @@ def _number(text: str) -> float | None:
 
 
 def _simpack(lines: list[str], name: str) -> Points:
-    """Simpack's profiles: `key = value` in a section `spline`, and points [y, z] in a section `point` within it."""
+    """Outlines of Simpack: `key = value` in a section `spline`, and points [y, z] in a section `point` within it."""
     keys: dict[str, float] = {}
     points: Points = []
     section = ""
@@ -134,14 +177,13 @@ def _simpack(lines: list[str], name: str) -> Points:
     low, high = keys.get("bound.y.min", 0.0), keys.get("bound.y.max", 0.0)
     side = -1.0 if keys.get("mirror.y") else 1.0
     down = -1.0 if keys.get("mirror.z") else 1.0
-    out = 1.0 if name.lower().endswith(".prw") else -1.0
     scale = 1e3 / keys.get("units.len.f", 1e3)
     moved = [[y + keys.get("shift.y", 0.0), z + keys.get("shift.z", 0.0)] for y, z in points]
-    return [[side * scale * y, out * down * scale * z] for y, z in moved if not low < high or low <= y <= high]
+    return [[side * scale * y, down * scale * z] for y, z in moved if not low < high or low <= y <= high]
 
 
 def _miniprof(lines: list[str], name: str) -> Points:
-    """MiniProf's measurements: `key=value`, an empty line, then columns as ColumnDef says (X and Y of X,Y,A,C,…)."""
+    """Outlines of MiniProf: `key=value`, an empty line, then columns as ColumnDef says (X and Y of X,Y,A,C,…)."""
     keys: dict[str, str] = {}
     points: Points = []
     for number, line in enumerate(lines, 1):
@@ -158,13 +200,14 @@ def _miniprof(lines: list[str], name: str) -> Points:
     shift_y, shift_z = (_number(keys.get(key, "0")) or 0.0 for key in ("xoffset", "yoffset"))
     middle = statistics.median(z for _, z in points)
     departure = max((z - middle for _, z in points), key=abs)
-    out = math.copysign(1.0, departure) * (1.0 if name.lower().endswith(".whl") else -1.0)
-    return [[y + shift_y, out * (z + shift_z)] for y, z in points]
+    down = math.copysign(1.0, departure)
+    return [[y + shift_y, down * (z + shift_z)] for y, z in points]
 
 
 _READERS: dict[str, Callable[[list[str], str], Points]] = {
     ".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof,
 }  # fmt: skip
+_WHEELS = (".prw", ".whl")
 
 
 def _pair(text: str, first: int, second: int, name: str, number: int) -> list[float]:

@@ -1,0 +1,111 @@
+"""Where a wheel meets its rail, and with which creepages: beside CONTACT, and beside brute force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.support.wheelsets import case_named, contact_cases, facing_beside, outline_points, side_of
+from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.wheelset.curves import ProfileCurve
+from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
+from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.placement import Position, WheelSide, locus
+from thermoroll_cli.wheelset.search import Facing
+
+JOINED = ("joined", "right y=5.0", "right y=5.0 without yaw")
+"""CONTACT makes one patch of two in these cases."""
+
+
+def separate() -> list[dict]:
+    return [case for case in contact_cases() if not case["name"].strip().endswith(JOINED)]
+
+
+def test_places_angles_and_creepages_are_those_of_contact():
+    seen = []
+    for case in separate():
+        facing, motion = facing_beside(case)
+        side = side_of(case)
+        regions = facing.regions()
+        assert len(regions) == len(case["contact"]["patches"]), case["name"]
+        for patch in case["contact"]["patches"]:
+            region = min(regions, key=lambda region: abs(region.place.y - 1e-3 * side * patch["y_tr"]))
+            place = region.place
+            on_wheel = np.array([place.x, place.y, place.z]) + region.overlap * directions(place.angle)[2]
+            c = creepages(Slip(motion, facing.position, facing.wheel.radius, tuple(on_wheel)), on_wheel, place.angle)
+            seen.append(np.abs([
+                1e3 * place.x - patch["x_tr"], 1e3 * place.y - side * patch["y_tr"], 1e3 * place.z - patch["z_tr"],
+                place.angle - side * patch["angle_rad"],
+                c[0] - patch["cksi"], c[1] - side * patch["ceta"], 1e-3 * c[2] - side * patch["cphi_rad_mm"],
+            ]))  # fmt: skip
+    # Millimetres, radians (CONTACT prints 1e-4) and creepages.
+    assert (np.max(seen, axis=0) < [0.003, 0.003, 0.003, 1e-4, 1.2e-5, 6e-6, 1e-6]).all(), np.max(seen, axis=0)
+    assert (np.median(seen, axis=0) < [5e-4, 5e-4, 5e-4, 4e-5, 1e-6, 1e-6, 1e-7]).all(), np.median(seen, axis=0)
+
+
+def test_two_regions_where_contact_finds_one_or_two():
+    for name in ("A2.2 right y=5.0 joined", "A2.2 right y=5.0 apart"):
+        facing, _ = facing_beside(case_named(name))
+        left, right = facing.regions()
+        assert left.high < left.ridges[1] == right.ridges[0] < right.low
+        assert right.low - left.high > 1e-3
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.0192, -0.03])
+def test_the_locus_is_the_silhouette_of_the_wheel(yaw):
+    """At each y the lowest point of a wheel sampled all around its lower quarter, against the line in closed form."""
+    wheel = WheelSide(outline_points("MBench_S1002_v3.prw"), 0.46, 0.68, -0.07)
+    position = Position(2e-3, 1e-3, -4e-3, yaw)
+    _, y, z, _, _ = locus(wheel, position)
+    own, r, _, _ = wheel.samples
+    theta = np.linspace(-0.12, 0.12, 401)[:, None]
+    surface = np.array([r * np.sin(theta), np.broadcast_to(own, (len(theta), len(own))), r * np.cos(theta)])
+    points = np.tensordot(position.rotation, surface, axes=1) + position.origin(0.46)[:, None, None]
+    for place in np.linspace(0.72, 0.78, 13):
+        near, on_line = (np.abs(of - place) < 2e-5 for of in (points[1], y))
+        # Over 20 µm a flange of 70° rises by 55 µm.
+        assert np.nanmax(z[on_line]) == pytest.approx(points[2][near].max(), abs=6e-5)
+
+
+def test_the_gap_is_the_distance_to_the_wheel_of_revolution():
+    """Points at the gap's distance along the normals lie on the wheel, and over x the gap is smallest on the locus."""
+    facing, _ = facing_beside(case_named("A2.2 right y=8.0"))
+    (region,) = facing.regions()
+    for curved in (True, False):
+        patch = PatchSurface(facing, region, curved)
+        overlap, place = patch.overlap
+        assert overlap == pytest.approx(region.overlap, rel=5e-3)
+        s = place + np.linspace(-2e-3, 2e-3, 9)
+        x = region.place.x + np.linspace(-6e-3, 6e-3, 2001)
+        gap = patch.gap(x, s)
+        np.testing.assert_allclose(gap.min(axis=0), patch.gap_on_locus(s), atol=2e-11)
+        base, angle = patch.places(s), patch.inclination(s)
+        rail = patch._along(patch.rail, s)
+        point = base + (rail - gap[40])[:, None] * np.stack([directions(a)[2] for a in angle]) + [x[40], 0.0, 0.0]
+        q = (point - facing.position.origin(0.46)) @ facing.position.rotation
+        own, r, _, _ = facing.wheel.samples
+        away = np.hypot(q[:, :1] * 0.0 + q[:, 1:2] - own, np.hypot(q[:, 0], q[:, 2])[:, None] - r)
+        assert away.min(axis=1).max() < 2e-5  # half a step between samples
+
+
+def test_a_plane_and_a_curved_patch_agree_for_small_angles():
+    facing, _ = facing_beside(case_named("A2.2 left y=4.0"))
+    (region,) = facing.regions()
+    s, x = np.linspace(-3e-3, 3e-3, 7), np.linspace(-3e-3, 3e-3, 5)
+    plane, curved = (PatchSurface(facing, region, curved).gap(x, s) for curved in (False, True))
+    np.testing.assert_allclose(curved, plane, atol=2e-7)
+    assert np.ptp(PatchSurface(facing, region, True).inclination(s)) == pytest.approx(0.0116, abs=1e-3)
+
+
+def test_a_corner_of_a_profile_stays_a_corner():
+    corner = ProfileCurve(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (3.0, 1.0), (3.0, 2.0), (3.0, 3.0)))
+    y, z, dy, dz = corner.samples[:, ::997]
+    np.testing.assert_allclose(np.minimum(abs(z), abs(y - 3.0)), 0.0, atol=1e-14)
+    np.testing.assert_allclose(np.hypot(dy, dz), 1.0, rtol=1e-12)
+    assert corner.corner_places.tolist() == [[3.0, 0.0]]
+
+
+def test_a_wheel_beside_the_rail_is_said_to_miss_it():
+    facing, _ = facing_beside(case_named("A2.2 right y=8.0"))
+    with pytest.raises(Unsolvable, match=r"the wheel lies between the rails: it misses its rail by 56\.8 mm"):
+        _ = Facing(facing.rail, facing.wheel, Position(-0.15)).gap

@@ -1,0 +1,91 @@
+"""Velocity of the rail relative to the wheel, over the mean of both speeds: creepages with all that a wheelset's motion
+contains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.wheelset.placement import Position
+
+
+@dataclass(frozen=True)
+class MotionOfWheelset:
+    """Velocities of the wheelset (m/s) along the track, to the right and down, rates of roll and yaw (rad/s), its angular
+    velocity about the axle (rad/s, negative forward), and the curvature of the track (1/m, to the right)."""
+
+    speed: float
+    angular_velocity: float
+    lateral: float = 0.0
+    vertical: float = 0.0
+    roll_rate: float = 0.0
+    yaw_rate: float = 0.0
+    curvature: float = 0.0
+
+    @property
+    def mirrored(self) -> MotionOfWheelset:
+        """The same motion seen from the other side of the track."""
+        return replace(self, lateral=-self.lateral, roll_rate=-self.roll_rate, yaw_rate=-self.yaw_rate,
+                       curvature=-self.curvature)
+
+
+@dataclass(frozen=True)
+class Slip:
+    """The rigid motion of the rail relative to the wheel as a field over space: `velocity` w(P) over the rolling speed
+    `speed` V (m/s) and `rotation` (ω_r − ω)/V (1/m).
+
+        w(P) = [ω_r × P − v − ω × (P − O)]/V,   ω_r = (0, 0, −v k),   ω = R (roll rate, ω_axle, yaw rate)
+
+    V is the mean of the speeds with which rail and wheel pass the contact at `place`."""
+
+    motion: MotionOfWheelset
+    position: Position
+    radius: float
+    place: tuple[float, float, float]
+
+    @property
+    def _rotations(self) -> tuple[Array, Array, Array]:
+        """ω_r, and ω without and with the rotation about the axle alone."""
+        m, rotation = self.motion, self.position.rotation
+        rail = np.array([0.0, 0.0, -m.speed * m.curvature])
+        return rail, rotation @ np.array([m.roll_rate, 0.0, m.yaw_rate]), rotation @ np.array([0.0, m.angular_velocity, 0.0])
+
+    def _passing(self, places: Array) -> tuple[Array, Array]:
+        """Velocity of the rail less that of a wheelset that does not turn, and what turning adds, (3, …) in m/s."""
+        rail, others, axle = self._rotations
+        m = self.motion
+        arm = places - self.position.origin(self.radius)
+        travel = np.array([m.speed, m.lateral, m.vertical])
+        return np.cross(rail, places) - travel - np.cross(others, arm), -np.cross(axle, arm)
+
+    @property
+    def speed(self) -> float:
+        """V in m/s."""
+        rail, wheel = self._passing(np.array(self.place))
+        return 0.5 * float(abs(rail[0]) + abs(wheel[0]))
+
+    def velocity(self, places: Array) -> Array:
+        """w at `places` (…, 3) in track axes, dimensionless."""
+        rail, wheel = self._passing(places)
+        return np.asarray((rail + wheel) / self.speed)
+
+    @property
+    def rotation(self) -> Array:
+        """(ω_r − ω)/V in rad/m, (3,)."""
+        rail, others, axle = self._rotations
+        return np.asarray((rail - others - axle) / self.speed)
+
+
+def directions(angle: float) -> tuple[Array, Array, Array]:
+    """e_x, e_s = (0, cos α, sin α), e_n = (0, −sin α, cos α), which points into the rail."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([1.0, 0.0, 0.0]), np.array([0.0, c, s]), np.array([0.0, -s, c])
+
+
+def creepages(slip: Slip, place: Array, angle: float) -> tuple[float, float, float]:
+    """c_x, c_s and c_φ (rad/m) of the rail relative to the wheel at a `place` with the inclination `angle` (rad)."""
+    along, across, normal = directions(angle)
+    w = slip.velocity(place)
+    return float(w @ along), float(w @ across), float(slip.rotation @ normal)

@@ -1,0 +1,196 @@
+"""The gap of one patch, exactly: from its reference surface along the normals to the rail and to the wheel of revolution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.wheelset.curves import STEP
+from thermoroll_cli.wheelset.kinematics import directions
+from thermoroll_cli.wheelset.search import Facing, Region
+
+NEWTON_SWEEPS = 6
+"""Of Newton's method for the distance to a surface: from the start on the locus four reach rounding on treads, six on
+flanges."""
+STEEPEST = 0.1
+"""A surface is followed from a patch to where the cosine of its inclination to it falls below this."""
+NEAR = 5e-4
+"""The overlap is looked for within this distance (m) of the region that the search found: further off the locus has other
+branches."""
+
+
+@dataclass(frozen=True)
+class Function:
+    """A surface as a smooth function between `ends`, (value, slope)."""
+
+    spline: scipy.interpolate.CubicHermiteSpline
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        return float(self.spline.x[0]), float(self.spline.x[-1])
+
+    def __call__(self, at: Array, order: int = 0) -> Array:
+        return np.asarray(self.spline(at, order))
+
+    @staticmethod
+    def through(at: Array, value: Array, d_at: Array, d_value: Array, start: int) -> Function:
+        """Through the samples around number `start` on which `at` moves on and the surface is not too steep."""
+        forward = np.sign(d_at[start])
+        good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
+        low, high = (int(start - np.argmax(~good[start::-1])) + 1 if not good[: start + 1].all() else 0,
+                     int(start + np.argmax(~good[start:])) if not good[start:].all() else len(good))
+        order = slice(low, high) if forward > 0 else slice(high - 1, low - 1 if low else None, -1)
+        x, v, slope = at[order], value[order], (d_value / d_at)[order]
+        apart = np.concatenate(([True], np.diff(np.maximum.accumulate(x)) > 1e-9))
+        return Function(scipy.interpolate.CubicHermiteSpline(x[apart], v[apart], slope[apart]))
+
+
+@dataclass(frozen=True)
+class PatchSurface:
+    """A patch of a right wheel on a right rail around a `region` of overlap. Its reference surface is the mean of rail and
+    locus if `curved`, else the plane of the region's place. x and s (m) are coordinates on it: along the track, and arc
+    length across from the place, to the field side."""
+
+    facing: Facing
+    region: Region
+    curved: bool = True
+
+    @cached_property
+    def _axes(self) -> tuple[Array, Array, Array]:
+        """Origin, e_s and e_n of the region's place in (y, z)."""
+        place = self.region.place
+        _, across, normal = directions(place.angle)
+        return np.array([place.y, place.z]), across[1:], normal[1:]
+
+    def _local(self, samples: Array) -> Function:
+        """Rows y, z, dy, dz as depth along the place's normal over the distance across."""
+        origin, across, normal = self._axes
+        offset, slope = samples[:2] - origin[:, None], samples[2:]
+        distance = np.where(np.isnan(offset[1]), np.inf, np.hypot(*offset))
+        return Function.through(across @ offset, normal @ offset, across @ slope, normal @ slope, int(np.argmin(distance)))
+
+    @cached_property
+    def rail(self) -> Function:
+        """The rail in the axes of the place."""
+        return self._local(self.facing.rail.samples)
+
+    @cached_property
+    def wheel(self) -> Function:
+        """The wheel's locus in the axes of the place."""
+        return self._local(self.facing.locus[1:])
+
+    @cached_property
+    def radius(self) -> Function:
+        """r(Y), the radius of the wheel in the axes of the wheelset, around the patch."""
+        locus, place = self.facing.locus, self.region.place
+        distance = np.hypot(locus[1] - place.y, locus[2] - place.z)
+        y, r, dy, dr = self.facing.wheel.samples
+        return Function.through(y, r, dy, dr, int(np.nanargmin(distance)))
+
+    @cached_property
+    def _reference(self) -> tuple[Array, Array, Array, Array]:
+        """Arc length, distance across and depth of the curved reference surface, and its inclination to the place."""
+        low, high = max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
+        across = np.linspace(low, high, max(int((high - low) / STEP), 50))
+        slope = 0.5 * (self.rail(across, 1) + self.wheel(across, 1))
+        depth = 0.5 * (self.rail(across) + self.wheel(across))
+        length = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(across), np.diff(depth)))))
+        return length - np.interp(0.0, across, length), across, depth, np.arctan(slope)
+
+    def inclination(self, s: Array) -> Array:
+        """α(s) in rad."""
+        place = self.region.place.angle
+        if not self.curved:
+            return np.full(np.shape(s), place)
+        length, _, _, angle = self._reference
+        return np.asarray(place + np.interp(s, length, angle))
+
+    def _base(self, s: Array) -> tuple[Array, Array, Array]:
+        """Distance across, depth and inclination to the place of the reference surface at s."""
+        if not self.curved:
+            return np.asarray(s), np.zeros(np.shape(s)), np.zeros(np.shape(s))
+        length, across, depth, angle = self._reference
+        return np.interp(s, length, across), np.interp(s, length, depth), np.interp(s, length, angle)
+
+    def _along(self, surface: Function, s: Array) -> Array:
+        """Distance (m) from the reference surface along its normal to a surface in the axes of the place, nan beyond its
+        ends."""
+        across, depth, angle = self._base(s)
+        sine, cosine = np.sin(angle), np.cos(angle)
+        t = np.zeros(np.shape(s))
+        for _ in range(NEWTON_SWEEPS):
+            at = across - t * sine
+            t = t - (depth + t * cosine - surface(at)) / (cosine + sine * surface(at, 1))
+        return np.where((at >= surface.ends[0]) & (at <= surface.ends[1]), t, np.nan)
+
+    def gap_on_locus(self, s: Array) -> Array:
+        """The smallest gap over x at each s in m, negative where the bodies overlap; nan where there is no material."""
+        return np.asarray(self._along(self.rail, s) - self._along(self.wheel, s))
+
+    def gap(self, x: Array, s: Array) -> Array:
+        """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
+        (m,), (n, m); negative where they overlap, inf where there is no material.
+
+        Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
+        origin, e_across, e_normal = self._axes
+        across, depth, angle = self._base(s)
+        base = origin[:, None] + e_across[:, None] * across + e_normal[:, None] * depth
+        sine, cosine = np.sin(angle), np.cos(angle)
+        normal = e_normal[:, None] * cosine - e_across[:, None] * sine
+        position = self.facing.position
+        rotation, centre = position.rotation, position.origin(self.facing.wheel.radius)
+        shape = len(x), len(s)
+        start = np.array([np.broadcast_to(x[:, None], shape), *np.broadcast_to(base[:, None, :], (2, *shape))])
+        q0 = np.einsum("ji,jkl->ikl", rotation, start - centre[:, None, None])
+        step = np.einsum("ji,jl->il", rotation[1:], normal)[:, None, :]
+        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), q0.shape[1:])
+        ends = self.radius.ends
+        for _ in range(NEWTON_SWEEPS):
+            q = q0 + t * step
+            r, slope = (self.radius(np.clip(q[1], *ends), order) for order in (0, 1))
+            reach = np.hypot(q[0], q[2])
+            t = t - (reach - r) / ((q[0] * step[0] + q[2] * step[2]) / reach - slope * step[1])
+        there = (q[1] >= ends[0]) & (q[1] <= ends[1])
+        gap = np.where(there, self._along(self.rail, s) - t, np.inf)
+        return np.where(np.isnan(gap), np.inf, gap)
+
+    def places(self, s: Array) -> Array:
+        """Points of the reference surface above s at x = 0 in track axes, (…, 3)."""
+        origin, e_across, e_normal = self._axes
+        across, depth, _ = self._base(s)
+        y, z = (origin[k] + e_across[k] * across + e_normal[k] * depth for k in (0, 1))
+        return np.stack((np.zeros(np.shape(s)), y, z), axis=-1)
+
+    @cached_property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest s up to the ridges of the gap, or to the ends of the surfaces."""
+        ends = self._across(self.region.ridges)
+        low = max(ends[0], self.rail.ends[0], self.wheel.ends[0])
+        high = min(ends[1], self.rail.ends[1], self.wheel.ends[1])
+        return self._arc((low, high))
+
+    def _across(self, places: tuple[float, float]) -> list[float]:
+        """Distances across of places y of the rail's outline from the region's place."""
+        origin, across, _ = self._axes
+        outline = self.facing.outlines[0]
+        known = ~np.isnan(outline.z)
+        return [float(across @ (np.array([y, np.interp(y, outline.y[known], outline.z[known])]) - origin)) for y in places]
+
+    def _arc(self, across: Sequence[float]) -> tuple[float, float]:
+        """s at two distances across."""
+        low, high = np.interp(across, self._reference[1], self._reference[0]) if self.curved else across
+        return float(low), float(high)
+
+    @cached_property
+    def overlap(self) -> tuple[float, float]:
+        """Largest overlap along the normals (m), and its s."""
+        low, high = self._arc(self._across((self.region.low, self.region.high)))
+        s = np.linspace(max(low - NEAR, self.limits[0]), min(high + NEAR, self.limits[1]), 801)
+        gap = self.gap_on_locus(s)
+        k = int(np.nanargmin(gap))
+        return -float(gap[k]), float(s[k])
