@@ -10,10 +10,10 @@ PACKAGES := thermoroll_cli tests scripts
 
 help:
 	@echo "make run      install, solve the article's case and draw its pictures"
-	@echo "make test     install, check the code with ruff and mypy, and run the tests on all cores"
+	@echo "make test     install, and run the tests on all cores"
 	@echo "make install  install into $(VENV)"
 	@echo "make format   format the code"
-	@echo "make check    ruff and mypy"
+	@echo "make check    ruff, mypy, and a run in which every warning is an error"
 	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
 	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
@@ -28,8 +28,6 @@ run: install
 	@echo "Pictures: $(CURDIR)/results/article_4_1_*.png, numbers: results/article_4_1.h5"
 
 test: $(VENV)/.installed-test
-	$(BIN)/ruff check $(PACKAGES)
-	$(BIN)/mypy thermoroll_cli
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 8 --dist loadfile
 
 format: $(VENV)/.installed-test
@@ -39,6 +37,7 @@ format: $(VENV)/.installed-test
 check: $(VENV)/.installed-test
 	$(BIN)/ruff check $(PACKAGES)
 	$(BIN)/mypy thermoroll_cli
+	$(BIN)/python -W error -m thermoroll_cli run cases/article_4_1.toml -o build/check -q
 
 docs: $(VENV)/.installed-docs
 	OPENBLAS_NUM_THREADS=1 NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build

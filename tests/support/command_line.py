@@ -45,6 +45,9 @@ THERMAL = MECHANICAL.replace(
 ENTRY_POINT = Path(sys.executable).with_name("thermoroll")
 COMMAND = [str(ENTRY_POINT)] if ENTRY_POINT.exists() else [sys.executable, "-m", "thermoroll_cli"]
 
+WARNINGS: dict[str, str] = {}
+"""Variables that have a command take warnings for errors, if pytest does (`-W error`)."""
+
 PATIENCE = 300.0
 """Seconds after which a process that should have ended is given up: far more than it takes on a machine that is busy."""
 
@@ -70,7 +73,7 @@ def thermoroll(
 def environment(changes: Mapping[str, str | None]) -> dict[str, str]:
     """The environment of this process with `changes`; None removes a variable. How many threads linear algebra gets is left
     to the command."""
-    merged = {**os.environ, **dict.fromkeys(THREADS), "PYTHONWARNINGS": "error", **changes}
+    merged = {**os.environ, **dict.fromkeys(THREADS), **WARNINGS, **changes}
     return {key: value for key, value in merged.items() if value is not None}
 
 

@@ -34,7 +34,8 @@ def inverse_symbols(
         xx, yy = xx + compliance.layer, yy + compliance.layer
     theta = 2.0 * np.pi * np.fft.fftfreq(px)
     step = -np.expm1(-1j * theta)
-    difference = sum(w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
+    terms = (w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))
+    difference = sum(terms, np.zeros(px, dtype=np.complex128))
     ratio = np.ones(px, dtype=np.complex128)
     ratio[1:] = difference[1:] / step[1:]
     # The step of the running sum belongs to the symbol.
