@@ -18,7 +18,7 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.creep_table.build import TablePlan, build_table, finish, journal_path
 from thermoroll_cli.creep_table.creep_force_table import CreepForceTable, OutsideTable
 from thermoroll_cli.creep_table.table_file import DEFAULT_ASPECTS, Axes, TableValues, read_table, write_csv, write_table
-from thermoroll_cli.problem.problem import FrictionLaw
+from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.tasks.runner import Workers
 

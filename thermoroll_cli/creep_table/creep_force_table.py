@@ -27,7 +27,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import STEEPNESS_AT_ZERO, coordinates, directions, scales
 from thermoroll_cli.creep_table.table_file import LARGEST_MAGNITUDE, TableValues, read_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.problem.problem import FrictionLaw
+from thermoroll_cli.problem.friction import FrictionLaw
 
 Outside = Literal["error", "saturation"]
 DEFAULT_TABLE = pathlib.Path(__file__).with_name("default_table.h5")

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.problem import problem as si
+from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -20,7 +21,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
         upper=upper,
         geometry=geometry_of(settings.geometry),
         normal_force=load.normal_N,
-        friction=load.friction_coefficient,
+        friction=_friction(friction, load.friction_coefficient),
         motion=si.Motion(
             **settings.rolling.in_si(),
             creepage_x=creepage.longitudinal,
@@ -45,14 +46,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
             extent=numerics.extent,
         ),
         title=settings.title,
-        friction_slope=friction.temperature_slope_1_K,
-        friction_minimum=friction.temperature_minimum_factor,
-        friction_maximum=friction.temperature_maximum_factor,
-        friction_start=friction.temperature_start_K,
-        friction_law=_friction_law(friction, load.friction_coefficient),
         wear=_wear(settings.wear, settings.geometry),
-        layer=0.0 if layer is None else layer.si("compliance_um_GPa") or 0.0,
-        layer_yield=None if layer is None else layer.si("yield_MPa"),
+        interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
     )
 
@@ -72,12 +67,17 @@ def profile_of(table: model.ProfileTable) -> si.Profile:
     return si.Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
 
 
-def _friction_law(table: model.FrictionTable, at_rest: float) -> si.FrictionLaw | None:
+def _friction(table: model.FrictionTable, at_rest: float) -> Friction:
+    return Friction(at_rest, _friction_law(table, at_rest), table.temperature_slope_1_K, table.temperature_start_K,
+                    table.temperature_minimum_factor, table.temperature_maximum_factor)
+
+
+def _friction_law(table: model.FrictionTable, at_rest: float) -> FrictionLaw | None:
     """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
     law that does not fall, which is warned of."""
     if at_rest == 0.0 or not (table.law or table.memory_um):
         return None
-    law = si.FrictionLaw(table.law or "exponential", memory=table.si("memory_um"), memory_slip=table.si("memory_slip_mm_s"))
+    law = FrictionLaw(table.law or "exponential", memory=table.si("memory_um"), memory_slip=table.si("memory_slip_mm_s"))
     if table.law == "table":
         return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in table.table or ()))
     if table.law is None:

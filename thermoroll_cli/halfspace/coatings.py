@@ -138,7 +138,7 @@ class Coatings:
 
     # --- borders -------------------------------------------------------------------------------------------------
 
-    def near_border(self, dx: float, dy: float, interface: float = 0.0) -> NearBorder:
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> NearBorder:
         """Half-spaces that describe the bodies within an element of dx × dy (m): of the surfaces' materials for thick layers,
         of the substrates' for thin ones. Between, neither is right, and their mean is a guess."""
         size = min(dx, dy)
@@ -147,7 +147,7 @@ class Coatings:
             material, own = _seen(body, size)
             bodies.append(material)
             trust = min(trust, own)
-        compliance = ShearCompliance.of(*((m.shear_modulus, m.poisson_ratio) for m in bodies), layer=interface)
+        compliance = ShearCompliance.of(*((m.shear_modulus, m.poisson_ratio) for m in bodies), interlayer=interlayer)
         return NearBorder(1.0 / sum(1.0 / m.plane_strain_modulus for m in bodies), replace(compliance, trust=trust), trust)
 
 

@@ -27,12 +27,12 @@ class Layers(Protocol):
     """Additional tangential compliance by layers on two half-spaces (`coatings.Coatings`)."""
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
     def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
-    def near_border(self, dx: float, dy: float, interface: float = 0.0) -> BorderHalfSpaces: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
 
 
 @dataclass(frozen=True)
 class ShearCompliance:
-    """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an interfacial `layer`
+    """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an `interlayer`
     between them in m/Pa: the constants of the tangential kernel.
 
     For bodies with `coatings` these are constants of the surfaces' materials. `trust`, 0 to 1, says how well half-spaces of
@@ -40,19 +40,19 @@ class ShearCompliance:
 
     isotropic: float
     directional: float
-    layer: float = 0.0
+    interlayer: float = 0.0
     coatings: Layers | None = None
     trust: float = 1.0
 
     @classmethod
-    def of(cls, *bodies: tuple[float, float], layer: float = 0.0) -> ShearCompliance:
-        """From (shear modulus in Pa, Poisson ratio) of each body, and the compliance of the layer in m/Pa."""
+    def of(cls, *bodies: tuple[float, float], interlayer: float = 0.0) -> ShearCompliance:
+        """From (shear modulus in Pa, Poisson ratio) of each body, and the compliance of the interlayer in m/Pa."""
         isotropic = sum((1.0 - nu) / (2.0 * np.pi * g) for g, nu in bodies)
-        return cls(isotropic, sum(nu / (2.0 * np.pi * g) for g, nu in bodies), layer)
+        return cls(isotropic, sum(nu / (2.0 * np.pi * g) for g, nu in bodies), interlayer)
 
     def near_border(self, dx: float, dy: float) -> ShearCompliance:
         """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""
-        return self if self.coatings is None else self.coatings.near_border(dx, dy, self.layer).compliance
+        return self if self.coatings is None else self.coatings.near_border(dx, dy, self.interlayer).compliance
 
     @property
     def coupled(self) -> bool:
@@ -120,7 +120,7 @@ def shear_tables(nx: int, ny: int, dx: float, dy: float, compliance: ShearCompli
     Three arrays of shape (nx, ny); the first two are even in both offsets, the third is odd in both (Eq. 15)."""
     i_xx, i_yy, i_xy = rectangle_integrals(nx, ny, dx, dy)
     isotropic = compliance.isotropic * (i_xx + i_yy)
-    isotropic[0, 0] += compliance.layer  # the layer shears where it is loaded
+    isotropic[0, 0] += compliance.interlayer  # the interlayer shears where it is loaded
     xx, yy, xy = (isotropic + compliance.directional * i_xx, isotropic + compliance.directional * i_yy,
                   compliance.directional * i_xy)
     if compliance.coatings is not None:

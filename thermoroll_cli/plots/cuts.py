@@ -124,8 +124,8 @@ def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
     """μp along the cut, with the local coefficient where there is one."""
     for drawn, (colour, _) in zip(frame.states, LOOKS, strict=False):
         pressure = drawn.values(PRESSURE)
-        if pressure is not None and frame.result.problem.friction > 0.0:
-            friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction)
+        if pressure is not None and frame.result.problem.friction.coefficient > 0.0:
+            friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction.coefficient)
             yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), colour, style.DOTTED, LIMIT, 0.9)
 
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import Literal
 
-import numpy as np
-
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.friction import Friction, Interlayer
 
 Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
@@ -17,7 +15,6 @@ Partition = float | Literal["matched"]
 BodyName = Literal["lower", "upper"]
 KeptFields = Literal["plane", "von_mises", "full"]
 Interpolation = Literal["cubic", "linear"]
-LawName = Literal["exponential", "rational", "linear", "table"]
 BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
@@ -158,59 +155,6 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class FrictionLaw:
-    """Coefficient of friction over its value without slip, as a function f of the slip speed s in m/s.
-
-    | `kind` | f(s) |
-    | --- | --- |
-    | exponential | l + (1 − l) 2^(−s/h) (Polach 2005) |
-    | rational | l + (1 − l)/(1 + s/h) (CONTACT, Vollebregt & Schuttelaars 2012) |
-    | linear | l + (1 − l) max(0, 1 − s/2h) |
-    | table | linear between the points of `table`, constant beyond the last |
-
-    with the `limit` l and the slip speed `half_slip` h at which half of the loss has happened. With `memory` (m), friction
-    follows its law only while the surfaces slide: df/dt = −max(s, s₀)/d_c (f − f(s)) with d_c = `memory` and
-    s₀ = `memory_slip` (m/s), from f = 1 at the leading edge.
-    """
-
-    kind: LawName
-    limit: float = 1.0
-    half_slip: float = 1.0
-    table: tuple[tuple[float, float], ...] = ()
-    memory: float = 0.0
-    memory_slip: float = 1e-3
-
-    def factor(self, speed: Array) -> tuple[Array, Array]:
-        """f and df/ds (s/m) at slip speeds in m/s."""
-        loss, scaled = 1.0 - self.limit, speed / self.half_slip
-        if self.kind == "exponential":
-            falling = loss * np.exp2(-scaled)
-            return self.limit + falling, -np.log(2.0) / self.half_slip * falling
-        if self.kind == "rational":
-            falling = loss / (1.0 + scaled)
-            return self.limit + falling, -falling / (1.0 + scaled) / self.half_slip
-        if self.kind == "linear":
-            falls = scaled < 2.0
-            return np.where(falls, 1.0 - 0.5 * loss * scaled, self.limit), np.where(falls, -0.5 * loss / self.half_slip, 0.0)
-        speeds, factors = np.array(self.table).T
-        slopes = np.append(np.diff(factors) / np.diff(speeds), 0.0)
-        interval = np.clip(np.searchsorted(speeds, speed, side="right") - 1, 0, None)
-        return np.interp(speed, speeds, factors), slopes[interval]
-
-    @property
-    def lowest(self) -> float:
-        """The smallest factor at any slip speed."""
-        return min(factor for _, factor in self.table) if self.table else min(1.0, self.limit)
-
-    @property
-    def steepest(self) -> float:
-        """The largest |df/ds| at any slip speed, in s/m."""
-        if self.table:
-            return float(np.abs(self.factor(np.array([speed for speed, _ in self.table]))[1]).max())
-        return float(np.abs(self.factor(np.zeros(1))[1][0]))
-
-
-@dataclass(frozen=True)
 class Motion:
     """Rolling speed in m/s, creepages and prescribed forces.
 
@@ -345,30 +289,18 @@ class Wear:
 
 @dataclass(frozen=True)
 class Problem:
-    """A complete steady-state rolling contact problem in SI units.
-
-    Above the temperature `friction_start` (K) `friction` falls by the share `friction_slope` per K of contact temperature, down
-    to the share `friction_minimum`, or for a negative slope rises, up to the share `friction_maximum`. `friction_law`
-    multiplies it with a factor that falls with slip. `layer` is the tangential compliance h/G of a third body between the
-    surfaces, in m/Pa, `layer_yield` the shear stress at which it deforms plastically, in Pa.
-    """
+    """A complete steady-state rolling contact problem in SI units."""
 
     lower: Material
     upper: Material
     geometry: Geometry
     normal_force: float
-    friction: float
+    friction: Friction
     motion: Motion
     heating: Heating = Heating()
     numerics: Numerics = Numerics()
     title: str = ""
-    friction_slope: float = 0.0
-    friction_minimum: float = 0.1
-    friction_maximum: float = 2.0
-    friction_start: float = 0.0
-    friction_law: FrictionLaw | None = None
-    layer: float = 0.0
-    layer_yield: float | None = None
+    interlayer: Interlayer = Interlayer()
     subsurface: SubsurfaceRequest | None = None
     wear: Wear | None = None
 
@@ -390,17 +322,13 @@ class Problem:
     @property
     def friction_varies(self) -> bool:
         """Whether the coefficient of friction depends on the temperature."""
-        return self.friction > 0.0 and self.friction_slope != 0.0 and self.heating.heat
-
-    @property
-    def highest_friction(self) -> float:
-        """The largest coefficient of friction at any temperature."""
-        return self.friction * (self.friction_maximum if self.friction_slope < 0.0 else 1.0)
+        return self.friction.coefficient > 0.0 and self.friction.slope != 0.0 and self.heating.heat
 
     @property
     def traction_limit(self) -> float:
-        """μW in N: no tangential force can exceed it."""
-        return self.friction * self.normal_force
+        """μ₀W in N, the scale of tangential forces; the most that they can be if friction rises neither with slip nor with
+        temperature."""
+        return self.friction.coefficient * self.normal_force
 
     @property
     def prescribed_force(self) -> float:

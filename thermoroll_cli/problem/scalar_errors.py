@@ -100,9 +100,9 @@ def listed_scalars(result: Result) -> list[str]:
         "heat_conducted_W": problem.heating.conducts,
         "surface_temperature_max_lower_K": warm,
         "surface_temperature_max_upper_K": warm,
-        "friction_mean": problem.friction_law is not None,
-        "creep_force_max_N": problem.friction_law is not None,
-        "creepage_at_creep_force_max": problem.friction_law is not None,
+        "friction_mean": problem.friction.law is not None,
+        "creep_force_max_N": problem.friction.law is not None,
+        "creepage_at_creep_force_max": problem.friction.law is not None,
     }
     summary = result.summary()
     return [name for name, scalar in ALL_SCALARS.items()

@@ -129,14 +129,14 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
                        "numerics.grid")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
-    bound = contact.traction_bound(problem.friction)
-    if problem.layer_yield is not None and problem.prescribed_force > (limit := float(bound.sum()) * grid.element_area):
+    bound = contact.traction_bound(problem.friction.coefficient)
+    if problem.interlayer.yield_stress is not None and problem.prescribed_force > (limit := float(bound.sum()) * grid.element_area):
         return [f"the layer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")
-    if problem.friction > 0.0:
+    if problem.friction.coefficient > 0.0:
         speed = np.hypot(*tangential.slip)
         along = (tangential.traction * tangential.slip).sum(axis=0)
         # Where almost everything sticks, what little slips is of the size of the tolerance: the work sets the scale.

@@ -165,7 +165,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
-        errors["friction_mean"] += mistaken * abs(derived.problem.friction - mean) / error_scale("friction_mean", summary)
+        errors["friction_mean"] += mistaken * abs(derived.problem.friction.coefficient - mean) / error_scale("friction_mean", summary)
     if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
         for name in {*CREEPAGES, *RELATIVE}.difference(given):
@@ -225,7 +225,7 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     if problem.has_hertz_solution:
         lower, upper = problem.lower, problem.upper
         constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
-        limits = np.array(full_slip_creepages(derived.hertz, problem.friction, *constants))
+        limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))
     limits = SLIDES * limits + abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
     spin, last = problem.motion.spin, levels[-1]
     limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
@@ -239,7 +239,7 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     patch = min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
     below_limit = (1.0 - problem.prescribed_force / problem.traction_limit) ** (2.0 / 3.0) if problem.prescribed_force else 0.0
-    full = problem.layer * problem.friction * scales.peak_pressure / scales.semi_axis_x
+    full = problem.interlayer.compliance * problem.friction.coefficient * scales.peak_pressure / scales.semi_axis_x
     strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
     return max(patch, min(below_limit, resolution.border), min(strip, 1.0 / resolution.elements))
 
@@ -320,7 +320,7 @@ def stress_estimates(
         scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
         layers = HALF_THE_LAYERS * abs(half_the_layers[name] - grids[-1][name]) / scale
         # At the border of the contact tractions change by μp over an element.
-        border = derived.problem.friction / elements if surface and stress and derived.kinematics.has_traction else 0.0
+        border = derived.problem.friction.coefficient / elements if surface and stress and derived.kinematics.has_traction else 0.0
         order = ORDER_AT_SURFACE if surface else ORDER_UNEVEN if derived.dissimilar else ORDER
         errors[name] = estimate([grid[name] for grid in grids], scale, order=order, unresolved=layers + border,
                                 floor=FLOOR + left_out)
@@ -352,7 +352,7 @@ def errors_with_rivals(
         return {}
     scale = error_scale(value, reference) * 1e6
     strongest, rival = (surface, below) if not below.value >= surface.value else (below, surface)
-    border = derived.problem.friction / elements if derived.kinematics.has_traction else 0.0
+    border = derived.problem.friction.coefficient / elements if derived.kinematics.has_traction else 0.0
     at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
     own = at_surface if strongest is surface else max(error[value] * scale, surface.value + at_surface - strongest.value)
     found = {value: own / scale}

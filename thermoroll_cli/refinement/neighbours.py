@@ -152,7 +152,7 @@ def _state(level: RefinementLevel | None, *, coupled: bool) -> SteadyState | Non
 def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
     """The fields of a state and its creepages in Hertz's units."""
     derived, normal = home.derived, contact.normal
-    bound = (derived.problem.friction if contact.friction is None else contact.friction) * normal.pressure
+    bound = (derived.problem.friction.coefficient if contact.friction is None else contact.friction) * normal.pressure
     found = {
         "pressure": normal.pressure / derived.scales.peak_pressure,
         "start": normal.start / derived.scales.peak_pressure,
@@ -172,6 +172,6 @@ def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Mask
     normal = here.isothermal_pressure
     if coupled or "shear_displacement" in unknowns:
         normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float), whole_elements=start)
-    bound = unknowns.get("friction", derived.problem.friction) * normal.pressure
+    bound = unknowns.get("friction", derived.problem.friction.coefficient) * normal.pressure
     creepages = creepage * derived.saturation_creepage
     return Contact(normal, Traction.guess(found["share"] * bound, (float(creepages[0]), float(creepages[1]))), **unknowns)

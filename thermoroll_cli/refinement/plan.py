@@ -47,12 +47,12 @@ def stages(derived: DerivedQuantities) -> dict[str, str | None]:
         "normal (isothermal)": "smooth bodies without thermal bulge: Hertz's closed form is exact" if hertzian
         else None if problem.has_hertz_solution else "",
         "tangential": "no creepage, spin, force or differential slip: everything sticks without traction"
-        if not kinematics.moves else "" if problem.friction else "no friction: the surfaces slide freely",
+        if not kinematics.moves else "" if problem.friction.coefficient else "no friction: the surfaces slide freely",
         "tangential, y < 0": "the mirror image of y > 0" + sideways if mirrored else None,
         "differential slip": "" if kinematics.differential_slip.active else kinematics.differential_slip.why_not,
         "heat": cold,
         "partition": None if cold or heating.partition != "matched" else _even_partition(derived),
-        "warm friction": None if not problem.friction_slope
+        "warm friction": None if not problem.friction.slope
         else "" if problem.friction_varies and kinematics.has_traction else "no friction and heat that could change it",
         "deformation": _deformation(derived),
         "recirculation": None if not tracks else "no heat" if cold else "",
@@ -173,7 +173,7 @@ def _sliding(derived: DerivedQuantities) -> tuple[Discretisation, ThermalRespons
     for i, force in enumerate((motion.force_x, motion.force_y)):
         if force is not None:
             rigid[i] += 3.0 * derived.saturation_creepage
-    flux = problem.highest_friction * normal.pressure * np.hypot(rigid[0], rigid[1]) * motion.speed
+    flux = problem.friction.highest * normal.pressure * np.hypot(rigid[0], rigid[1]) * motion.speed
     # Both speeds to a few per cent: bodies that roll share a table of expansion, and so do neighbours of other creepage.
     along, across = (round(SPEED_STEPS * (c or 0.0)) / SPEED_STEPS for c in (motion.creepage_x, motion.creepage_y))
     discretisation.responses.tables = KeptTables(_preview_table)
@@ -260,9 +260,9 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     warnings += warnings_before(derived)
     plan = Plan(derived, grids, extent, run, skipped, warnings, _facts(derived), *_cost(grids[-1], run, derived),
                 _left_out(derived, skipped))
-    if plan.hertzian and problem.layer_yield is not None:
+    if plan.hertzian and problem.interlayer.yield_stress is not None:
         # ∬ min(μp, τ_c) below Hertz's pressure; other pressures are known only when they are solved (`checks`).
-        share = min(1.0, problem.layer_yield / (problem.friction * derived.scales.peak_pressure))
+        share = min(1.0, problem.interlayer.yield_stress / (problem.friction.coefficient * derived.scales.peak_pressure))
         check_yield(problem, 0.5 * (3.0 * share - share**3) * problem.traction_limit)
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
 
@@ -270,11 +270,11 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
 def _check_layers(problem: Problem) -> None:
     """What is not computed with layers, those between the surfaces and those bonded to a body. Case files are checked before
     (`case_conflicts`), problems of scripts are not."""
-    law = problem.friction_law
-    if law is not None and problem.layer_yield is not None:
+    law = problem.friction.law
+    if law is not None and problem.interlayer.yield_stress is not None:
         raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
                          "layer.yield_MPa")
-    if law is not None and problem.layer and not law.memory:
+    if law is not None and problem.interlayer.compliance and not law.memory:
         raise Unsolvable("a compliant layer and friction that falls with slip have no continuous solution unless friction has "
                          "memory", "friction.memory_um")
     heating, request, coated = problem.heating, problem.subsurface, [b for b in BODIES if getattr(problem, b).layers]

@@ -75,7 +75,7 @@ def stick_share_of(discretisation: Discretisation, contact: Contact) -> Array:
     derived, grid, tangential = discretisation.derived, discretisation.grid, contact.tangential
     if not derived.kinematics.has_traction:
         return contact.normal.covered * tangential.stick
-    bound = contact.traction_bound(derived.problem.friction)
+    bound = contact.traction_bound(derived.problem.friction.coefficient)
     return stick_share(tangential.traction, tangential.slip, bound, tangential.stick, contact.normal.covered,
                        grid.dx, grid.dy, derived.shear_compliance.near_border(grid.dx, grid.dy))
 
@@ -184,14 +184,14 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
     an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only. That of
     a layer does not count: it grows with every refinement, and a layer needs memory."""
     derived, grid = discretisation.derived, discretisation.grid
-    problem, law, scalars = derived.problem, derived.problem.friction_law, {}
+    problem, law, scalars = derived.problem, derived.problem.friction.law, {}
     pressure = contact.normal.pressure * (contact.normal.contact & ~contact.tangential.stick)
     if contact.local_friction is not None and pressure.any():
         scalars["friction_mean"] = float((contact.local_friction * pressure).sum() / pressure.sum())
     if law is not None:
-        bodies = replace(derived.shear_compliance, layer=0.0)
+        bodies = replace(derived.shear_compliance, interlayer=0.0)
         own = RollingGradient((1, 1), grid.dx, grid.dy, bodies).self_gradient[0]
-        steepness = problem.friction * law.steepest * problem.motion.speed * own
+        steepness = problem.friction.coefficient * law.steepest * problem.motion.speed * own
         scalars["falling_friction_criterion"] = contact.normal.peak * steepness
     return scalars
 
@@ -202,9 +202,9 @@ def sliding_work(problem: Problem, fields: Mapping[str, AnyArray], dx: float) ->
     Where surfaces slide q = μ p |s|, and the heat flux q balances the power of the creep forces: its integral q/(μV) over the
     contact sets the total, and p |s| how it is distributed."""
     work = fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"])
-    if problem.friction > 0.0 and work.any():
-        friction = fields.get("friction_coefficient", np.full_like(work, problem.friction))
-        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, problem.friction)).sum() / work.sum())
+    if problem.friction.coefficient > 0.0 and work.any():
+        friction = fields.get("friction_coefficient", np.full_like(work, problem.friction.coefficient))
+        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, problem.friction.coefficient)).sum() / work.sum())
     return np.asarray(work.sum(axis=0) * dx / problem.motion.speed)
 
 

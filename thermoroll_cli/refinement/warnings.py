@@ -32,6 +32,7 @@ from thermoroll_cli.heat.frictional_heat import Heat
 from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem, Unsolvable
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -172,16 +173,16 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
 
 def _without_effect(problem: Problem, moves: bool) -> Iterator[str]:
     """Keys without effect; those of friction where they differ from the defaults of the dataclass."""
-    heating, slope, cold = problem.heating, problem.friction_slope, not problem.heating.heat
+    heating, friction, cold = problem.heating, problem.friction, not problem.heating.heat
     for applies, sentence in (
-        (cold and slope, "friction that changes with temperature has no effect: heat is off"),
+        (cold and friction.slope, "friction that changes with temperature has no effect: heat is off"),
         (cold and (heating.bulk_lower or heating.bulk_upper), "bulk temperatures have no effect: heat is off"),
         (cold and (heating.lower_track or heating.upper_track), "bodies that bring heat back have no effect: heat is off"),
-        (problem.friction_start != Problem.friction_start and not slope,
+        (friction.start != Friction.start and not friction.slope,
          "the temperature from which friction changes has no effect: friction.temperature_slope_1_K is 0"),
-        (problem.friction_minimum != Problem.friction_minimum and not slope > 0.0,
+        (friction.minimum != Friction.minimum and not friction.slope > 0.0,
          "friction.temperature_minimum_factor has no effect: friction does not fall with temperature"),
-        (problem.friction_maximum != Problem.friction_maximum and not slope < 0.0,
+        (friction.maximum != Friction.maximum and not friction.slope < 0.0,
          "friction.temperature_maximum_factor has no effect: friction does not rise with temperature"),
         (problem.wear is not None and not moves, "nothing slips, so nothing wears"),
     ):
@@ -193,14 +194,14 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
     """Memory that changes nothing, and memory too short for a layer: the layer's shear L τ must not fall with slip faster than
     friction follows, d_c > L p₀ (μ₀ − μ), with μ at the largest slip that the given creepages make (μ∞ where a force is
     given)."""
-    problem, law, motion = derived.problem, derived.problem.friction_law, derived.problem.motion
+    problem, law, motion = derived.problem, derived.problem.friction.law, derived.problem.motion
     if law is None or not law.memory:
         return
     if law.lowest >= 1.0:
         yield "friction.memory_um has no effect: friction does not fall with slip"
     slip = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0) + abs(motion.spin) * derived.scales.mean_radius
     fallen = law.lowest if problem.prescribed_force else float(law.factor(np.array([slip * motion.speed]))[0][0])
-    needed = problem.layer * derived.scales.peak_pressure * problem.friction * (1.0 - fallen)
+    needed = problem.interlayer.compliance * derived.scales.peak_pressure * problem.friction.coefficient * (1.0 - fallen)
     if law.memory < needed:
         yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")

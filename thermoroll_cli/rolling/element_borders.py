@@ -114,12 +114,12 @@ class EdgeCompliance:
     and subtracting more than that would let rows slip against each other.
     `mirrored` says that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
     compliance of elements that a neutral line may cross (`neutral_compliance`), the same in all directions, and added to K;
-    `layer` (n, m) likewise that of an interfacial layer at the ends of the rows (`layer_ends`)."""
+    `interlayer` (n, m) likewise that of an interlayer at the ends of the rows (`interlayer_ends`)."""
 
     def __init__(
         self, covered: AnyArray, contact: Mask, dx: float, dy: float, compliance: ShearCompliance,
         leading: AnyArray | None = None, softest: tuple[float, float] = (math.inf, math.inf), mirrored: bool = False,
-        neutral: AnyArray | None = None, options: RollingOptions | None = None, layer: AnyArray | None = None,
+        neutral: AnyArray | None = None, options: RollingOptions | None = None, interlayer: AnyArray | None = None,
     ) -> None:
         options = options or RollingOptions()
         share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
@@ -140,13 +140,13 @@ class EdgeCompliance:
             known = leading.any(axis=0) & contact
             trust = min(compliance.trust, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
             k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
-            # Over a layer tractions rise linearly; only the share of the half-spaces rises like a square root.
-            k[:, known] /= 1.0 + compliance.layer / (along * dx)
+            # Over an interlayer tractions rise linearly; only the share of the half-spaces rises like a square root.
+            k[:, known] /= 1.0 + compliance.interlayer / (along * dx)
             trailing &= ~known
         if neutral is not None:
             k[:2] += neutral
-        if layer is not None:
-            k[:2] += layer
+        if interlayer is not None:
+            k[:2] += interlayer
         self.k, self._of_trailing = k, k * trailing
         self.diagonal = k[:2]
 
@@ -217,7 +217,7 @@ def stick_ends(
     `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). The reserve of
     friction on the last element that sticks, and the slip on the first one behind it, both root-like, give the border between
     their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole elements are
-    counted). Over an interfacial layer slip begins at once behind the border, and the reserve is linear."""
+    counted). Over an interlayer slip begins at once behind the border, and the reserve is linear."""
     inside = covered > 0.0
     i, j = np.nonzero(stick[:-1] & ~stick[1:] & inside[1:])
     if not i.size:
@@ -238,11 +238,11 @@ def stick_ends(
     outside = speed[i + 1, j] / np.maximum(c * np.abs(nx), LEAST_NORMAL_COMPLIANCE * compliance.along)
     total = reserve[i, j] + outside
     place = np.where(total > 0.0, reserve[i, j] / np.where(total > 0.0, total, 1.0), 0.5)
-    if compliance.layer:
-        # Over a layer the traction rises by the slip that follows, over its compliance: the reserve is linear.
+    if compliance.interlayer:
+        # Over an interlayer the traction rises by the slip that follows, over its compliance: the reserve is linear.
         slip_behind = speed[i + 1, j]
-        linear = compliance.layer / dx * reserve[i, j] / np.where(slip_behind > 0.0, slip_behind, np.inf)
-        share = compliance.layer / (compliance.layer + c * dx)
+        linear = compliance.interlayer / dx * reserve[i, j] / np.where(slip_behind > 0.0, slip_behind, np.inf)
+        share = compliance.interlayer / (compliance.interlayer + c * dx)
         place = (1.0 - share) * place + share * np.minimum(linear, 1.0)
     return i, j, place
 
@@ -266,10 +266,12 @@ END_CHANGE = 1e-9
 """Relative error of the difference formula below which a row has no end nearby."""
 
 
-def layer_ends(covered: AnyArray, contact: Mask, layer: float, dx: float, weights: tuple[float, ...], least: float) -> Array:
-    """Error of the difference formula in the gradient of a layer's displacement at both ends of rows, in 1/Pa, (n, m).
+def interlayer_ends(
+    covered: AnyArray, contact: Mask, interlayer: float, dx: float, weights: tuple[float, ...], least: float
+) -> Array:
+    """Error of the difference formula in the gradient of an interlayer's displacement at both ends of rows, in 1/Pa, (n, m).
 
-    Over a layer of compliance L (m/Pa) tractions rise from zero linearly, as f = φ (D + φ/2) in element averages with the
+    Over an interlayer of compliance L (m/Pa) tractions rise from zero linearly, as f = φ (D + φ/2) in element averages with the
     covered share φ and the covered length D upstream, in elements. The exact gradient is L τ/(f dx), the formula gives
     (L/dx) τ/f times the difference of f; `weights` are those of the formula, and φ counts no less than `least`."""
     share = np.where(contact, np.clip(covered, least, 1.0), 0.0)
@@ -281,4 +283,4 @@ def layer_ends(covered: AnyArray, contact: Mask, layer: float, dx: float, weight
     found = difference(np.pad(profile, ((MARGIN, MARGIN), (0, 0))), weights, 1.0)
     missed = (1.0 - found) / np.where(contact, profile, 1.0)
     ends = contact & (np.abs(1.0 - found) > END_CHANGE)
-    return np.asarray(np.where(ends, layer / dx * missed, 0.0))
+    return np.asarray(np.where(ends, interlayer / dx * missed, 0.0))

@@ -12,7 +12,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, layer_ends, neutral_compliance
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, interlayer_ends, neutral_compliance
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
@@ -101,12 +101,12 @@ class Newton:
         self.crossed: Mask = np.zeros_like(self.contact)
         if problem.variation is not None:
             self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
-        layer = gradient.compliance.layer
-        self.layer = layer_ends(problem.covered, self.contact, layer, gradient.dx, gradient.weights,
-                                options.smallest_cover) if layer else None
+        interlayer = gradient.compliance.interlayer
+        self.interlayer = interlayer_ends(problem.covered, self.contact, interlayer, gradient.dx, gradient.weights,
+                                          options.smallest_cover) if interlayer else None
         self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.near_border,
                                      problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
-                                     options, self.layer)
+                                     options, self.interlayer)
         self.self_compliance = element + self.border.diagonal
         self.rho = options.relaxation / self.self_compliance.mean(axis=0)
         self.free = problem.free
@@ -278,8 +278,8 @@ class Linearisation:
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
         head |= stick & newton.crossed
-        if newton.layer is not None:
-            head |= stick & (np.abs(newton.layer) > min(newton.gradient.self_gradient))
+        if newton.interlayer is not None:
+            head |= stick & (np.abs(newton.interlayer) > min(newton.gradient.self_gradient))
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
         own_x, own_y = newton.self_compliance

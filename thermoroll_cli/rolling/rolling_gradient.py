@@ -233,8 +233,8 @@ class RollingGradient:
         of one application."""
         self.applications += 1
         u = self._shear.of_shape(shape)
-        if self.compliance.layer:
-            u[:2, MARGIN:-MARGIN] -= self.compliance.layer * shape
+        if self.compliance.interlayer:
+            u[:2, MARGIN:-MARGIN] -= self.compliance.interlayer * shape
         return difference(u, self.weights, self.dx)
 
     def split(self, traction: AnyArray) -> tuple[AnyArray, AnyArray]:

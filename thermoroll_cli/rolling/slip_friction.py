@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import FrictionLaw
+from thermoroll_cli.problem.friction import FrictionLaw
 
 SERIES_BELOW = 1e-3
 """Exponents a below which (1 − e^{−a})/a and its derivative are taken from their series."""

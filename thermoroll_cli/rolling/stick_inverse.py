@@ -31,7 +31,7 @@ def inverse_symbols(
         xx, yy, xy = shear_symbols(tables, padded)
     else:
         _, xx, yy, xy = compliance.coatings.periodic_symbols(padded, dx, dy)
-        xx, yy = xx + compliance.layer, yy + compliance.layer
+        xx, yy = xx + compliance.interlayer, yy + compliance.interlayer
     theta = 2.0 * np.pi * np.fft.fftfreq(px)
     step = -np.expm1(-1j * theta)
     terms = (w * np.exp(1j * k * theta) for k, w in zip(DIFFERENCE_OFFSETS, weights, strict=True))

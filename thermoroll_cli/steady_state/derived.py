@@ -54,7 +54,7 @@ class DerivedQuantities:
     def shear_compliance(self) -> ShearCompliance:
         lower, upper = self.problem.lower.surface, self.problem.upper.surface
         of_surfaces = ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
-                                         layer=self.problem.layer)
+                                         interlayer=self.problem.interlayer.compliance)
         return replace(of_surfaces, coatings=self.coatings)
 
     @cached_property
@@ -105,7 +105,7 @@ class DerivedQuantities:
         if self.coatings is not None:
             across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
         modulus = 2.0 / across  # G of two equal bodies
-        layer = self.problem.layer * self.problem.friction * self.scales.peak_pressure / self.scales.semi_axis_x
+        layer = self.problem.interlayer.compliance * self.problem.friction.coefficient * self.scales.peak_pressure / self.scales.semi_axis_x
         return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + layer
 
     def peclet(self, body: Material) -> float:
@@ -158,7 +158,7 @@ class Kinematics:
 
     @property
     def has_traction(self) -> bool:
-        return self.moves and self.problem.friction > 0.0
+        return self.moves and self.problem.friction.coefficient > 0.0
 
     @property
     def feeds_back(self) -> bool:

@@ -105,7 +105,7 @@ Fields = dict[str, Any]
 UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
     "expansion": lambda derived: derived.scales.approach,
     "shear_displacement": lambda derived: derived.scales.approach,
-    "friction": lambda derived: derived.problem.friction,
+    "friction": lambda derived: derived.problem.friction.coefficient,
 }
 """Fields of `Contact` that an iteration computes, each with the scale of its changes. A further unknown is a field there, a
 line in `iterate` and a line here."""

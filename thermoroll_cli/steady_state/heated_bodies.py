@@ -95,7 +95,7 @@ def crown_bound(derived: DerivedQuantities) -> float:
     found = 3.0 * derived.saturation_creepage
     along, across = (found if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
     slip = math.hypot(along, across) + abs(motion.spin) * max(scales.semi_axis_x, scales.semi_axis_y)
-    line = 0.5 * math.pi * scales.semi_axis_x * scales.peak_pressure * p.highest_friction * slip * motion.speed
+    line = 0.5 * math.pi * scales.semi_axis_x * scales.peak_pressure * p.friction.highest * slip * motion.speed
     shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)
     return sum(
         part * line * roller.crown_per_heat / derived.lateral_curvature

@@ -139,8 +139,8 @@ class TractionSolver:
             force=(motion.force_x, motion.force_y),
             leading=self.leading(derived, normal, window, undisturbed=undisturbed) if has_shape else None,
             variation=_variation(derived, self.grid, window),
-            slip_friction=None if problem.friction_law is None else SlipFriction(
-                problem.friction_law, motion.speed, self.grid.dx, window.cut(normal.covered)),
+            slip_friction=None if problem.friction.law is None else SlipFriction(
+                problem.friction.law, motion.speed, self.grid.dx, window.cut(normal.covered)),
         )
         solution = solver.solve(
             cell,
@@ -152,14 +152,14 @@ class TractionSolver:
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
         local = None
-        if problem.layer_yield is not None:
+        if problem.interlayer.yield_stress is not None:
             local = bound / np.where(normal.pressure > 0.0, normal.pressure, 1.0)
         if solution.friction_factor is not None:
             cell = replace(cell, traction_bound=solution.bound)
             local = np.ones(self.grid.shape)
             local[window.rows, window.both_sides.columns] = window.scalar(solution.friction_factor)[
                 window.rows, window.both_sides.columns]
-            local *= problem.friction if friction is None else friction
+            local *= problem.friction.coefficient if friction is None else friction
         heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
@@ -260,13 +260,13 @@ class TractionSolver:
 
 def _bound(problem: Problem, normal: Pressure, friction: Array | None) -> Array:
     """Largest traction in Pa, (nx, ny): Coulomb's, or where a layer between the bodies yields."""
-    bound = (problem.friction if friction is None else friction) * normal.pressure
-    return bound if problem.layer_yield is None else np.minimum(bound, problem.layer_yield * normal.covered)
+    bound = (problem.friction.coefficient if friction is None else friction) * normal.pressure
+    return bound if problem.interlayer.yield_stress is None else np.minimum(bound, problem.interlayer.yield_stress * normal.covered)
 
 
 def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
     """Raises Unsolvable where the prescribed force reaches `margin` times the `limit` (N) that a layer which yields carries."""
-    if problem.layer_yield is not None and problem.prescribed_force >= margin * limit:
+    if problem.interlayer.yield_stress is not None and problem.prescribed_force >= margin * limit:
         raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
                          f"{problem.prescribed_force:.6g} N", "force")
 

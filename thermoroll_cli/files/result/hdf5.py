@@ -40,7 +40,7 @@ from thermoroll_cli.problem.names import (
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Raised whenever a reader of the previous layout would misread a file."""
 
 PROGRAM = "thermoroll"

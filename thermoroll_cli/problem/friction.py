@@ -1,0 +1,127 @@
+"""Friction as a function of slip and temperature, and the third body between the surfaces, in SI units."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+
+LawName = Literal["exponential", "rational", "linear", "table"]
+Shape = Callable[[Array], Array]
+
+LAWS: dict[str, tuple[Shape, Shape]] = {
+    "exponential": (lambda s: np.exp2(-s), lambda s: -math.log(2.0) * np.exp2(-s)),
+    "rational": (lambda s: 1.0 / (1.0 + s), lambda s: -1.0 / (1.0 + s) ** 2),
+    "linear": (lambda s: np.maximum(1.0 - 0.5 * s, 0.0), lambda s: np.where(s < 2.0, -0.5, 0.0)),
+}
+"""Laws of slip: the share of the change from 1 to the limit that is still to come at the slip speed s (over the half slip), and
+its derivative. The share is 1 at s = 0 and ½ at s = 1; in between and beyond it may rise and fall."""
+SAMPLES = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 801), [np.inf]])
+"""Slip speeds over the half slip at which the range and the steepest fall of a law are looked up."""
+
+
+@dataclass(frozen=True)
+class FrictionLaw:
+    """Coefficient of friction over its value without slip, as a function f of the slip speed s in m/s.
+
+    | `kind` | f(s) |
+    | --- | --- |
+    | exponential | l + (1 − l) 2^(−s/h) (Polach 2005) |
+    | rational | l + (1 − l)/(1 + s/h) (CONTACT, Vollebregt & Schuttelaars 2012) |
+    | linear | l + (1 − l) max(0, 1 − s/2h) |
+    | table | linear between the points of `table`, constant beyond the last; it may rise and fall |
+
+    with the `limit` l and the slip speed `half_slip` h at which half of the change has happened. With `memory` (m), friction
+    follows its law only while the surfaces slide: df/dt = −max(s, s₀)/d_c (f − f(s)) with d_c = `memory` and
+    s₀ = `memory_slip` (m/s), from f = 1 at the leading edge.
+    """
+
+    kind: LawName
+    limit: float = 1.0
+    half_slip: float = 1.0
+    table: tuple[tuple[float, float], ...] = ()
+    memory: float = 0.0
+    memory_slip: float = 1e-3
+
+    def factor(self, speed: Array) -> tuple[Array, Array]:
+        """f and df/ds (s/m) at slip speeds in m/s."""
+        if self.kind != "table":
+            share, slope = LAWS[self.kind]
+            change, scaled = 1.0 - self.limit, speed / self.half_slip
+            return self.limit + change * share(scaled), change / self.half_slip * slope(scaled)
+        speeds, factors = np.array(self.table).T
+        slopes = np.append(np.diff(factors) / np.diff(speeds), 0.0)
+        interval = np.clip(np.searchsorted(speeds, speed, side="right") - 1, 0, None)
+        return np.interp(speed, speeds, factors), slopes[interval]
+
+    @property
+    def _sampled(self) -> tuple[Array, Array]:
+        return self.factor(np.array([speed for speed, _ in self.table]) if self.table else SAMPLES * self.half_slip)
+
+    @property
+    def lowest(self) -> float:
+        """The smallest factor at any slip speed."""
+        return float(self._sampled[0].min())
+
+    @property
+    def highest(self) -> float:
+        """The largest factor at any slip speed."""
+        return float(self._sampled[0].max())
+
+    @property
+    def steepest(self) -> float:
+        """The steepest fall, the largest −df/ds at any slip speed, in s/m; 0 if the law falls nowhere."""
+        return max(0.0, -float(self._sampled[1].min()))
+
+    @property
+    def falls(self) -> bool:
+        """Whether friction falls with slip anywhere."""
+        return self.steepest > 0.0
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Coulomb friction: the `coefficient` μ₀ without slip, times a factor of the slip (`law`; None: 1) and one of the
+    temperature.
+
+    Above the contact temperature `start` (K) friction falls by the share `slope` per K, down to the share `minimum`, or for a
+    negative slope rises, up to the share `maximum`.
+    """
+
+    coefficient: float
+    law: FrictionLaw | None = None
+    slope: float = 0.0
+    start: float = 0.0
+    minimum: float = 0.1
+    maximum: float = 2.0
+
+    def at(self, temperature: Array | float) -> Array:
+        """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `minimum` and `maximum` times μ₀, without slip; T in K above the
+        temperature of μ₀."""
+        factor = 1.0 - self.slope * np.maximum(np.asarray(temperature) - self.start, 0.0)
+        return np.asarray(self.coefficient * np.clip(factor, self.minimum, self.maximum))
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and largest coefficient without slip at any temperature."""
+        low, high = (self.minimum, 1.0) if self.slope > 0.0 else (1.0, self.maximum if self.slope < 0.0 else 1.0)
+        return self.coefficient * low, self.coefficient * high
+
+    @property
+    def highest(self) -> float:
+        """The largest coefficient at any temperature and slip."""
+        return self.limits[1] * (1.0 if self.law is None else self.law.highest)
+
+
+@dataclass(frozen=True)
+class Interlayer:
+    """A third body between the surfaces, which shears under the traction: its tangential `compliance` h/G in m/Pa, and the
+    `yield_stress` (Pa) in shear at which it deforms plastically (None: it does not)."""
+
+    compliance: float = 0.0
+    yield_stress: float | None = None
