@@ -124,7 +124,7 @@ def moving_source(grid: int) -> Iterator[Check]:
     problem = rolling(grid=grid, friction=0.01, creepage=(0.02, 0.0), speed=1.0, heating=Heating(deformation=False))
     result, body = solved(problem), problem.lower
     speed, radius = problem.motion.speed * 1.01, 1e-3 * result.hertz["hertz_a_mm"]
-    flux = 0.5 * problem.friction * 1e6 * result.hertz["hertz_p0_MPa"] * problem.motion.speed * 0.02
+    flux = 0.5 * problem.friction.coefficient * 1e6 * result.hertz["hertz_p0_MPa"] * problem.motion.speed * 0.02
     thermal = (body.conductivity or 0.0, body.diffusivity or 0.0, speed)
     found = result.coupled.scalars["temperature_rise_max_lower_K"]
     name = f"moving Hertz source, Pe = {speed * radius / thermal[1]:.3g}"

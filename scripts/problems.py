@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from scipy.special import elliprd
 
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -54,7 +55,7 @@ def rolling(
     """Two equal bodies (spheres of 30 mm unless told otherwise), mechanical unless `heating` is given; without differential
     slip, as in all references but those that say so."""
     motion = Motion(speed, creepage[0], creepage[1], spin, force[0], force[1], differential_slip)
-    problem = Problem(body, body, geometry or spheres(0.03), load, friction, motion, heating)
+    problem = Problem(body, body, geometry or spheres(0.03), load, Friction(friction), motion, heating)
     return on_grid(problem, grid, extent)
 
 

@@ -51,7 +51,7 @@ def problem_of(case: str, grid: int) -> Problem:
                                      creepage_y=given["creepage_lateral"], spin=given["spin_rad_mm"] * 1e3)
         problem = dataclasses.replace(problem, motion=motion, heating=Heating(heat=False, deformation=False))
         assert math.isclose(problem.geometry.lower_radius_x, given["radius_mm"] * 1e-3)
-        assert (problem.normal_force, problem.friction) == (given["normal_N"], given["friction_coefficient"])
+        assert (problem.normal_force, problem.friction.coefficient) == (given["normal_N"], given["friction_coefficient"])
     return dataclasses.replace(problem, numerics=Numerics(grid=(grid, grid)))
 
 

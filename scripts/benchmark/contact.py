@@ -46,8 +46,9 @@ def contact_input(problem: Problem, grid: int, fields: bool) -> str:
     """CONTACT's input for two equal spheres of one material, isothermal, on `grid` elements per side."""
     motion, material = problem.motion, problem.lower
     return INPUT.format(
-        matrix=int(fields), load=problem.normal_force, friction=problem.friction, speed=1e3 * motion.speed, grid=grid,
-        creepage_x=-motion.creepage_x, creepage_y=-motion.creepage_y, spin=motion.spin * 1e-3, poisson=material.poisson_ratio,
+        matrix=int(fields), load=problem.normal_force, friction=problem.friction.coefficient,
+        speed=1e3 * motion.speed, grid=grid, creepage_x=-motion.creepage_x, creepage_y=-motion.creepage_y,
+        spin=motion.spin * 1e-3, poisson=material.poisson_ratio,
         shear_modulus=material.youngs_modulus / (2.0 + 2.0 * material.poisson_ratio) * 1e-6,
         curvature=0.5e-3 * problem.geometry.curvature_x)
 

@@ -11,6 +11,7 @@ import numpy as np
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, ROOT, Numbers, diagrams, solve_problem, table, write
 from scripts.manchester import case_beside, contact_results
 from thermoroll_cli import Case
+from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.problem import Problem
 
 HEADER = ("displacement (mm)", "largest pressure (MPa)", "approach (μm)", "F_x (N)", "F_y (N)")
@@ -54,7 +55,7 @@ def eurosprinter(folder: pathlib.Path, grid: int) -> Numbers:
     theirs = json.loads((REFERENCE / "friction_tractcurv.json").read_text())["series"]
     model = Case.read(ROOT / "cases" / "eurosprinter.toml").problem
     model = replace(model, numerics=replace(model.numerics, grid=(min(grid, GRID),) * 2))
-    constant = replace(model, friction_law=None, layer=0.0)
+    constant = replace(model, friction=replace(model.friction, law=None), interlayer=Interlayer())
     curves = {"layer_falling_memory": ("layer, falling friction, memory", model, COUPLED),
               "constant_friction": ("constant friction", constant, ISOTHERMAL)}
     figure, (axes,) = diagrams(1, 1, (5.0, 2.6))
@@ -64,7 +65,8 @@ def eurosprinter(folder: pathlib.Path, grid: int) -> Numbers:
         at = np.array(theirs[name]["creepage"])
         force = np.array([_force(problem, float(creepage)) for creepage in at])
         axes.plot(at, force, color=colour, label=label)
-        axes.plot(at, problem.friction * np.array(theirs[name]["force_x_over_mu0W"]), "o", color=colour, fillstyle="none",
+        forces = problem.friction.coefficient * np.array(theirs[name]["force_x_over_mu0W"])
+        axes.plot(at, forces, "o", color=colour, fillstyle="none",
                   markersize=3.5, label="CONTACT" if name == "constant_friction" else "_")
         apart = measured[1] - np.interp(measured[0], at, force)
         rows.append([label, f"{np.sqrt(np.mean(apart**2)):.3f}", f"{np.mean(apart):+.3f}".replace("-", "−")])

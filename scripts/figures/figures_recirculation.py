@@ -7,6 +7,7 @@ import pathlib
 from dataclasses import replace
 
 from scripts.figures.figures_drawing import Numbers, solve_problem, table
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Recirculation
 
 HEADER = ("case (`partition = \"matched\"`)", "Q_F (W)", "T_max, one pass → recirculating (K)", "bulk lower / upper (K)",
@@ -23,7 +24,7 @@ def _problem(
     tracks: tuple[Recirculation | None, Recirculation | None],
 ) -> Problem:
     heating = Heating(partition="matched", lower_track=tracks[0], upper_track=tracks[1])
-    return Problem(body, body, Geometry(*radii), load, friction, motion, heating, GRID)
+    return Problem(body, body, Geometry(*radii), load, Friction(friction), motion, heating, GRID)
 
 
 def _alike(track: Recirculation) -> tuple[Recirculation, Recirculation]:

@@ -20,6 +20,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, rectangle_integral
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_table
 from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
@@ -87,7 +88,7 @@ def _tangential() -> list[Row]:
         motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3,
                         differential_slip=False)
         problem = Problem(body, body, Geometry(radius, radius, radius, radius), given["normal_N"],
-                          given["friction_coefficient"], motion, Heating(False, False), Numerics((SIDE, SIDE)), name)
+                          Friction(given["friction_coefficient"]), motion, Heating(False, False), Numerics((SIDE, SIDE)), name)
         s, limit = solve_problem(problem).coupled.scalars, problem.traction_limit
         theirs, peer = contact[name]["extrapolated"], case["fine"]
         for axis in "xy":

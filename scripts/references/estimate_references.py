@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from scripts.problems import ellipse, on_grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED
@@ -52,7 +53,7 @@ def problem_of(given: dict[str, Any], grid: int) -> Problem:
                     given["force_x_N"], given["force_y_N"], differential_slip=False)
     heating = Heating(peclet=given["peclet"], partition=given["partition"]) if heated else Heating(heat=False)
     geometry = ellipse(given["aspect_ratio"], given["radius_m"])
-    return on_grid(Problem(body, body, geometry, given["normal_N"], given["friction"], motion, heating), grid)
+    return on_grid(Problem(body, body, geometry, given["normal_N"], Friction(given["friction"]), motion, heating), grid)
 
 
 def scale_of(name: str, reference: float, traction_limit: float) -> float:

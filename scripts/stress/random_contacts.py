@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import elliprd
 
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -25,7 +26,7 @@ def random_contact(seed: int) -> Problem:
     upper = lower
     if rng.random() < DISSIMILAR_SHARE:
         upper = replace(_material(rng, heated), youngs_modulus=lower.youngs_modulus * _log(rng, -1.0, 1.0))
-    problem = Problem(lower, upper, _geometry(rng), _log(rng, 1.0, 5.0), float(rng.uniform(0.05, 0.6)),
+    problem = Problem(lower, upper, _geometry(rng), _log(rng, 1.0, 5.0), Friction(float(rng.uniform(0.05, 0.6))),
                       Motion(1.0, differential_slip=False))
     problem = replace(problem, heating=_heating(rng) if heated else Heating(heat=False))
     problem = replace(problem, motion=_motion(rng, problem))

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import random_contact
-from thermoroll_cli.problem.problem import FrictionLaw, Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
+from thermoroll_cli.problem.friction import FrictionLaw, Interlayer
+from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -35,7 +36,7 @@ def random_friction(seed: int) -> Problem:
     a, b = derived.hertz.semi_axis_x, derived.hertz.semi_axis_y
     own = RollingGradient((1, 1), a, b, derived.shear_compliance).self_gradient[0]
     steepness = {"exponential": math.log(2.0), "rational": 1.0, "linear": 0.5, "table": 1.0}[kind] * (1.0 - limit)
-    half = derived.hertz.peak_pressure * problem.friction * steepness * problem.motion.speed * own / wanted
+    half = derived.hertz.peak_pressure * problem.friction.coefficient * steepness * problem.motion.speed * own / wanted
     law = FrictionLaw(kind, limit, half)  # type: ignore[arg-type]
     if kind == "table":
         law = FrictionLaw("table", table=((0.0, 1.0), (0.5 * half, 0.5 * (1.0 + limit)), (2.0 * half, limit)))
@@ -43,11 +44,10 @@ def random_friction(seed: int) -> Problem:
         size = math.sqrt(a * b) * derived.saturation_creepage
         if layered:
             # The layer shears by 0.1 to 3 times as much as the surfaces under the same traction.
-            layer = 10.0 ** rng.uniform(-1.0, 0.5) * a * own
-            problem = replace(problem, layer=layer)
-            size = max(size, layer * derived.hertz.peak_pressure * problem.friction * (1.0 - limit))
+            problem = replace(problem, interlayer=Interlayer(10.0 ** rng.uniform(-1.0, 0.5) * a * own))
+            size = max(size, DerivedQuantities(problem).interlayer_shear * (1.0 - limit))
         law = replace(law, memory=size * 10.0 ** rng.uniform(0.0, 1.0), memory_slip=1e-3 * problem.motion.speed)
-    return replace(problem, friction_law=law)
+    return replace(problem, friction=replace(problem.friction, law=law))
 
 
 def random_yield(seed: int) -> Problem:
@@ -57,14 +57,14 @@ def random_yield(seed: int) -> Problem:
     problem = random_contact(110000 + seed)
     derived = DerivedQuantities(problem)
     share = float(rng.uniform(0.2, 0.95))
-    bound = problem.friction * derived.hertz.peak_pressure
+    bound = problem.friction.coefficient * derived.hertz.peak_pressure
     layer = 0.0
     if rng.random() < COMPLIANT_SHARE:
         layer = 10.0 ** float(rng.uniform(-1.0, 0.5)) * derived.saturation_creepage * derived.hertz.semi_axis_x / bound
     motion, carried = problem.motion, 0.45 * (3.0 * share - share**3) * problem.traction_limit
     if motion.force_x is not None:
         motion = replace(motion, force_x=math.copysign(min(abs(motion.force_x), carried), motion.force_x))
-    return replace(problem, motion=motion, layer=layer, layer_yield=share * bound)
+    return replace(problem, motion=motion, interlayer=Interlayer(layer, share * bound))
 
 
 def random_strength(seed: int) -> Problem:

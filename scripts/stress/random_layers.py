@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import LARGEST_BULGE, _geometry, _heating, _log, _motion
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -36,8 +37,8 @@ def random_layers(seed: int) -> Problem:
         lower, upper = upper, lower
     # The contact stays small beside the radii.
     load = min(lower.youngs_modulus, upper.youngs_modulus) * smallest**2 * _log(rng, -12.0, -8.0)
-    problem = Problem(lower, upper, geometry, load, float(rng.uniform(0.05, 0.6)), Motion(1.0, differential_slip=False),
-                      Heating(heat=False))
+    problem = Problem(lower, upper, geometry, load, Friction(float(rng.uniform(0.05, 0.6))),
+                      Motion(1.0, differential_slip=False), Heating(heat=False))
     wanted = _log(rng, math.log10(THINNEST), math.log10(THICKEST))
     for _ in range(ADJUSTMENTS):
         # Stacks are drawn with a thickness of one, and the contact's size depends on them.

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem, Profile
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -44,7 +45,7 @@ def _drawn(rng: np.random.Generator, kind: str) -> Problem:
     upper = replace(lower, youngs_modulus=lower.youngs_modulus * _log(rng, -0.7, 0.7)) if unlike else lower
     load = lower.youngs_modulus * half**2 * _log(rng, -6.0, -3.5)
     heating = Heating(peclet=("rolling", "stationary")[int(rng.integers(2))]) if heated else Heating(heat=False)
-    return Problem(lower, upper, geometry, load, float(rng.uniform(0.05, 0.6)), Motion(1.0), heating)
+    return Problem(lower, upper, geometry, load, Friction(float(rng.uniform(0.05, 0.6))), Motion(1.0), heating)
 
 
 def _material(rng: np.random.Generator, heated: bool) -> Material:

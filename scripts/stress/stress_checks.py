@@ -63,7 +63,7 @@ def _broken(result: Result, state: State) -> list[str]:
     slip = np.stack([fields["slip_x"], fields["slip_y"]]) / problem.motion.speed
     flux = fields["heat_flux"] / problem.motion.speed
     shear, speed = np.hypot(*traction), np.hypot(*slip)
-    friction = fields.get("friction_coefficient", problem.friction)
+    friction = fields.get("friction_coefficient", problem.friction.coefficient)
     hold("pressure < 0", float(-pressure.min()), 0.0)
     hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).scales.approach, GAP)
     hold("load", abs(float(pressure.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)

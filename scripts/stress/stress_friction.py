@@ -56,12 +56,12 @@ def outcome(seed: int, grid: int) -> Outcome:
     `EVERY`."""
     problem = replace(random_friction(seed), numerics=Numerics((grid, grid)))
     result = solve(problem)
-    constant = solve(replace(problem, friction_law=None))
+    constant = solve(replace(problem, friction=replace(problem.friction, law=None)))
     work, constant_work = (r.work["levels"][-1]["applications"] for r in (result, constant))
     done = Outcome(seed, result.converged, result.reason, "no steady state carries" in result.reason, work, constant_work)
     if not result.converged or problem.prescribed_force:
         return done
-    if seed % EVERY == EVERY // 2 and not problem.layer and not DerivedQuantities(problem).dissimilar:
+    if seed % EVERY == EVERY // 2 and not problem.interlayer.compliance and not DerivedQuantities(problem).dissimilar:
         return replace(done, order=_order(problem))
     if seed % EVERY:
         return done

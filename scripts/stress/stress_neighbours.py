@@ -68,8 +68,8 @@ def _scaled(problem: Problem, varied: str, factor: float) -> Problem:
                  for name, value in (("creepage_x", motion.creepage_x), ("creepage_y", motion.creepage_y))}
         return replace(problem, motion=replace(motion, **given, spin=factor * motion.spin))
     if varied == "friction":
-        return replace(problem, friction=max(factor, 1.0) * problem.friction if problem.prescribed_force else
-                       factor * problem.friction)
+        factor = max(factor, 1.0) if problem.prescribed_force else factor
+        return replace(problem, friction=replace(problem.friction, coefficient=factor * problem.friction.coefficient))
     return replace(problem, geometry=replace(geometry, **{
         name: None if profile is None else _deeper(profile, factor)
         for name, profile in (("lower_profile", geometry.lower_profile), ("upper_profile", geometry.upper_profile))}))

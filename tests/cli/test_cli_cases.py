@@ -99,7 +99,7 @@ def test_everything_a_template_offers_in_comments_works(template: str, tmp_path:
     (tmp_path / "case.toml").write_text(offered)
     problem = Case.read(tmp_path / "case.toml").problem
     assert problem.subsurface is not None and problem.heating.recirculates == ('peclet = "rolling"' in text)
-    assert problem.heating.conducts and problem.friction_slope > 0.0 and problem.lower != problem.upper
+    assert problem.heating.conducts and problem.friction.slope > 0.0 and problem.lower != problem.upper
     assert problem.motion.force_x == pytest.approx(0.5 * problem.traction_limit, rel=1e-3)
 
 
@@ -110,7 +110,7 @@ def test_everything_a_mechanical_template_offers_in_comments_works(template: str
     (tmp_path / "case.toml").write_text(offered.replace('law = "exponential"', 'law = "table"'))
     problem = Case.read(tmp_path / "case.toml").problem
     if template == "locomotive":
-        assert problem.friction_law is not None and problem.friction_law.kind == "table" and problem.motion.force_x == 25000.0
+        assert problem.friction.law is not None and problem.friction.law.kind == "table" and problem.motion.force_x == 25000.0
     else:
         assert problem.wear is not None and problem.wear.distance == 50e3 and problem.wear.lower.rate > 0.0
         assert problem.subsurface is not None and problem.subsurface.upper_strength is not None
@@ -197,7 +197,7 @@ def test_show_has_case_keys_with_the_si_values_that_are_solved(name: str) -> Non
         Override.parse(f"{item.key}=1")
         # Without a law of slip its defaults enter nothing; with one coefficients are shares of that at rest.
         slip_law = item.key.startswith("friction.") and not item.key.startswith("friction.temperature_")
-        shares = slip_law and (case.problem.friction_law is None or item.key == "friction.limit_coefficient")
+        shares = slip_law and (case.problem.friction.law is None or item.key == "friction.limit_coefficient")
         assert shares or item.si is None or item.si in solved, item.key
         section, _, key = item.key.partition(".")
         assert section in tomllib.loads(case.to_toml())

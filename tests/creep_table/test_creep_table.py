@@ -38,7 +38,8 @@ from thermoroll_cli.creep_table.scaling import (
 from thermoroll_cli.creep_table.table_file import RESOLUTION, Axes, read_table, write_table
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.hdf5 import ResultFileError
-from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.friction import Friction, FrictionLaw
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -171,7 +172,7 @@ def test_falling_friction_through_an_equivalent_coefficient() -> None:
     for creepage, spin in ((0.002, 0.0), (0.01, 0.0), (0.003, 0.3), (0.05, 0.0)):
         motion = Motion(20.0, creepage, 0.0, spin, differential_slip=False)
         geometry = Geometry(0.46, math.inf, math.inf, 0.3)
-        problem = Problem(steel, steel, geometry, 1e5, 0.33, motion, nothing, Numerics(grid=(32, 32)), friction_law=law)
+        problem = Problem(steel, steel, geometry, 1e5, Friction(0.33, law), motion, nothing, Numerics(grid=(32, 32)))
         hertz, exact = DerivedQuantities(problem).hertz, solve(problem).coupled.scalars
         found = table.forces(creepage, 0.0, spin, semi_axes=(hertz.semi_axis_x, hertz.semi_axis_y), load=1e5, friction=0.33,
                              shear_modulus=steel.shear_modulus, law=law, speed=20.0)

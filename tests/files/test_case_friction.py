@@ -55,7 +55,7 @@ def test_the_map_of_friction_lies_between_both_coefficients() -> None:
     picture = figure(result, "friction")
     assert picture is not None
     drawn = np.asarray(picture.axes[0].get_images()[0].get_array())
-    assert 0.1 <= drawn.min() < drawn.max() <= result.problem.friction
+    assert 0.1 <= drawn.min() < drawn.max() <= result.problem.friction.coefficient
     assert figure(solve(Case.parse(MECHANICAL, overrides=[Override.parse("numerics.grid=16")]).problem), "friction") is None
 
 

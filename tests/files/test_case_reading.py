@@ -32,7 +32,7 @@ def test_units_are_converted_to_si() -> None:
     assert problem.lower.diffusivity == pytest.approx(10e-6, rel=1e-15)
     assert problem.geometry.lower_radius_x == 0.03
     assert problem.normal_force == 65.0
-    assert problem.friction == 0.3
+    assert problem.friction.coefficient == 0.3
     assert problem.motion.speed == 1.0
     assert (problem.motion.creepage_x, problem.motion.creepage_y) == (0.003, 0.001)
     assert problem.motion.spin == 20.0

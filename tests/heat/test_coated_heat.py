@@ -17,6 +17,7 @@ from thermoroll_cli.halfspace.layered_thermal import LayeredHeat
 from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_depths, temperature_table
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import (
     Geometry,
     Heating,
@@ -133,7 +134,7 @@ def test_slopes_are_those_of_finer_elements() -> None:
 
 
 def coated(lower: Material, upper: Material, creepage: float = 0.05, speed: float = 8.0, **changed: object) -> Problem:
-    problem = Problem(lower, upper, Geometry(0.03, -0.006, 0.005, 0.005), 50.0, 0.1, Motion(speed, creepage, 0.0),
+    problem = Problem(lower, upper, Geometry(0.03, -0.006, 0.005, 0.005), 50.0, Friction(0.1), Motion(speed, creepage, 0.0),
                       Heating(partition="matched"), Numerics(grid=(32, 32)))
     return replace(problem, **changed)
 
@@ -192,7 +193,7 @@ def test_points_of_a_sweep_share_the_tables() -> None:
     body = replace(STEEL, layers=(CARBON,))
     solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16))))
     built = layered_thermal._table.cache_info().misses
-    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=0.05))
+    solve(coated(STEEL, body, numerics=Numerics(grid=(16, 16)), friction=Friction(0.05)))
     assert layered_thermal._table.cache_info().misses == built
 
 

@@ -10,6 +10,7 @@ import pytest
 from tests.support.scenes import STEEL, article_4_1, ellipse, rolling, saturation
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.convolution import counted, unfolded
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
@@ -34,7 +35,7 @@ MIRRORED = {
     "hot": article_4_1(40),
     "hot spin": rolling(spin=2.0 * SPIN, speed=100.0, heating=Heating(), grid=40),
     "dissimilar": replace(rolling(creepage=(0.5 * CREEPAGE, 0.0)), upper=SOFT),
-    "warm friction": replace(article_4_1(40), friction_slope=1e-3),
+    "warm friction": replace(article_4_1(40), friction=Friction(0.3, slope=1e-3)),
     "isothermal lateral, then hot": rolling(creepage=(0.0, CREEPAGE), speed=100.0, heating=Heating(), grid=40),
 }  # fmt: skip
 WHOLE = {

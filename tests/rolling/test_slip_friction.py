@@ -9,7 +9,8 @@ import pytest
 
 from tests.support.scenes import reference
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.problem.problem import FrictionLaw, Geometry, Heating, Material, Motion, Numerics, Problem, Unsolvable
+from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Unsolvable
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction
@@ -27,7 +28,7 @@ LAWS = {
 
 
 def spheres(grid: int, **changes: object) -> Problem:
-    problem = Problem(STEEL, STEEL, Geometry(*(RADIUS,) * 4), LOAD, 0.3, Motion(1.0, differential_slip=False),
+    problem = Problem(STEEL, STEEL, Geometry(*(RADIUS,) * 4), LOAD, Friction(0.3), Motion(1.0, differential_slip=False),
                       Heating(heat=False), Numerics(grid=(grid, grid)))
     return replace(problem, **changes)  # type: ignore[arg-type]
 
@@ -43,13 +44,15 @@ def case(inputs: dict, grid: int) -> Problem:
             law = FrictionLaw(given["kind"], given["limit"] / friction, given["half_m_s"])
         law = replace(law, memory=inputs.get("memory_um", 0.0) * 1e-6)
     x, y, spin = inputs["creepage"]
+    yields = inputs["yield_MPa"] * 1e6 if "yield_MPa" in inputs else None
+    interlayer = Interlayer(inputs.get("layer_um_GPa", 0.0) * 1e-15, yields)
     force = inputs.get("force_N")
     material = Material(inputs["E_GPa"] * 1e9, inputs["nu"])
     return Problem(
-        material, material, Geometry(*(float(r) * 1e-3 for r in inputs["radii_mm"])), inputs["normal_N"], friction,
+        material, material, Geometry(*(float(r) * 1e-3 for r in inputs["radii_mm"])), inputs["normal_N"],
+        Friction(friction, law),
         Motion(inputs["speed_m_s"], x if force is None else None, y, spin * 1e3, force_x=force, differential_slip=False),
-        Heating(heat=False), Numerics(grid=(grid, grid)), friction_law=law, layer=inputs.get("layer_um_GPa", 0.0) * 1e-15,
-        layer_yield=inputs["yield_MPa"] * 1e6 if "yield_MPa" in inputs else None)
+        Heating(heat=False), Numerics(grid=(grid, grid)), interlayer=interlayer)
 
 
 @pytest.mark.parametrize("kind", LAWS)
@@ -108,7 +111,7 @@ def test_a_layer_that_yields_carries_so_much() -> None:
     inputs = FALLING["cases"]["yield_perfect"]["input"]
     sliding = case({**inputs, "creepage": [0.5, 0.0, 0.0]}, 32)
     hertz = DerivedQuantities(sliding).hertz
-    k = inputs["yield_MPa"] * 1e6 / (sliding.friction * hertz.peak_pressure)
+    k = inputs["yield_MPa"] * 1e6 / (sliding.friction.coefficient * hertz.peak_pressure)
     carried = 0.5 * (3.0 * k - k**3) * sliding.traction_limit
     state = solve(sliding).coupled
     assert state.scalars["force_x_N"] == pytest.approx(carried, rel=1e-3)
@@ -117,16 +120,16 @@ def test_a_layer_that_yields_carries_so_much() -> None:
         solve(case({**inputs, "force_N": 1.02 * carried}, 16))
     # Bodies of unlike materials have another pressure, known only when it is solved: only a force far above is refused at once.
     unlike = replace(sliding, upper=replace(sliding.upper, youngs_modulus=1.2 * sliding.upper.youngs_modulus))
-    k = unlike.layer_yield / (unlike.friction * DerivedQuantities(unlike).hertz.peak_pressure)
+    k = unlike.interlayer.yield_stress / (unlike.friction.coefficient * DerivedQuantities(unlike).hertz.peak_pressure)
     carried = 0.5 * (3.0 * k - k**3) * unlike.traction_limit
     with pytest.raises(Unsolvable, match="the layer yields: it carries"):
         solve(replace(case({**inputs, "force_N": 1.04 * carried}, 16), upper=unlike.upper))
     too_much = solve(replace(case({**inputs, "force_N": 1.01 * carried}, 16), upper=unlike.upper))
     assert not too_much.converged and "the layer yields" in too_much.reason
     with pytest.raises(Unsolvable, match="unless friction has memory"):
-        solve(replace(sliding, friction_law=LAWS["linear"], layer_yield=None, layer=1e-14))
+        solve(replace(sliding, friction=Friction(0.3, LAWS["linear"]), interlayer=Interlayer(1e-14)))
     with pytest.raises(Unsolvable, match="is not computed with it"):
-        solve(replace(sliding, friction_law=LAWS["linear"]))
+        solve(replace(sliding, friction=Friction(0.3, LAWS["linear"])))
 
 
 @pytest.mark.parametrize("name", WINKLER["cases"])
@@ -138,10 +141,10 @@ def test_a_soft_layer_alone_is_a_winkler_foundation(name: str) -> None:
     hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, problem.contact_modulus, LOAD)
     a = hertz.semi_axis_x
     layer = 1e6 * a * 2.0 * (1.0 - STEEL.poisson_ratio) / STEEL.shear_modulus
-    unit = layer * problem.friction * hertz.peak_pressure / a
+    unit = layer * problem.friction.coefficient * hertz.peak_pressure / a
     motion = Motion(1.0, wanted["kappa_x"] * unit, wanted["kappa_y"] * unit, wanted["kappa_spin"] * unit / a,
                     differential_slip=False)
-    scalars = solve(replace(problem, layer=layer, motion=motion)).coupled.scalars
+    scalars = solve(replace(problem, interlayer=Interlayer(layer), motion=motion)).coupled.scalars
     limit = problem.traction_limit
     found = (scalars["force_x_N"] / limit, scalars["force_y_N"] / limit, scalars["spin_moment_Nmm"] * 1e-3 / limit / a)
     assert found == pytest.approx((wanted["Fx"], wanted["Fy"], wanted["Mz"]), abs=3e-4)
@@ -159,16 +162,16 @@ def test_small_creepages_over_a_layer() -> None:
                "spin_lateral_force": Motion(1.0, 0.0, 0.0, 1e-6 / a, differential_slip=False)}
     for name, motion in motions.items():
         scalar = "force_x_N" if name == "longitudinal" else "force_y_N"
-        problem = spheres(48, friction=10.0, motion=motion)
+        problem = spheres(48, friction=Friction(10.0), motion=motion)
         without = solve(problem).coupled.scalars[scalar]
         for i in (0, 2, 4):
-            softer = solve(replace(problem, layer=SLOPE["L_over_L1"][i] * unit)).coupled.scalars[scalar]
+            softer = solve(replace(problem, interlayer=Interlayer(SLOPE["L_over_L1"][i] * unit))).coupled.scalars[scalar]
             assert softer / without == pytest.approx(SLOPE[name][i], abs=3e-3)
 
 
 def test_memory_makes_steep_laws_converge_at_second_order() -> None:
     law = FrictionLaw("exponential", 2 / 3, 1e-3, memory=1e-7)
-    forces = [solve(spheres(n, friction=0.6, friction_law=law, motion=Motion(1.0, 0.00135, differential_slip=False)))
+    forces = [solve(spheres(n, friction=Friction(0.6, law), motion=Motion(1.0, 0.00135, differential_slip=False)))
               .coupled.scalars["force_x_N"] for n in (16, 32, 64, 128)]
     errors = [abs(force - forces[-1]) for force in forces[:-1]]
     assert np.log2(errors[0] / errors[2]) / 2.0 > 1.5

@@ -379,7 +379,7 @@ def test_stick_ends_at_the_saturation_creepage(aspect, lateral):
     """Exact for ν = 0 (kalker.full_slip_creepages): 5 % above it nothing sticks, 10 % below something does."""
     base = rolling(grid=64, geometry=ellipse(aspect), body=elastic(0.0))
     hertz = DerivedQuantities(base).hertz
-    limit = full_slip_creepages(hertz, base.friction, elastic(0.0).shear_modulus, 0.0)[lateral]
+    limit = full_slip_creepages(hertz, base.friction.coefficient, elastic(0.0).shear_modulus, 0.0)[lateral]
     above, below = (
         solved(replace(base, motion=replace(base.motion, **{f"creepage_{'y' if lateral else 'x'}": f * limit}))).coupled.scalars
         for f in (1.05, 0.9)
@@ -411,7 +411,8 @@ def cell_of(name, n):
     grid = derived.grid((n, n), 2.2)
     edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
     pressure, covered = element_averages(derived.hertz, *edges)
-    cell = TangentialProblem(problem.friction * pressure, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
+    bound = problem.friction.coefficient * pressure
+    cell = TangentialProblem(bound, covered, derived.kinematics.rigid_slip(grid), grid.element_area)
     return cell, RollingGradient(grid.shape, grid.dx, grid.dy, derived.shear_compliance)
 
 

@@ -19,6 +19,7 @@ from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Traction
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.plan import make_plan
@@ -36,7 +37,7 @@ ROLLS = Motion(1.0, 0.0, 0.0, differential_slip=False)
 
 
 def pressed(body: Material, other: Material, radius: float, force: float, *, friction: float = 0.0) -> Problem:
-    return Problem(body, other, Geometry(radius, radius, math.inf, math.inf), force, friction, ROLLS, MECHANICAL)
+    return Problem(body, other, Geometry(radius, radius, math.inf, math.inf), force, Friction(friction), ROLLS, MECHANICAL)
 
 
 def of_radius(problem: Problem, radius: float, elements: int) -> Problem:

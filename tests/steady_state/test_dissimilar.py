@@ -17,6 +17,7 @@ from thermoroll_cli.exact.hertz import element_averages, line_contact
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant, coupling_tables, normal_table, shear_tables
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
@@ -43,7 +44,8 @@ def contact_case(name: str, grid: int) -> Problem:
     motion = Motion(1.0, given["creepage_longitudinal"], given["creepage_lateral"], given["spin_rad_mm"] * 1e3,
                     differential_slip=False)
     geometry = spheres(given["radius_mm_all_four"] * 1e-3)
-    return on_grid(Problem(lower, upper, geometry, given["normal_N"], given["friction_coefficient"], motion, MECHANICAL), grid)
+    friction = Friction(given["friction_coefficient"])
+    return on_grid(Problem(lower, upper, geometry, given["normal_N"], friction, motion, MECHANICAL), grid)
 
 
 @cache
@@ -94,7 +96,7 @@ def test_coupling_constant():
     compliance = ShearCompliance.of(ALUMINIUM, HARD_STEEL).along
     assert 4.0 * math.pi * k / compliance == pytest.approx(mismatch, rel=1e-14)
     lower, upper = (Material(2.0 * g * (1.0 + nu), nu) for g, nu in (ALUMINIUM, HARD_STEEL))
-    derived = DerivedQuantities(Problem(lower, upper, spheres(0.02), 10.0, 0.3, Motion(1.0)))
+    derived = DerivedQuantities(Problem(lower, upper, spheres(0.02), 10.0, Friction(0.3), Motion(1.0)))
     assert derived.dundurs_beta == pytest.approx(0.5 * mismatch, rel=1e-14)
 
 
@@ -268,7 +270,7 @@ def test_slender_contact_rolls_freely_like_its_strips():
     errors = []
     for aspect in (0.1, 0.05, 0.02):
         motion = Motion(1.0, None, 0.0, 0.0, force_x=0.0, differential_slip=False)
-        problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, 1e-3, motion, MECHANICAL), 48)
+        problem = on_grid(Problem(lower, upper, ellipse(aspect), 1000.0, Friction(1e-3), motion, MECHANICAL), 48)
         derived, result = DerivedQuantities(problem), solve(problem)
         assert result.converged
         strips = 2.0 * math.pi * derived.coupling_constant * derived.hertz.peak_pressure * 0.5 ** (1.0 / 3.0)
@@ -340,7 +342,7 @@ def test_cost_beside_one_material(name, monkeypatch):
 @pytest.mark.parametrize("heating", [MECHANICAL, Heating(peclet="stationary")])
 def test_equal_materials_given_twice(heating):
     """Nothing changes, and the plan says why."""
-    once = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, 0.3, Motion(200.0, 0.003, 0.0005, 1.0), heating), 32)
+    once = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, Friction(0.3), Motion(200.0, 0.003, 0.0005, 1.0), heating), 32)
     twice = replace(once, upper=Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6))
     first, second = solve(once), solve(twice)
     assert "same elastic constants" in make_plan(twice).skipped["elastic coupling"]
@@ -354,7 +356,7 @@ def test_equal_materials_given_twice(heating):
 def test_materials_without_mismatch_are_not_coupled(upper):
     lower = Material(2.0 * 1e9 * 1.4, 0.4) if upper.poisson_ratio == 0.2 else Material(5e6, 0.5)
     motion = Motion(1.0, 0.004, differential_slip=False)
-    problem = on_grid(Problem(lower, upper, spheres(0.02), 50.0, 0.3, motion, MECHANICAL), 16)
+    problem = on_grid(Problem(lower, upper, spheres(0.02), 50.0, Friction(0.3), motion, MECHANICAL), 16)
     plan, result = make_plan(problem), solve(problem)
     assert "elastic coupling" not in plan.run and "Dundurs" in plan.skipped["elastic coupling"]
     assert result.converged and result.coupled.scalars["gamma_p"] == pytest.approx(1.0, abs=1e-12)
@@ -363,7 +365,7 @@ def test_materials_without_mismatch_are_not_coupled(upper):
 
 
 def test_without_friction_the_pressure_is_hertz():
-    problem = replace(contact_case("free_rolling", 32), friction=0.0)
+    problem = replace(contact_case("free_rolling", 32), friction=Friction(0.0))
     plan, result = make_plan(problem), solve(problem)
     assert "no friction" in plan.skipped["elastic coupling"]
     discretisation = Discretisation(DerivedQuantities(problem), (32, 32), 2.2)
@@ -443,7 +445,7 @@ def test_prescribed_force():
 def test_strong_coupling():
     """β = ½, μ = 1: nothing worse exists among half-spaces."""
     soft, rigid = Material(1e9, 0.0), Material(1e15, 0.3)
-    problem = on_grid(Problem(soft, rigid, ellipse(3.0), 50.0, 1.0, Motion(1.0, 0.002, 0.01), MECHANICAL), 32, 2.75)
+    problem = on_grid(Problem(soft, rigid, ellipse(3.0), 50.0, Friction(1.0), Motion(1.0, 0.002, 0.01), MECHANICAL), 32, 2.75)
     result = solve(problem)
     assert DerivedQuantities(problem).dundurs_beta == pytest.approx(0.5, abs=1e-5)
     assert result.converged
@@ -471,7 +473,7 @@ def test_sweeps_start_from_their_neighbour_but_never_from_other_bodies():
 
 def hot(lower: Material, upper: Material, creepage: float, speed: float = 100.0, peclet: str = "stationary") -> Problem:
     heating = Heating(peclet=peclet)  # type: ignore[arg-type]
-    return on_grid(Problem(lower, upper, spheres(0.03), 65.0, 0.3, Motion(speed, creepage), heating), 32)
+    return on_grid(Problem(lower, upper, spheres(0.03), 65.0, Friction(0.3), Motion(speed, creepage), heating), 32)
 
 
 def test_heat_and_shear_share_one_fixed_point():

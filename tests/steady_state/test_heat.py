@@ -276,7 +276,7 @@ def test_full_slip_temperature_is_that_of_an_elliptic_hertzian_source(aspect):
     creep = 200.0 * saturation(base).creepage
     result = solved(replace(base, motion=Motion(1.0, creep, 0.0)))
     hertz = DerivedQuantities(base).hertz
-    flux = base.friction * hertz.peak_pressure * creep
+    flux = base.friction.coefficient * hertz.peak_pressure * creep
     rise = result.coupled.fields["temperature_rise_lower"]
     i, j = np.unravel_index(int(np.argmax(rise)), rise.shape)
     exact = ellipse_temperature(

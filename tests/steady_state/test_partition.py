@@ -17,6 +17,7 @@ from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatRespo
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion
 from thermoroll_cli.refinement.solve import solve
 
@@ -342,7 +343,7 @@ def test_conducted_heat_is_what_flows_without_friction():
     heating = replace(MATCHED, bulk_upper=40.0, deformation=False)
     problem = article_4_1(24, heating=heating)
     problem = replace(problem, upper=replace(problem.upper, conductivity=30.0))
-    rubbing, sliding_freely = solved(problem).coupled.scalars, solved(replace(problem, friction=0.0)).coupled.scalars
+    rubbing, sliding_freely = solved(problem).coupled.scalars, solved(replace(problem, friction=Friction(0.0))).coupled.scalars
     alone = solved(replace(problem, heating=replace(heating, bulk_upper=0.0))).coupled.scalars
     assert sliding_freely["heat_into_lower_W"] == pytest.approx(-sliding_freely["heat_into_upper_W"], rel=1e-9)
     assert sliding_freely["heat_conducted_W"] == pytest.approx(sliding_freely["heat_into_lower_W"], rel=1e-9)

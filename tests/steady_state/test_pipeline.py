@@ -144,7 +144,7 @@ def test_invariants_hold(varied):
         assert pressure.min() >= 0.0 and (pressure[inside] > 0.0).all() and not pressure[~inside].any()
         assert pressure.sum() * area == pytest.approx(varied.normal_force, rel=1e-7)
         assert f["gap"].min() >= 0.0 and not f["gap"][inside].any()
-        bound, shear = varied.friction * pressure, np.hypot(f["shear_x"], f["shear_y"])
+        bound, shear = varied.friction.coefficient * pressure, np.hypot(f["shear_x"], f["shear_y"])
         assert (shear - bound).max() < 5e-3 * bound.max()
         assert np.linalg.norm(np.maximum(shear - bound, 0.0)) < 2e-4 * np.linalg.norm(bound)
         speed = np.hypot(f["slip_x"], f["slip_y"])

@@ -105,11 +105,11 @@ def test_prescribed_force_finds_the_creepage_and_the_same_temperatures():
 
 def test_friction_feels_what_comes_back():
     """Bulk temperature lowers friction, and with it the heat."""
-    falling = {"friction_slope": 2e-3}
     turning = twin_disc(resistance=(10.0, 10.0), deformation=False)
+    falling = replace(turning.friction, slope=2e-3)
     passing = replace(turning, heating=replace(turning.heating, lower_track=None, upper_track=None))
-    once = solve(replace(passing, **falling)).coupled.scalars
-    back = solve(replace(turning, **falling))
+    once = solve(replace(passing, friction=falling)).coupled.scalars
+    back = solve(replace(turning, friction=falling))
     assert back.converged, back.reason
     assert back.coupled.scalars["force_x_N"] < 0.97 * once["force_x_N"]
 

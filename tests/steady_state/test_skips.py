@@ -11,6 +11,7 @@ from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rollin
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
@@ -186,7 +187,7 @@ def test_contact_s_box_serves_smaller_contacts() -> None:
 
 
 def test_skips_are_listed_with_reasons() -> None:
-    problem = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, 0.3, Motion(1.0)), 16)
+    problem = on_grid(Problem(STEEL, STEEL, spheres(0.03), 65.0, Friction(0.3), Motion(1.0)), 16)
     skipped = solve(problem).work["skipped"]
     assert {"tangential", "heat", "deformation", "elastic coupling", "normal (isothermal)"} <= set(skipped)
     assert all(len(reason) > 5 for reason in skipped.values())

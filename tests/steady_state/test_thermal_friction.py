@@ -18,14 +18,17 @@ from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.steady_state.iteration import friction_at
 
 K = 50.2
 AT_REST = Heating(peclet="stationary", deformation=False)
 
 
 def falling(problem: Problem, slope: float, minimum: float = 0.1) -> Problem:
-    return replace(problem, friction_slope=slope, friction_minimum=minimum)
+    return changed(problem, slope=slope, minimum=minimum)
+
+
+def changed(problem: Problem, **friction: float) -> Problem:
+    return replace(problem, friction=replace(problem.friction, **friction))
 
 
 def warm(grid: int = 32, slope: float = 5e-3, minimum: float = 0.1, **changes) -> Problem:
@@ -57,7 +60,7 @@ def test_the_law():
     """μ₀ (1 − sT) between a floor and μ₀."""
     problem = falling(rolling(), 2e-3, 0.25)
     np.testing.assert_allclose(
-        friction_at(problem, np.array([-50.0, 0.0, 100.0, 375.0, 1e4])), 0.3 * np.array([1.0, 1.0, 0.8, 0.25, 0.25])
+        problem.friction.at(np.array([-50.0, 0.0, 100.0, 375.0, 1e4])), 0.3 * np.array([1.0, 1.0, 0.8, 0.25, 0.25])
     )
     assert warm().friction_varies and not warm(slope=0.0).friction_varies
     assert not warm(friction=0.0).friction_varies and not replace(warm(), heating=Heating(heat=False)).friction_varies
@@ -66,21 +69,21 @@ def test_the_law():
 def test_threshold_floor_and_a_slope_of_either_sign():
     """Unchanged up to a temperature, then falling to a floor or rising to a ceiling."""
     temperatures = np.array([-50.0, 0.0, 100.0, 150.0, 200.0, 1e4])
-    fading = replace(falling(rolling(), 2e-3, 0.4), friction_start=100.0)
-    np.testing.assert_allclose(friction_at(fading, temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 0.9, 0.8, 0.4]))
-    rising = replace(fading, friction_slope=-2e-3, friction_maximum=1.5)
-    np.testing.assert_allclose(friction_at(rising, temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 1.1, 1.2, 1.5]))
+    fading = changed(falling(rolling(), 2e-3, 0.4), start=100.0)
+    np.testing.assert_allclose(fading.friction.at(temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 0.9, 0.8, 0.4]))
+    rising = changed(fading, slope=-2e-3, maximum=1.5)
+    np.testing.assert_allclose(rising.friction.at(temperatures), 0.3 * np.array([1.0, 1.0, 1.0, 1.1, 1.2, 1.5]))
 
 
 def test_a_threshold_that_is_not_reached_changes_nothing():
     constant = solved(warm(slope=0.0)).coupled.scalars
-    never = solve(replace(warm(), friction_start=500.0)).coupled.scalars
+    never = solve(changed(warm(), start=500.0)).coupled.scalars
     for name in ("force_x_N", "Q_F_W", "temperature_rise_max_lower_K"):
         assert never[name] == pytest.approx(constant[name], rel=1e-4)
 
 
 def test_friction_that_rises_makes_more_heat():
-    constant, rising = solved(warm(slope=0.0)), solve(replace(warm(), friction_slope=-5e-3, friction_maximum=1.3))
+    constant, rising = solved(warm(slope=0.0)), solve(changed(warm(), slope=-5e-3, maximum=1.3))
     assert rising.converged, rising.reason
     friction = rising.coupled.fields["friction_coefficient"]
     inside = rising.coupled.fields["state"] > 0
@@ -91,7 +94,7 @@ def test_friction_that_rises_makes_more_heat():
 
 @pytest.mark.parametrize("base", [warm(slope=0.0), hot(slope=0.0)])
 def test_without_a_slope_nothing_changes_and_nothing_costs(base):
-    result, other = solve(base), solve(replace(base, friction_minimum=0.7))
+    result, other = solve(base), solve(changed(base, minimum=0.7))
     for name, field in result.coupled.fields.items():
         np.testing.assert_array_equal(field, other.coupled.fields[name])
     assert "friction_coefficient" not in result.coupled.fields
@@ -113,10 +116,10 @@ def test_friction_belongs_to_the_temperature_of_the_result(problem):
     for state in states(result):
         f = state.fields
         inside, slipping = f["state"] > 0, f["state"] == 2
-        friction, expected = f["friction_coefficient"], friction_at(problem, mean_temperature(result, state))
-        assert np.abs(friction - expected)[inside].max() < 2e-4 * problem.friction
+        friction, expected = f["friction_coefficient"], problem.friction.at(mean_temperature(result, state))
+        assert np.abs(friction - expected)[inside].max() < 2e-4 * problem.friction.coefficient
         assert not friction[~inside].any() and friction.min() >= 0.0
-        assert friction[inside].min() < 0.97 * problem.friction
+        assert friction[inside].min() < 0.97 * problem.friction.coefficient
         bound, shear = friction * f["pressure"], np.hypot(f["shear_x"], f["shear_y"])
         assert (shear - bound).max() < 1e-3 * bound.max()
         np.testing.assert_allclose(shear[slipping], bound[slipping], atol=1e-3 * bound.max())
@@ -136,10 +139,10 @@ def test_full_sliding_is_a_linear_problem():
     table = temperature_table(16, 16, grid.dy / grid.dx, 0.0) * grid.dx / K
     i, j = np.divmod(np.arange(256), 16)
     influence = table[i[:, None] - i[None, :] + 15, j[:, None] - j[None, :] + 15]
-    matrix = np.eye(256) + base.friction * base.friction_slope * influence * (0.5 * pressure * 0.02 * creepage)
-    exact = np.linalg.solve(matrix, np.full(256, base.friction)).reshape(16, 16)
+    matrix = np.eye(256) + base.friction.coefficient * base.friction.slope * influence * (0.5 * pressure * 0.02 * creepage)
+    exact = np.linalg.solve(matrix, np.full(256, base.friction.coefficient)).reshape(16, 16)
     inside = f["state"] > 0
-    assert exact[inside].min() < 0.8 * base.friction
+    assert exact[inside].min() < 0.8 * base.friction.coefficient
     np.testing.assert_allclose(f["friction_coefficient"][inside], exact[inside], rtol=5e-3)
     assert result.coupled.scalars["force_x_N"] == pytest.approx(
         float((exact * f["pressure"]).sum()) * grid.element_area, rel=3e-3
@@ -255,8 +258,8 @@ def assert_friction_goes_with_temperature(problem):
     assert result.converged, result.reason
     f = result.coupled.fields
     inside = f["state"] > 0
-    expected = friction_at(problem, mean_temperature(result, result.coupled))
-    assert np.abs(f["friction_coefficient"] - expected)[inside].max() < 3e-4 * problem.friction
+    expected = problem.friction.at(mean_temperature(result, result.coupled))
+    assert np.abs(f["friction_coefficient"] - expected)[inside].max() < 3e-4 * problem.friction.coefficient
 
 
 def test_dissimilar_bodies_with_falling_friction_and_matched_heat():
@@ -283,9 +286,9 @@ def test_the_plan_says_so():
 
 def test_keys_of_the_case_file():
     case = parse(THERMAL, "friction.temperature_slope_1_K=2e-3", "friction.temperature_minimum_factor=0.3")
-    assert (case.problem.friction_slope, case.problem.friction_minimum) == (2e-3, 0.3)
+    assert (case.problem.friction.slope, case.problem.friction.minimum) == (2e-3, 0.3)
     default = parse(THERMAL).problem
-    assert (default.friction_slope, default.friction_minimum) == (0.0, 0.1)
+    assert (default.friction.slope, default.friction.minimum) == (0.0, 0.1)
     assert type(case)(case.name, case.to_toml(), case.settings).problem == case.problem
     for wrong in ("temperature_slope_1_K=-11", "temperature_maximum_factor=0.5",
                   "temperature_minimum_factor=1.5", "temperature_slope_1_K=nan"):
@@ -302,7 +305,7 @@ def test_keys_of_earlier_versions_name_their_present_place():
     # A result file of an earlier version is solved again as it was.
     resolved = json.loads(parse(THERMAL, "friction.temperature_slope_1_K=2e-3").to_json())
     resolved["load"]["friction_temperature_slope_1_K"] = resolved.pop("friction")["temperature_slope_1_K"]
-    assert Case.from_json(json.dumps(resolved)).problem.friction_slope == 2e-3
+    assert Case.from_json(json.dumps(resolved)).problem.friction.slope == 2e-3
 
 
 def test_run_from_the_command_line(tmp_path):

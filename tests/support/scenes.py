@@ -25,6 +25,7 @@ from scripts.problems import (
     spin_ellipse,
 )
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import (
     Geometry,
     Heating,
@@ -141,7 +142,7 @@ BODY = Material(210e9, 0.3, 50.0, 12e-6, 13e-6)
 def wheel_on_rail(grid=32, **heating):
     """Upper body turns; 2 % longitudinal creepage, 18 kW."""
     geometry = Geometry(math.inf, 0.3, 0.46, math.inf)
-    problem = Problem(BODY, BODY, geometry, 100e3, 0.3, Motion(30.0, 0.02),
+    problem = Problem(BODY, BODY, geometry, 100e3, Friction(0.3), Motion(30.0, 0.02),
                       Heating(**{"partition": "matched", "deformation": False, "upper_track": WHEEL, **heating}))
     return on_grid(problem, grid)
 

@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result, State
 
@@ -21,7 +22,7 @@ def problem(*, aspect: float = 1.0, heat: bool = True, deformation: bool = True,
         upper=STEEL,
         geometry=Geometry(RADIUS, sphere, RADIUS, sphere),
         normal_force=LOAD,
-        friction=FRICTION,
+        friction=Friction(FRICTION),
         motion=Motion(SPEED, CREEPAGE, 0.0, 0.0),
         heating=Heating(heat=heat, deformation=deformation, peclet="stationary"),
         numerics=Numerics(grid=(64, 64)),

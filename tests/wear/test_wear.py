@@ -18,6 +18,7 @@ from tests.support.scenes import reference
 from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.scalars import sliding_work
@@ -30,8 +31,9 @@ REFERENCE = reference("life_wear")
 STEEL = Material(210e9, 0.28)
 RATE, LOAD, CREEPAGE = 1e-13, 1500.0, 1.0
 TWIN_DISC = Problem(
-    STEEL, STEEL, Geometry(23.5e-3, math.inf, 23.5e-3, 0.2), LOAD, 0.4, Motion(3.0, CREEPAGE, differential_slip=False),
-    Heating(heat=False), Numerics(grid=(32, 32)), wear=Wear(upper=WornBody(RATE, 1.0), depth=5.7013e-6))
+    STEEL, STEEL, Geometry(23.5e-3, math.inf, 23.5e-3, 0.2), LOAD, Friction(0.4),
+    Motion(3.0, CREEPAGE, differential_slip=False), Heating(heat=False), Numerics(grid=(32, 32)),
+    wear=Wear(upper=WornBody(RATE, 1.0), depth=5.7013e-6))
 CASE = Path(__file__).parents[2] / "cases" / "twin_disc_wear.toml"
 
 
@@ -53,7 +55,7 @@ def test_full_sliding_wears_in_proportion_to_pressure() -> None:
 
 def test_a_free_rolling_groove_wears_beside_its_neutral_lines() -> None:
     """Heathcote's groove: friction so low that nothing deforms tangentially."""
-    problem = Problem(STEEL, STEEL, Geometry(0.022, -0.0066, 0.00635, 0.00635), 300.0, 1e-5,
+    problem = Problem(STEEL, STEEL, Geometry(0.022, -0.0066, 0.00635, 0.00635), 300.0, Friction(1e-5),
                       Motion(5.0, None, force_x=0.0), Heating(heat=False), Numerics(grid=(128, 128)))
     result = solve(problem)
     b = hertz_contact(problem.geometry.curvature_x, problem.geometry.curvature_y, problem.contact_modulus, 300.0).semi_axis_y

@@ -12,6 +12,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.creep_table.scaling import scales
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.numerics.grid import interpolation_matrix
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.newton import TangentialProblem
@@ -129,4 +130,5 @@ def _problem(aspect_ratio: float, poisson_ratio: float, shape: tuple[int, int]) 
     body = Material(MODULUS, poisson_ratio)
     geometry = Geometry(RADIUS / ratio, RADIUS * ratio, math.inf, math.inf)
     motion = Motion(1.0, 1e-3, 0.0, 1.0, differential_slip=False)
-    return Problem(body, body, geometry, LOAD, FRICTION, motion, Heating(heat=False, deformation=False), Numerics(shape))
+    return Problem(body, body, geometry, LOAD, Friction(FRICTION), motion, Heating(heat=False, deformation=False),
+                   Numerics(shape))

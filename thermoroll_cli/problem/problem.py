@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Literal
 
@@ -300,7 +300,7 @@ class Problem:
     heating: Heating = Heating()
     numerics: Numerics = Numerics()
     title: str = ""
-    interlayer: Interlayer = Interlayer()
+    interlayer: Interlayer = field(default_factory=Interlayer)
     subsurface: SubsurfaceRequest | None = None
     wear: Wear | None = None
 

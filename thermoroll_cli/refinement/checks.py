@@ -130,7 +130,8 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
     bound = contact.traction_bound(problem.friction.coefficient)
-    if problem.interlayer.yield_stress is not None and problem.prescribed_force > (limit := float(bound.sum()) * grid.element_area):
+    limit = float(bound.sum()) * grid.element_area
+    if problem.interlayer.yield_stress is not None and problem.prescribed_force > limit:
         return [f"the layer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)

@@ -165,7 +165,8 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
-        errors["friction_mean"] += mistaken * abs(derived.problem.friction.coefficient - mean) / error_scale("friction_mean", summary)
+        lost = abs(derived.problem.friction.coefficient - mean)
+        errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
     if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
         for name in {*CREEPAGES, *RELATIVE}.difference(given):
@@ -239,7 +240,7 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     patch = min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
     below_limit = (1.0 - problem.prescribed_force / problem.traction_limit) ** (2.0 / 3.0) if problem.prescribed_force else 0.0
-    full = problem.interlayer.compliance * problem.friction.coefficient * scales.peak_pressure / scales.semi_axis_x
+    full = derived.interlayer_shear / scales.semi_axis_x
     strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
     return max(patch, min(below_limit, resolution.border), min(strip, 1.0 / resolution.elements))
 
@@ -320,7 +321,8 @@ def stress_estimates(
         scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
         layers = HALF_THE_LAYERS * abs(half_the_layers[name] - grids[-1][name]) / scale
         # At the border of the contact tractions change by μp over an element.
-        border = derived.problem.friction.coefficient / elements if surface and stress and derived.kinematics.has_traction else 0.0
+        sheared = surface and stress and derived.kinematics.has_traction
+        border = derived.problem.friction.coefficient / elements if sheared else 0.0
         order = ORDER_AT_SURFACE if surface else ORDER_UNEVEN if derived.dissimilar else ORDER
         errors[name] = estimate([grid[name] for grid in grids], scale, order=order, unresolved=layers + border,
                                 floor=FLOOR + left_out)

@@ -202,9 +202,10 @@ def sliding_work(problem: Problem, fields: Mapping[str, AnyArray], dx: float) ->
     Where surfaces slide q = μ p |s|, and the heat flux q balances the power of the creep forces: its integral q/(μV) over the
     contact sets the total, and p |s| how it is distributed."""
     work = fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"])
-    if problem.friction.coefficient > 0.0 and work.any():
-        friction = fields.get("friction_coefficient", np.full_like(work, problem.friction.coefficient))
-        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, problem.friction.coefficient)).sum() / work.sum())
+    at_rest = problem.friction.coefficient
+    if at_rest > 0.0 and work.any():
+        friction = fields.get("friction_coefficient", np.full_like(work, at_rest))
+        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, at_rest)).sum() / work.sum())
     return np.asarray(work.sum(axis=0) * dx / problem.motion.speed)
 
 

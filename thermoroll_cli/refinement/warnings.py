@@ -201,7 +201,7 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
         yield "friction.memory_um has no effect: friction does not fall with slip"
     slip = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0) + abs(motion.spin) * derived.scales.mean_radius
     fallen = law.lowest if problem.prescribed_force else float(law.factor(np.array([slip * motion.speed]))[0][0])
-    needed = problem.interlayer.compliance * derived.scales.peak_pressure * problem.friction.coefficient * (1.0 - fallen)
+    needed = derived.interlayer_shear * (1.0 - fallen)
     if law.memory < needed:
         yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")

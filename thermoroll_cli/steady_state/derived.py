@@ -100,13 +100,18 @@ class DerivedQuantities:
     @cached_property
     def saturation_creepage(self) -> float:
         """Longitudinal creepage beyond which a circular contact of the same mean radius slides as a whole (Johnson's
-        estimate, 3μW/(C G a b) with C ≈ 4, and what a layer between the bodies adds): the scale of all creepages."""
+        estimate, 3μW/(C G a b) with C ≈ 4, and what the interlayer adds): the scale of all creepages."""
         across = self.shear_compliance.across
         if self.coatings is not None:
             across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
         modulus = 2.0 / across  # G of two equal bodies
-        layer = self.problem.interlayer.compliance * self.problem.friction.coefficient * self.scales.peak_pressure / self.scales.semi_axis_x
-        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + layer
+        shear = self.interlayer_shear / self.scales.semi_axis_x
+        return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + shear
+
+    @property
+    def interlayer_shear(self) -> float:
+        """L μ₀p₀ in m: displacement by which the interlayer shears under the largest traction."""
+        return self.problem.interlayer.compliance * self.problem.friction.coefficient * self.scales.peak_pressure
 
     def peclet(self, body: Material) -> float:
         """V a0/κ of one body, nan without a diffusivity."""

@@ -259,9 +259,10 @@ class TractionSolver:
 
 
 def _bound(problem: Problem, normal: Pressure, friction: Array | None) -> Array:
-    """Largest traction in Pa, (nx, ny): Coulomb's, or where a layer between the bodies yields."""
+    """Largest traction in Pa, (nx, ny): Coulomb's, or the yield stress of the interlayer where that is less."""
     bound = (problem.friction.coefficient if friction is None else friction) * normal.pressure
-    return bound if problem.interlayer.yield_stress is None else np.minimum(bound, problem.interlayer.yield_stress * normal.covered)
+    most = problem.interlayer.yield_stress
+    return bound if most is None else np.minimum(bound, most * normal.covered)
 
 
 def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
