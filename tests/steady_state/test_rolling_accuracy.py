@@ -15,7 +15,7 @@ from thermoroll_cli.exact.hertz import hertz_contact, shear_gradients
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, continued_gradient, known_gradient
+from thermoroll_cli.rolling.element_borders import block_product, continued_gradient, edge_compliance, known_gradient
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -118,7 +118,7 @@ def test_operator_with_leading_edge_knows_pressure_shaped_tractions(aspect):
     normal, grid, c = discretisation.isothermal_pressure, discretisation.grid, discretisation.derived.shear_compliance
     pressure, covered = box.cut(normal.pressure), box.cut(normal.covered)
     leading = discretisation.traction.leading(discretisation.derived, normal, box, undisturbed=True)
-    border = EdgeCompliance(covered, covered > 0.0, grid.dx, grid.dy, c, leading, gradient.alternating_gradient)
+    border = edge_compliance(covered, np.where(covered > 0.0, pressure, 0.0), gradient, leading)
     direction = np.array([0.6, -0.8])
     traction = direction[:, None, None] * pressure
     found = gradient(traction) + block_product(border.k, traction)

@@ -19,10 +19,11 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
-from thermoroll_cli.numerics.grid import Prolongation
-from thermoroll_cli.problem.contact import Contact, Traction
+from thermoroll_cli.numerics.grid import Grid, Prolongation
+from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.refinement.outcome import RefinementLevel
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, SteadyState, unknowns_of
 
@@ -66,8 +67,8 @@ def _numbers(value: object) -> Iterator[Array]:
         yield np.array([float(value)])
 
 
-class Course:
-    """The problems `solved` last, at most two, the later one first, on the way to `problem`."""
+class SolvedBefore:
+    """The last two solved problems, newest first, and the step from them to `problem`."""
 
     def __init__(self, problem: Problem, solved: Sequence[tuple[Problem, list[RefinementLevel]]]) -> None:
         self._levels = [levels for _, levels in solved]
@@ -88,6 +89,33 @@ class Course:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """A predicted state: its `fields` and `creepage` in Hertz's units; only `inside`, the last contact, has pressure."""
+
+    derived: DerivedQuantities
+    fields: Fields
+    creepage: Array
+    inside: Mask
+
+    def pressure(self, name: str = "start") -> Array:
+        """Pressure in Pa, (nx, ny), from which the solver starts; with the name "pressure" that of partly covered elements."""
+        peak = self.derived.scales.peak_pressure
+        return np.where(self.inside, np.maximum(self.fields[name] * peak, 0.0), 0.0)
+
+    def contact(self, isothermal: Pressure, *, coupled: bool) -> Contact:
+        """The predicted state as a first guess; its pressure is the `isothermal` one if nothing acts back on that."""
+        derived, normal = self.derived, isothermal
+        unknowns = {name: field * UNKNOWNS[name](derived) for name, field in self.fields.items() if name in UNKNOWNS}
+        if coupled or "shear_displacement" in unknowns:
+            pressure = self.pressure("pressure")
+            normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float), whole_elements=self.pressure())
+        bound = unknowns.get("friction", derived.problem.friction.coefficient) * normal.pressure
+        creepages = self.creepage * derived.saturation_creepage
+        guess = Traction.guess(self.fields["share"] * bound, (float(creepages[0]), float(creepages[1])))
+        return Contact(normal, guess, **unknowns)
+
+
+@dataclass(frozen=True)
 class Neighbours:
     """One grid of the last two problems, `last` and the one `before` (None: there was none), with the next coarser grid of this
     problem and of both; `t` as `step_length`."""
@@ -99,13 +127,12 @@ class Neighbours:
     coarse_before: RefinementLevel | None = None
     t: float = 0.0
 
-    def predicted(self, here: Discretisation, *, coupled: bool) -> Contact | None:
-        """The predicted state on `here`, with thermal deformation (`coupled`) or without; None where nothing predicts it."""
+    def predicted(self, derived: DerivedQuantities, grid: Grid, *, coupled: bool) -> Prediction | None:
+        """The state predicted on `grid`, with thermal deformation (`coupled`) or without; None if nothing predicts it."""
         last = _state(self.last, coupled=coupled)
         if last is None or (self.coarse is not None and _state(self.coarse, coupled=coupled) is None):
             return None
         found, creepage = _scaled(self.last.discretisation, last.contact)
-        inside = last.contact.normal.contact
         before, t = _state(self.before, coupled=coupled), self.t
         if before is not None and t:
             old, old_creepage = _scaled(self.before.discretisation, before.contact)  # type: ignore[union-attr]
@@ -113,13 +140,13 @@ class Neighbours:
             old, old_creepage, t = found, creepage, 0.0
         found = {name: field + t * (field - old[name]) for name, field in found.items()}
         creepage = creepage + t * (creepage - old_creepage)
-        change = self._coarse_change(here, t, coupled=coupled)
+        change = self._coarse_change(grid, t, coupled=coupled)
         if change is not None and change[0].keys() == found.keys():
             found = {name: field + change[0][name] for name, field in found.items()}
             creepage = creepage + change[1]
-        return _unscaled(here, found, creepage, inside, coupled=coupled)
+        return Prediction(derived, found, creepage, last.contact.normal.contact)
 
-    def _coarse_change(self, here: Discretisation, t: float, *, coupled: bool) -> tuple[Fields, Array] | None:
+    def _coarse_change(self, grid: Grid, t: float, *, coupled: bool) -> tuple[Fields, Array] | None:
         """P(Δ_coarse − t Δ_coarse,old)."""
         levels = (self.coarse, self.coarse_last, self.coarse_before if t else self.coarse_last)
         states = [_state(level, coupled=coupled) for level in levels]
@@ -132,7 +159,7 @@ class Neighbours:
             return None
         change = {name: new[name] - old[name] - t * (old[name] - older[name]) for name in new}
         assert self.coarse is not None
-        prolong = Prolongation(self.coarse.discretisation.grid, here.grid)
+        prolong = Prolongation(self.coarse.discretisation.grid, grid)
         # Shares of the bound count with the pressure that they belong to: outside the contact there are none.
         pressure = np.maximum(new["pressure"], 0.0)
         weight = prolong(pressure)
@@ -159,19 +186,3 @@ def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
         "share": contact.tangential.traction / np.where(bound > 0.0, bound, 1.0),
     } | {name: field / UNKNOWNS[name](derived) for name, field in unknowns_of(contact).items()}
     return found, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)
-
-
-def _unscaled(here: Discretisation, found: Fields, creepage: Array, inside: Mask, *, coupled: bool) -> Contact:
-    """A first guess on `here`; there is pressure on the last contact alone."""
-    derived = here.derived
-    unknowns = {name: field * UNKNOWNS[name](derived) for name, field in found.items() if name in UNKNOWNS}
-    peak = derived.scales.peak_pressure
-    pressure, start = (np.where(inside, np.maximum(found[name] * peak, 0.0), 0.0) for name in ("pressure", "start"))
-    if not coupled:
-        here.pressure.guess = start
-    normal = here.isothermal_pressure
-    if coupled or "shear_displacement" in unknowns:
-        normal = replace(normal, pressure=pressure, covered=(pressure > 0.0).astype(float), whole_elements=start)
-    bound = unknowns.get("friction", derived.problem.friction.coefficient) * normal.pressure
-    creepages = creepage * derived.saturation_creepage
-    return Contact(normal, Traction.guess(found["share"] * bound, (float(creepages[0]), float(creepages[1]))), **unknowns)

@@ -167,7 +167,7 @@ def _sliding(derived: DerivedQuantities) -> tuple[Discretisation, ThermalRespons
     It slides at its slip without traction, which the elastic slip exceeds only locally. Prescribed forces leave the creepage
     open: full sliding needs a few times the saturation creepage at most."""
     problem, motion = derived.problem, derived.problem.motion
-    discretisation = _preview(derived)
+    discretisation = _preview(derived, KeptTables(_preview_table))
     normal = discretisation.isothermal_pressure
     rigid = discretisation.driving_slip(normal)
     for i, force in enumerate((motion.force_x, motion.force_y)):
@@ -176,7 +176,6 @@ def _sliding(derived: DerivedQuantities) -> tuple[Discretisation, ThermalRespons
     flux = problem.friction.highest * normal.pressure * np.hypot(rigid[0], rigid[1]) * motion.speed
     # Both speeds to a few per cent: bodies that roll share a table of expansion, and so do neighbours of other creepage.
     along, across = (round(SPEED_STEPS * (c or 0.0)) / SPEED_STEPS for c in (motion.creepage_x, motion.creepage_y))
-    discretisation.responses.tables = KeptTables(_preview_table)
     return discretisation, discretisation.heat_response((along, across), rigid), flux
 
 
@@ -185,9 +184,9 @@ def _preview_table(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: f
     return displacement_table(nx, ny, aspect, peclet_x, peclet_y)
 
 
-def _preview(derived: DerivedQuantities) -> Discretisation:
+def _preview(derived: DerivedQuantities, tables: KeptTables | None = None) -> Discretisation:
     """A grid coarse enough for estimates."""
-    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
+    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT, tables=tables)
 
 
 def _even_share(derived: DerivedQuantities) -> float | None:

@@ -13,7 +13,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
-from thermoroll_cli.refinement.neighbours import Course
+from thermoroll_cli.refinement.neighbours import SolvedBefore
 from thermoroll_cli.refinement.outcome import RefinementLevel, refinement_level, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.starts import Starts, followed_state, next_home
@@ -117,18 +117,20 @@ class Solver:
         seconds: dict[str, float] = {}
         levels: list[RefinementLevel] = []
         coarser = neighbours = None
-        course = Course(problem, self._solved)
+        before_this = SolvedBefore(problem, self._solved)
         for shape in plan.grids:
             before = counted.transforms
-            neighbours = course.neighbours(shape, plan.extent, coarser, neighbours)
+            neighbours = before_this.neighbours(shape, plan.extent, coarser, neighbours)
             shared = None if neighbours is None else neighbours.last.discretisation
+            predicted = (None if neighbours is None
+                         else neighbours.predicted(derived, derived.grid(shape, plan.extent), coupled=False))
             discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options,
-                                             coarser=None if coarser is None else coarser.discretisation)
+                                             coarser=None if coarser is None else coarser.discretisation,
+                                             start=None if predicted is None else predicted.pressure(),
+                                             tables=None if shared is None else shared.responses.tables)
                               if shared is None or not shared.has_kernels_of(derived, shape, plan.extent)
                               else shared.for_problem(derived))
-            if shared is not None:
-                discretisation.responses.tables = shared.responses.tables
-            starts = Starts(discretisation, coarser, neighbours)
+            starts = Starts(discretisation, coarser, neighbours, predicted)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with timed(seconds, "isothermal"):
                 isothermal = fixed_point(discretisation, starts.isothermal(), tolerances, predicted=neighbours is not None)

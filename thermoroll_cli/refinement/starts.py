@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import Domain, Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
-from thermoroll_cli.refinement.neighbours import Neighbours
+from thermoroll_cli.refinement.neighbours import Neighbours, Prediction
 from thermoroll_cli.refinement.outcome import FollowedState, RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
 from thermoroll_cli.steady_state.fixed_point import Fields, SteadyState, fixed_point, unknowns_of
@@ -38,19 +38,20 @@ FIRST_GUESS = 1e-2
 
 @dataclass(frozen=True)
 class Starts:
-    """Sources of first guesses on one grid: the next `coarser` grid of the same problem, and its `neighbours`."""
+    """Sources of first guesses on one grid: the next `coarser` grid of the same problem, its `neighbours`, and the isothermal
+    state that these have `predicted`."""
 
     discretisation: Discretisation
     coarser: RefinementLevel | None = None
     neighbours: Neighbours | None = None
+    predicted: Prediction | None = None
 
     def isothermal(self) -> Contact:
         """First guess of the state without thermal deformation."""
         discretisation, source = self.discretisation, self.coarser
         fields = _unheated(discretisation)
-        predicted = None if self.neighbours is None else self.neighbours.predicted(discretisation, coupled=False)
-        if predicted is not None:
-            return _with_fields(predicted, fields)
+        if self.predicted is not None:
+            return _with_fields(self.predicted.contact(discretisation.isothermal_pressure, coupled=False), fields)
         if source is None:
             pressure, tangential = discretisation.isothermal_pressure, Traction.unknown(discretisation.grid.shape)
             if fields:
@@ -72,7 +73,9 @@ class Starts:
     @cached_property
     def predicted_coupled(self) -> Contact | None:
         """The coupled state that neighbours predict, on the usual domain."""
-        return None if self.neighbours is None else self.neighbours.predicted(self.discretisation, coupled=True)
+        here = self.discretisation
+        found = None if self.neighbours is None else self.neighbours.predicted(here.derived, here.grid, coupled=True)
+        return None if found is None else found.contact(here.isothermal_pressure, coupled=True)
 
     @property
     def of_coupled(self) -> RefinementLevel | None:

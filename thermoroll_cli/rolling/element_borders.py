@@ -11,7 +11,7 @@ Added to D A, E makes the beginning of a stick area correct wherever the border 
 alone (`EdgeCompliance`) would shift the border by a fraction of an element that depends on its direction: a first-order error
 in the tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and E has no effect.
 
-**Partly covered elements** (`EdgeCompliance`): a further gradient beyond the uniform element of the influence coefficients.
+**Partly covered elements** (`edge_compliance`): a further gradient beyond the uniform element of the influence coefficients.
 Where the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
 border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
 gradient of the displacement along the rolling direction is
@@ -40,8 +40,8 @@ the element's own compliance: r falls like the element's width, so this does not
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import framed, highest, sobel
-from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingOptions, difference
+from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7
 """Pressure over the peak below which elements have no resolved shape."""
@@ -105,56 +105,78 @@ def _slopes(pressure: Array, dx: float, dy: float) -> tuple[Array, Array]:
     return sobel(framed(pressure**2), dx, dy)
 
 
+@dataclass(frozen=True)
 class EdgeCompliance:
-    """K on a bounding box (n, m), components xx, yy, xy in `k` (3, n, m): `partial` marks partly covered elements, `diagonal`
-    (2, n, m) is that of K. Almost all of K is zero, but picking the other elements takes longer than multiplying all.
+    """K on a bounding box (n, m), components xx, yy, xy in `k` (3, n, m), and the same of the trailing border only. Almost all
+    of K is zero, but picking the other elements takes longer than multiplying all.
 
-    Where `leading` (3, n, m) is given, it replaces K on its elements, because it is more accurate. `softest` is then the
-    operator's compliance for tractions that alternate across rolling (x and y): on elements that are long along x it is small,
-    and subtracting more than that would let rows slip against each other.
-    `mirrored` says that the box is the half y > 0 of a contact that is its own mirror image. `neutral` (n, m) is the
-    compliance of elements that a neutral line may cross (`neutral_compliance`), the same in all directions, and added to K;
-    `interlayer` (n, m) likewise that of an interlayer at the ends of the rows (`interlayer_ends`)."""
+    `partial` marks partly covered elements, `crossed` those in which a neutral line outweighs the compliance of the element;
+    `neutral` (n, m) is the compliance of that line and `interlayer` (n, m) that of an interlayer at the ends of the rows. Both
+    are part of K; None without them."""
 
-    def __init__(
-        self, covered: AnyArray, contact: Mask, dx: float, dy: float, compliance: ShearCompliance,
-        leading: AnyArray | None = None, softest: tuple[float, float] = (math.inf, math.inf), mirrored: bool = False,
-        neutral: AnyArray | None = None, options: RollingOptions | None = None, interlayer: AnyArray | None = None,
-    ) -> None:
-        options = options or RollingOptions()
-        share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
-        self.partial: Mask = share < 1.0
-        i, j = np.nonzero(self.partial)
-        around = framed(np.where(contact, covered, 0.0))
-        if mirrored:
-            around[:, 0] = around[:, 1]
-        nx, ny = _border_normal(around, i, j, dx, dy)
-        scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
-        along, across = compliance.along, compliance.across
-        k = np.zeros((3, *covered.shape))
-        k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
-                                       (along - across) * nx * ny])
-        trailing = np.zeros(covered.shape, dtype=bool)
-        trailing[i, j] = nx < 0.0
-        if leading is not None:
-            known = leading.any(axis=0) & contact
-            trust = min(compliance.trust, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
-            k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
-            # Over an interlayer tractions rise linearly; only the share of the half-spaces rises like a square root.
-            k[:, known] /= 1.0 + compliance.interlayer / (along * dx)
-            trailing &= ~known
-        if neutral is not None:
-            k[:2] += neutral
-        if interlayer is not None:
-            k[:2] += interlayer
-        self.k, self._of_trailing = k, k * trailing
-        self.diagonal = k[:2]
+    k: AnyArray
+    of_trailing: AnyArray
+    partial: Mask
+    crossed: Mask
+    neutral: AnyArray | None
+    interlayer: AnyArray | None
+
+    @property
+    def diagonal(self) -> AnyArray:
+        """Diagonal of K, (2, n, m)."""
+        return self.k[:2]
 
     def trailing(self, traction: AnyArray) -> AnyArray:
         """K `traction` of the trailing border only, (2, n, m).
 
         Where that slips, the traction is at the bound whatever the gradient, and K would only reduce the power of the slip."""
-        return block_product(self._of_trailing, traction)
+        return block_product(self.of_trailing, traction)
+
+
+def edge_compliance(
+    covered: AnyArray, bound: AnyArray, gradient: RollingGradient, leading: AnyArray | None = None,
+    variation: AnyArray | None = None, options: RollingOptions | None = None,
+) -> EdgeCompliance:
+    """K of a contact that covers the shares `covered` of the elements, with Coulomb's `bound` (Pa, 0 outside), for the operator
+    `gradient`, all on the bounding box (n, m).
+
+    Where `leading` (3, n, m) is given, it replaces K on its elements, because it is more accurate. On elements that are long
+    along x the operator is soft for tractions that alternate across rolling, and subtracting more than its compliance would let
+    rows slip against each other. `variation` (n, m) is half the change of slip across an element (`neutral_compliance`)."""
+    options, contact, compliance = options or RollingOptions(), bound > 0.0, gradient.near_border
+    dx, dy = gradient.dx, gradient.dy
+    share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
+    partial: Mask = share < 1.0
+    i, j = np.nonzero(partial)
+    around = framed(np.where(contact, covered, 0.0))
+    if gradient.mirror is not None:
+        around[:, 0] = around[:, 1]
+    nx, ny = _border_normal(around, i, j, dx, dy)
+    scale = np.abs(nx) * (1.0 - share[i, j]) / share[i, j]
+    along, across = compliance.along, compliance.across
+    k = np.zeros((3, *covered.shape))
+    k[:, i, j] = scale * np.stack([along * nx * nx + across * ny * ny, along * ny * ny + across * nx * nx,
+                                   (along - across) * nx * ny])
+    trailing = np.zeros(covered.shape, dtype=bool)
+    trailing[i, j] = nx < 0.0
+    if leading is not None:
+        known = leading.any(axis=0) & contact
+        softest = gradient.alternating_gradient
+        trust = min(compliance.trust, softest[0] / (options.deepest * along), softest[1] / (options.deepest * across))
+        k[:, known] = (1.0 - trust) * k[:, known] + trust * _limited(leading[:, known], along, across, options)
+        # Over an interlayer tractions rise linearly; only the share of the half-spaces rises like a square root.
+        k[:, known] /= 1.0 + compliance.interlayer / (along * dx)
+        trailing &= ~known
+    neutral = interlayer = None
+    crossed = np.zeros_like(contact)
+    if variation is not None:
+        neutral, crossed = neutral_compliance(variation, bound, float(np.mean(gradient.self_gradient)))
+        k[:2] += neutral
+    if gradient.compliance.interlayer:
+        interlayer = interlayer_ends(covered, contact, gradient.compliance.interlayer, dx, gradient.weights,
+                                     options.smallest_cover)
+        k[:2] += interlayer
+    return EdgeCompliance(k, k * trailing, partial, crossed, neutral, interlayer)
 
 
 def block_product(block: Iterable[AnyArray], v: AnyArray) -> AnyArray:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.numerics.krylov import gmres
-from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, interlayer_ends, neutral_compliance
+from thermoroll_cli.rolling.element_borders import EdgeCompliance, block_product, edge_compliance
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient, RollingOptions
 from thermoroll_cli.rolling.slip_friction import FrictionResponse, SlipFriction
 from thermoroll_cli.rolling.stick_inverse import StickInverse, run_starts
@@ -87,40 +88,81 @@ class Iterate:
     response: FrictionResponse | None = None
 
 
+@dataclass(frozen=True)
 class Newton:
     """The linearisation of τ − Proj(τ + ρ s) = 0, with Σ τ dA = F for the directions whose creepage is free."""
 
-    def __init__(
-        self, problem: TangentialProblem, gradient: RollingGradient, inverse: StickInverse, options: RollingOptions
-    ) -> None:
-        self.problem, self.gradient, self.inverse, self.options = problem, gradient, inverse, options
-        self.contact: Mask = (problem.traction_bound > 0.0) & (problem.covered > 0.0)
-        self.traction_bound = np.where(self.contact, problem.traction_bound, 0.0)
-        element = np.array(gradient.self_gradient)[:, None, None]
-        self.neutral: AnyArray | None = None
-        self.crossed: Mask = np.zeros_like(self.contact)
-        if problem.variation is not None:
-            self.neutral, self.crossed = neutral_compliance(problem.variation, self.traction_bound, float(element.mean()))
-        interlayer = gradient.compliance.interlayer
-        self.interlayer = interlayer_ends(problem.covered, self.contact, interlayer, gradient.dx, gradient.weights,
-                                          options.smallest_cover) if interlayer else None
-        self.border = EdgeCompliance(problem.covered, self.contact, gradient.dx, gradient.dy, gradient.near_border,
-                                     problem.leading, gradient.alternating_gradient, gradient.mirror is not None, self.neutral,
-                                     options, self.interlayer)
-        self.self_compliance = element + self.border.diagonal
-        self.rho = options.relaxation / self.self_compliance.mean(axis=0)
-        self.free = problem.free
-        self.count = max(int(self.contact.sum()), 1)
-        self.size = self.traction_bound.size
-        self.force_scale = math.sqrt(self.count) / FORCE_WEIGHT
-        # Residuals are relative to the tractions to expect: the bound, or those of the creepage in full stick if that is less.
+    problem: TangentialProblem
+    gradient: RollingGradient
+    inverse: StickInverse
+    options: RollingOptions
+
+    @cached_property
+    def contact(self) -> Mask:
+        return np.asarray((self.problem.traction_bound > 0.0) & (self.problem.covered > 0.0))
+
+    @cached_property
+    def traction_bound(self) -> AnyArray:
+        """Coulomb's bound in Pa, (n, m), 0 outside the contact."""
+        return np.where(self.contact, self.problem.traction_bound, 0.0)
+
+    @cached_property
+    def border(self) -> EdgeCompliance:
+        problem = self.problem
+        return edge_compliance(problem.covered, self.traction_bound, self.gradient, problem.leading, problem.variation,
+                               self.options)
+
+    @cached_property
+    def self_compliance(self) -> AnyArray:
+        """∂u_x/∂x and ∂u_y/∂x of each element by its own traction, (2, n, m), in 1/Pa."""
+        return np.array(self.gradient.self_gradient)[:, None, None] + self.border.diagonal
+
+    @cached_property
+    def rho(self) -> AnyArray:
+        """ρ in Pa, (n, m)."""
+        return np.asarray(self.options.relaxation / self.self_compliance.mean(axis=0))
+
+    @cached_property
+    def free(self) -> tuple[int, ...]:
+        return self.problem.free
+
+    @cached_property
+    def count(self) -> int:
+        """Elements of the contact, at least 1."""
+        return max(int(self.contact.sum()), 1)
+
+    @cached_property
+    def size(self) -> int:
+        return self.traction_bound.size
+
+    @cached_property
+    def force_scale(self) -> float:
+        """Scale of a sum of tractions in the residual."""
+        return math.sqrt(self.count) / FORCE_WEIGHT
+
+    @cached_property
+    def reference(self) -> float:
+        """2-norm of the tractions to expect: the bound, or those of the creepage in full stick if that is less."""
+        problem = self.problem
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
-        expected = np.minimum(self.traction_bound, STICK_TRACTION * rigid / float(element.mean()) + force_traction)
-        self.reference = float(np.linalg.norm(expected)) or 1.0
-        typical = float(self.traction_bound.sum()) / self.count
-        self.creepage_unit = typical * float(element.mean()) or 1.0  # a creepage of the size that matters
-        self.target = np.array([problem.force[i] / problem.element_area for i in self.free])  # type: ignore[operator]
+        expected = np.minimum(self.traction_bound, STICK_TRACTION * rigid / self._element + force_traction)
+        return float(np.linalg.norm(expected)) or 1.0
+
+    @cached_property
+    def creepage_unit(self) -> float:
+        """A creepage of the size that matters."""
+        return float(self.traction_bound.sum()) / self.count * self._element or 1.0
+
+    @cached_property
+    def target(self) -> AnyArray:
+        """Sums of the tractions for the prescribed forces."""
+        return np.array([self.problem.force[i] / self.problem.element_area for i in self.free])  # type: ignore[operator]
+
+    @property
+    def _element(self) -> float:
+        """Mean gradient of a uniformly loaded element."""
+        return float(np.mean(self.gradient.self_gradient))
 
     # --- state ---------------------------------------------------------------------------------------------------
 
@@ -155,7 +197,8 @@ class Newton:
     def _taken_at_borders(self, traction: AnyArray) -> AnyArray:
         """Slip by the compliance of the trailing border and of neutral lines, (2, n, m)."""
         back = self.border.trailing(traction)
-        return back if self.neutral is None else back + self.neutral * traction
+        neutral = self.border.neutral
+        return back if neutral is None else back + neutral * traction
 
     def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Direction (2, n, m) and size (n, m) of the slip that friction depends on, without that by border compliances."""
@@ -175,7 +218,7 @@ class Newton:
 
     def sticking(self, state: Iterate) -> Mask:
         """Elements that stick, (n, m): below their bound, and not sliding both ways about a neutral line."""
-        return np.asarray(state.stick & self.contact & ~self.crossed)
+        return np.asarray(state.stick & self.contact & ~self.border.crossed)
 
     def _slip(self, traction: AnyArray, unknown: AnyArray) -> AnyArray:
         return self._slip_of(self.gradient(traction), traction, unknown)
@@ -277,9 +320,9 @@ class Linearisation:
         # The own compliance dominates border elements at the beginning of a stick run; the rest is integrated.
         head = stick & newton.border.partial
         head[1:] &= ~stick[:-1]
-        head |= stick & newton.crossed
-        if newton.interlayer is not None:
-            head |= stick & (np.abs(newton.interlayer) > min(newton.gradient.self_gradient))
+        head |= stick & newton.border.crossed
+        if newton.border.interlayer is not None:
+            head |= stick & (np.abs(newton.border.interlayer) > min(newton.gradient.self_gradient))
         self.inner = stick & ~head
         self.starts = run_starts(self.inner)
         own_x, own_y = newton.self_compliance
@@ -365,4 +408,3 @@ def _lone(slip: Mask, stick: Mask) -> Mask:
     lone[1:-2] |= pairs
     lone[2:-1] |= pairs
     return lone
-

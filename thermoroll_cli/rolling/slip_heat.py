@@ -65,17 +65,11 @@ def heat_of_slip(
     zones = _zones(slips)
     onset = _onset(solution, problem, zones, slips, compliance, dx, dy)
     heat = _balanced(solution, zones, slips, onset)
-    _follow_the_pressure(heat, solution, problem.covered, slips)
-    _follow_the_root(heat, onset)
-    heat = np.maximum(heat, 0.0)
+    heat = _following_the_pressure(heat, solution, problem.covered, slips)
+    heat = np.maximum(_following_the_root(heat, onset), 0.0)
     total, work = float(heat.sum()), float((solution.traction * rigid).sum())
     heat *= max(work, 0.0) / total if total > 0.0 else 0.0
-    slope = slopes(heat)
-    first = onset.inside & (np.arange(ONSET_ELEMENTS + 1) < ONSET_ELEMENTS)
-    at = onset.rows[first], onset.columns[first]
-    slope[at] = heat[at] * onset.slope[first]
-    _slope_at_the_end(slope, heat, problem.covered, slips)
-    return heat, np.minimum(slope, 2.0 * heat)
+    return heat, np.minimum(_slopes(heat, onset, problem.covered, slips), 2.0 * heat)
 
 
 def _zones(slips: Mask) -> NDArray[np.intp]:
@@ -141,8 +135,8 @@ def _balanced(solution: TangentialSolution, zones: NDArray[np.intp], slips: Mask
     return np.where(has_root[zones], whole, heat)
 
 
-def _follow_the_root(heat: Array, onset: _Onset) -> None:
-    """Distribute the total heat of the first elements of each zone like root-like slip, in place."""
+def _following_the_root(heat: Array, onset: _Onset) -> Array:
+    """`heat` with the total of the first elements of each zone distributed like root-like slip."""
     now = heat[onset.rows, onset.columns] * onset.inside
     together, behind = now[:, :ONSET_ELEMENTS].sum(axis=1), now[:, ONSET_ELEMENTS]
     weight, centre = onset.weight[:, :ONSET_ELEMENTS], onset.centre[:, :ONSET_ELEMENTS]
@@ -156,7 +150,9 @@ def _follow_the_root(heat: Array, onset: _Onset) -> None:
     total = shape.sum(axis=1)
     shape *= (together / np.where(total > 0.0, total, 1.0))[:, None]
     inside = onset.inside[:, :ONSET_ELEMENTS]
+    heat = heat.copy()
     heat[onset.rows[:, :ONSET_ELEMENTS][inside], onset.columns[:, :ONSET_ELEMENTS][inside]] = shape[inside]
+    return heat
 
 
 def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -167,9 +163,9 @@ def _ends(slips: Mask) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return i, j
 
 
-def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Array, slips: Mask) -> None:
-    """Distribute the total heat of the last three elements of each zone that ends with the contact like their tractions times
-    continued slip, in place: slip is smooth there, but its difference formula reaches across the border."""
+def _following_the_pressure(heat: Array, solution: TangentialSolution, covered: Array, slips: Mask) -> Array:
+    """`heat` with the total of the last three elements of each zone that ends with the contact distributed like their tractions
+    times continued slip: slip is smooth there, but its difference formula reaches across the border."""
     i, j = _ends(slips)
     far = i >= LEAST_ZONE_ELEMENTS - 1
     for k in range(1, LEAST_ZONE_ELEMENTS):
@@ -185,13 +181,19 @@ def _follow_the_pressure(heat: Array, solution: TangentialSolution, covered: Arr
     together = heat[i, j] + heat[i - 1, j] + heat[i - 2, j]
     total = weight.sum(axis=0)
     known = (total > 0.0) & (together > 0.0)
+    heat = heat.copy()
     for k, part in zip((2, 1, 0), weight, strict=True):
         heat[i[known] - k, j[known]] = (part * together / np.where(known, total, 1.0))[known]
+    return heat
 
 
-def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) -> None:
-    """Slopes of the last two elements of each zone that ends with the contact, in place: those of a square root that ends at
-    the border, times a slowly varying factor."""
+def _slopes(heat: Array, onset: _Onset, covered: Array, slips: Mask) -> Array:
+    """Change of the heat through each element: at the beginning of zones that of root-like slip, on the last two elements of
+    each zone that ends with the contact that of a square root that ends at the border, times a slowly varying factor."""
+    slope = slopes(heat)
+    first = onset.inside & (np.arange(ONSET_ELEMENTS + 1) < ONSET_ELEMENTS)
+    at = onset.rows[first], onset.columns[first]
+    slope[at] = heat[at] * onset.slope[first]
     i, j = _ends(slips)
     behind = np.pad(covered, ((0, 1), (0, 0)))[i + 1, j]
     i, j = i[behind == 0.0], j[behind == 0.0]
@@ -205,3 +207,4 @@ def _slope_at_the_end(slope: Array, heat: Array, covered: Array, slips: Mask) ->
     mean, centre = _root(part, part + 1.0)
     before, _ = _root(part + 1.0, part + 2.0)
     slope[i, j] = 12.0 * heat[i, j] * (part + 0.5 - centre) + heat[i, j] - heat[i - 1, j] * mean / before
+    return slope

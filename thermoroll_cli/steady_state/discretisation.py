@@ -8,7 +8,7 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.heat.frictional_heat import Heat, divide
-from thermoroll_cli.heat.heat_response import ThermalResponse
+from thermoroll_cli.heat.heat_response import KeptTables, ThermalResponse
 from thermoroll_cli.numerics.grid import Domain, Grid
 from thermoroll_cli.problem.contact import Contact, Pressure, Traction
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
@@ -59,18 +59,21 @@ class Discretisation:
     def __init__(
         self, derived: DerivedQuantities, shape: tuple[int, int], extent: float, threads: int = 1,
         options: SolverOptions | None = None, followed: Domain | None = None, coarser: Discretisation | None = None,
+        start: Array | None = None, tables: KeptTables | None = None,
     ) -> None:
         """`followed` is a domain around a heated contact, at any place; it replaces the one of `extent` semi-axes about the
-        isothermal contact. `coarser` is the next coarser grid."""
+        isothermal contact. `coarser` is the next coarser grid; `start` (Pa, (nx, ny)) is a predicted isothermal pressure, and
+        `tables` keeps those of thermal expansion from problem to problem."""
         self.derived, self.extent, self.threads, self.followed = derived, extent, threads, followed
         self.options = options or SolverOptions()
         self.grid: Grid = derived.grid(shape, extent) if followed is None else Grid.over(shape, *followed)
         self.pressure: PressureSolver = PressureSolver(
             derived, self.grid, None if followed else extent, self.options.tolerances.normal,
-            whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure)
+            whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure,
+            start=start)
         self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling,
                                                          derived.coatings)
-        self.responses: HeatResponses = HeatResponses(self.grid)
+        self.responses: HeatResponses = HeatResponses(self.grid, tables)
         self._heats: list[tuple[Traction, Heat]] = []
 
     def has_kernels_of(self, derived: DerivedQuantities, shape: tuple[int, int], extent: float) -> bool:

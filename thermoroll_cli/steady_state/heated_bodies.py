@@ -106,9 +106,9 @@ def crown_bound(derived: DerivedQuantities) -> float:
 class HeatResponses:
     """Thermal responses on one grid; kernels are kept, and built again only when speeds change."""
 
-    def __init__(self, grid: Grid) -> None:
+    def __init__(self, grid: Grid, tables: KeptTables | None = None) -> None:
         self.grid = grid
-        self.tables = KeptTables()
+        self.tables = tables or KeptTables()
         self._last: HeatResponse | None = None
         self._tracks: dict[Roller, Track] = {}
 

@@ -23,17 +23,16 @@ class PressureSolver:
     """Presses bodies of one gap under one load together, on a `grid` that spans `extent` half-lengths of the contact
     (None: one that follows a heated contact, which may lie anywhere).
 
-    `coarser` is the solver of the next coarser grid: its isothermal pressure is the start where there is no closed form."""
+    If there is no closed form, the isothermal pressure starts from the predicted one, `start` (Pa, (nx, ny)), or else from that
+    of `coarser`, the solver of the next coarser grid."""
 
     def __init__(
         self, derived: DerivedQuantities, grid: Grid, extent: float | None, tolerance: float, *, whole_elements: bool,
-        coarser: PressureSolver | None = None,
+        coarser: PressureSolver | None = None, start: Array | None = None,
     ) -> None:
         self.grid = grid
         self._derived, self._extent, self._tolerance, self._whole_elements = derived, extent, tolerance, whole_elements
-        self._coarser = coarser
-        self.guess: Array | None = None
-        """Pressure (Pa, (nx, ny)) from which the isothermal pressure starts, if it is predicted."""
+        self._coarser, self._start = coarser, start
 
     @cached_property
     def undeformed_gap(self) -> Array:
@@ -49,8 +48,8 @@ class PressureSolver:
         """Pressure on bodies that only their load deforms; for homogeneous bodies with radii Hertz's closed form."""
         if self._derived.problem.has_hertz_solution:
             return self._hertz()
-        if self.guess is not None:
-            start = self.guess
+        if self._start is not None:
+            start = self._start
         elif self._coarser is None:
             start = np.zeros(self.grid.shape)
             if self.solver.below_stiff_layers and not self._derived.problem.geometry.has_profile:
