@@ -127,11 +127,27 @@ def state_of(pid: int) -> str:
     return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
 
 
+def test_a_signal_during_the_first_imports_leaves_no_trace() -> None:
+    program = """
+import os, signal, sys
+class Interrupting:
+    def find_spec(self, name, *_):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+from thermoroll_cli.__main__ import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", program, "--version"], capture_output=True, text=True, timeout=PATIENCE,
+                          env={**os.environ, "PYTHONPATH": str(ROOT)})  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")
+
+
 def test_a_signal_after_the_last_word_counts() -> None:
     """While libraries put their things away, when all is done."""
     program = (
-        "import atexit, time; from thermoroll_cli.cli.main import program; "
-        "atexit.register(lambda: (print('late', flush=True), time.sleep(300))); program()"
+        "import atexit, time; from thermoroll_cli.__main__ import main; "
+        "atexit.register(lambda: (print('late', flush=True), time.sleep(300))); main()"
     )
     command = [sys.executable, "-c", program, "--version"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env={**os.environ, "PYTHONPATH": str(ROOT)}) as process:

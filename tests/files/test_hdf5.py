@@ -196,6 +196,10 @@ def test_files_that_are_not_results_are_named(tmp_path: pathlib.Path, stored: pa
     with h5py.File(tmp_path / "holed.h5", "r+") as file:
         del file["summary"]
     says(tmp_path / "holed.h5", "damaged")
+    shutil.copy(stored, tmp_path / "flat.h5")
+    with h5py.File(tmp_path / "flat.h5", "r+") as file:
+        file["fields/x"][...] = 0.0
+    says(tmp_path / "flat.h5", "its coordinates do not increase")
     os.mkfifo(tmp_path / "pipe")
     says(tmp_path / "pipe", "not a regular file")
 

@@ -257,10 +257,20 @@ def test_a_cluster_gives_the_serial_files_and_may_lose_a_worker(cluster, case: P
 
 def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("thermoroll_cli.tasks.runner.CONNECT_SECONDS", 0.5)
-    for address in ("tcp://127.0.0.1:1", "nonsense://x"):
+    for address in ("tcp://127.0.0.1:1", "nonsense://x", "foo"):
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", address)
         assert (done.returncode, done.stdout) == (5, "")
         assert f"no Dask scheduler at {address}" in done.stderr
+
+
+def test_a_cluster_without_workers_is_waited_for_and_given_up(case: Path, tmp_path: Path) -> None:
+    import distributed
+
+    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as cluster:
+        done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", cluster.scheduler_address, "--dask-wait", "0.3")
+    waiting, gave_up = done.stderr.splitlines()
+    assert waiting == f"thermoroll: waiting for a worker of the Dask cluster at {cluster.scheduler_address}, 0.3 s at most"
+    assert (done.returncode, gave_up.endswith("had no worker for 0.3 s; --dask-wait waits longer")) == (5, True)
 
 
 def test_what_a_cluster_answers_instead_of_a_result() -> None:

@@ -289,6 +289,17 @@ def test_a_full_disk_keeps_what_was_finished(case: Path, folder: Path, monkeypat
     assert len(rows(folder)) == 2
 
 
+def test_a_full_disk_and_scalars_only(case: Path, folder: Path) -> None:
+    """HDF5 itself crashes if its file cannot be written to the end."""
+    done = subprocess.run(
+        [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--scalars-only", "-q"],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (30000, 30000)),
+        env=environment({}), capture_output=True, text=True, timeout=PATIENCE,
+    )  # fmt: skip
+    assert done.stderr == f"thermoroll: error: cannot write {folder / 'sweep.h5'}: the file would be larger than allowed\n"
+    assert (done.returncode, sorted(path.name for path in folder.iterdir())) == (5, ["sweep.csv", "sweep.jsonl"])
+
+
 def test_a_full_disk_in_another_process(case: Path, folder: Path) -> None:
     done = subprocess.run(
         [*COMMAND, "sweep", str(case), *OVER, "-o", str(folder), "--jobs", "2"],

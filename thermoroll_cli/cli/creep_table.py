@@ -45,6 +45,7 @@ def build(
     checks: Annotated[int, typer.Option("--checks", min=0, metavar="N", help="Random points to measure errors at.")] = 1000,
     jobs: options.Jobs = 1,
     dask: options.Dask = "",
+    dask_wait: options.DaskWait = Workers.patience,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where a build was stopped.")] = False,
     csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the table as CSV, too.")] = None,
     as_json: options.AsJson = False,
@@ -57,7 +58,7 @@ def build(
     """
     plan = _plan(aspect, nodes, poisson, accuracy, checks)
     options.check_cluster(dask, jobs)
-    built = _build(plan, output, jobs=jobs, dask=dask, resume=resume, quiet=quiet)
+    built = _build(plan, output, Workers(jobs, dask, dask_wait), resume=resume, quiet=quiet)
     if csv is not None:
         write_csv(csv, built)
     if as_json:
@@ -117,7 +118,7 @@ def query(
             streams.write("\t".join(f"{value:.6g}" for value in row))
 
 
-def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, quiet: bool) -> TableValues:
+def _build(plan: TablePlan, path: Path, workers: Workers, *, resume: bool, quiet: bool) -> TableValues:
     """Build the table and write it to `path`."""
     options.check_writable(path.resolve().parent)
     if resume and path.exists() and not journal_path(path).exists():
@@ -126,7 +127,7 @@ def _build(plan: TablePlan, path: Path, *, jobs: int, dask: str, resume: bool, q
             streams.note(f"thermoroll: {path} is built already")
             return there
     with PointsProgress(plan.points, quiet=quiet, lines=False) as progress:
-        built = build_table(plan, path, workers=Workers(jobs, dask), resume=resume, note=progress.note,
+        built = build_table(plan, path, workers=workers, resume=resume, note=progress.note,
                             report=lambda count, solved: progress.step("", count, solved=solved))  # fmt: skip
     write_table(path, built, command_line=options.command_line())
     finish(path)

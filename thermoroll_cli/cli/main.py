@@ -16,10 +16,7 @@ from thermoroll_cli.process import Interrupted, noted, one_thread, safe_point, s
 
 
 def program() -> NoReturn:
-    """The process `thermoroll`."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # Outside `main` an interrupt ends the process as other signals do, without a trace.
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    """The process `thermoroll`, once `thermoroll_cli.__main__` has it end by signals."""
     # A run makes half a million objects that live until it ends (modules, figures) and hardly any cycles: looking for garbage
     # among them after every 700 new ones, as Python does, costs 7 % of its time.
     gc.set_threshold(50_000)

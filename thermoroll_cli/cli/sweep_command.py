@@ -43,6 +43,7 @@ def sweep(
     output: options.Output = options.RESULTS,
     jobs: options.Jobs = 1,
     dask: options.Dask = "",
+    dask_wait: options.DaskWait = Workers.patience,
     resume: Annotated[bool, typer.Option("--resume", help="Leave out points that DIR has already.")] = False,
     scalars_only: Annotated[
         bool, typer.Option("--scalars-only", help="No file per point: all rows in DIR/sweep.h5, for very many points.")
@@ -70,7 +71,7 @@ def sweep(
     source = read_source(case)
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
-    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask), resume, scalars_only, threads)
+    wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads)
     _check(wanted, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)

@@ -12,11 +12,11 @@ import h5py
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.atomic import replacing
+from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.creep_table.point_solver import QUANTITIES
 from thermoroll_cli.creep_table.scaling import LAW, directions, magnitude, plane_angle, scales, spin_angle
 from thermoroll_cli.exact.kalker import creepage_coefficients
-from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, label, opened, stamp
+from thermoroll_cli.files.result.hdf5 import ResultFileError, create, dimension_scale, image_of, label, opened, stamp
 
 LARGEST_MAGNITUDE = 1e4
 """Stands for full sliding, u = 1: what is left of the elastic creep there is of the order of its inverse."""
@@ -130,7 +130,8 @@ def _listed(values: tuple[float, ...]) -> str:
 
 def write_table(path: str | os.PathLike[str], table: TableValues, *, command_line: str) -> None:
     """Write `table` to `path`, complete or not at all. Raises WriteError."""
-    with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
+
+    def fill(file: h5py.File) -> None:
         stamp(file, FORMAT_VERSION, kind=KIND, scaling=LAW, command_line=command_line)
         file.attrs["poisson_ratio"] = table.poisson_ratio
         file.attrs["accuracy"] = table.accuracy
@@ -148,6 +149,8 @@ def write_table(path: str | os.PathLike[str], table: TableValues, *, command_lin
             stored = (np.trunc(values / RESOLUTION) * RESOLUTION).astype(np.float32)
             item = create(file, name, stored, scales, chunks=(1, *values.shape[1:]), compression="gzip", shuffle=True)
             label(item, units="1", long_name=LONG_NAMES[name])
+
+    write_bytes(path, image_of(fill))
 
 
 def read_table(path: str | os.PathLike[str]) -> TableValues:

@@ -89,10 +89,16 @@ def _enough(points: Points, name: str) -> Points:
     return points
 
 
+LARGEST_MM = 1e6
+"""Largest coordinate of a profile."""
+
+
 def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
     """The fault of point `k`, given the points before it; empty if it is fine."""
     if not all(math.isfinite(value) for value in points[k]):
         return "nan and inf are no heights"
+    if any(abs(value) > LARGEST_MM for value in points[k]):
+        return f"{max(points[k], key=abs):g} is beyond {LARGEST_MM:g} mm"
     if k and not points[k][0] > points[k - 1][0]:
         return f"y does not increase: {points[k][0]:g} after {points[k - 1][0]:g}"
     return ""

@@ -16,8 +16,17 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.atomic import replacing
-from thermoroll_cli.files.result.hdf5 import LAYOUT, ResultFileError, create, dimension_scale, fixed_text, label, opened, stamp
+from thermoroll_cli.atomic import replacing, write_bytes
+from thermoroll_cli.files.result.hdf5 import (
+    ResultFileError,
+    create,
+    dimension_scale,
+    fixed_text,
+    image_of,
+    label,
+    opened,
+    stamp,
+)
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
@@ -196,7 +205,8 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
         coordinates, meaning = {"point": np.arange(1, points.count + 1)}, "number of the point"
     inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
               "keys": json.dumps(table.keys)}
-    with replacing(path) as temporary, h5py.File(temporary, "w", libver=LAYOUT) as file:
+
+    def fill(file: h5py.File) -> None:
         stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
         for name, text in inputs.items():
             create(file, f"input/{name}", fixed_text(text))
@@ -205,6 +215,8 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
             state, _, own = name.rpartition(".")
             long_name = STATES.get(state, "") + (ALL_SCALARS[own].meaning if own in ALL_SCALARS else name)
             label(create(file, name, flat.reshape(points.shape), scales), long_name=long_name)
+
+    write_bytes(path, image_of(fill))
 
 
 def _array(values: Sequence[Value]) -> NDArray[Any]:

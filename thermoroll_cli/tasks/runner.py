@@ -9,6 +9,7 @@ import os
 import pathlib
 import signal
 import threading
+import time
 from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
@@ -56,10 +57,12 @@ class Task(Protocol):
 
 @dataclass(frozen=True)
 class Workers:
-    """Who works: `jobs` processes of this machine, or the Dask cluster whose scheduler is at `dask`."""
+    """Who works: `jobs` processes of this machine, or the Dask cluster whose scheduler is at `dask`, which may be without a
+    worker for `patience` seconds."""
 
     jobs: int = 1
     dask: str = ""
+    patience: float = 60.0
 
 
 def check_dask() -> None:
@@ -80,7 +83,7 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
     """
     try:
         if workers.dask:
-            with _Cluster(workers.dask) as cluster:
+            with _Cluster(workers.dask, workers.patience, note) as cluster:
                 yield from _run_elsewhere(iter(tasks), journal, cluster, note)
         elif workers.jobs > 1:
             with _Processes(workers.jobs, journal.path) as processes:
@@ -114,6 +117,8 @@ def _run_elsewhere(
             return
         done, _ = wait(running, POLL_SECONDS, FIRST_COMPLETED)
         safe_point()
+        if not done:
+            workers.check()
         died = []
         for future in done:
             task = running.pop(future)
@@ -167,6 +172,9 @@ class _Processes:
             failed: Future[list[Item]] = Future()
             failed.set_exception(cause)
             return failed
+
+    def check(self) -> None:
+        """Nothing: a process that dies breaks the pool, which its tasks tell."""
 
     @staticmethod
     def result(future: Future[list[Item]]) -> list[Item]:
@@ -231,12 +239,15 @@ class _Cluster:
     """A Dask cluster, whose workers need not see our folder: items come back. Dask itself repeats what a dead worker was at,
     and gives a task up that several workers died of."""
 
-    def __init__(self, address: str) -> None:
+    def __init__(self, address: str, patience: float, note: Callable[[str], None]) -> None:
         import distributed
+        from distributed.comm import get_address_host_port
 
         self.died = distributed.KilledWorker
-        self._address = address
+        self._address, self._patience, self._note = address, patience, note
+        self._alone_since: float | None = None
         try:
+            get_address_host_port(address)  # before a client, which takes long to go away
             self._client = distributed.Client(address, timeout=CONNECT_SECONDS, set_as_default=False)
         except (OSError, ValueError, TypeError) as cause:
             raise OSError(f"no Dask scheduler at {address}: {cause or type(cause).__name__}") from None
@@ -245,7 +256,22 @@ class _Cluster:
 
     @property
     def places(self) -> int:
-        return AHEAD * max(1, len(self._client.scheduler_info(n_workers=-1)["workers"]))
+        return AHEAD * max(1, self._workers)
+
+    @property
+    def _workers(self) -> int:
+        return len(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def check(self) -> None:
+        """Report that there is no worker. Raises OSError if that lasts too long."""
+        if self._workers:
+            self._alone_since = None
+        elif self._alone_since is None:
+            self._alone_since = time.monotonic()
+            self._note(f"waiting for a worker of the Dask cluster at {self._address}, {self._patience:g} s at most")
+        elif time.monotonic() - self._alone_since > self._patience:
+            raise OSError(f"the Dask cluster at {self._address} had no worker for {self._patience:g} s; "
+                          "--dask-wait waits longer")
 
     def submit(self, task: Task) -> Future[list[Item]]:
         future: Future[list[Item]] = self._executor.submit(_collect, task)

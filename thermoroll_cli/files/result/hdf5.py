@@ -89,7 +89,7 @@ def file_image(
 
     Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
     """
-    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
+    def fill(file: h5py.File) -> None:
         stamp(file, FORMAT_VERSION, command_line=command_line, title=result.problem.title)
         file.attrs["converged"] = bool(result.converged)
         problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
@@ -115,6 +115,14 @@ def file_image(
                                          long_name="iteration")
             create(histories, name, residuals, [iterations])
         more(file)
+
+    return image_of(fill)
+
+
+def image_of(fill: Callable[[h5py.File], None]) -> bytes:
+    """The content of the HDF5 file that `fill` fills. It is made in memory: HDF5 crashes if the disk is full."""
+    with h5py.File("in memory", "w", driver="core", backing_store=False, block_size=BLOCK_SIZE, libver=LAYOUT) as file:
+        fill(file)
         file.flush()
         image: bytes = file.id.get_file_image()
     return image
@@ -337,6 +345,8 @@ def _problem_adapter() -> TypeAdapter[Problem]:
 
 def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bool) -> State:
     x, y = group["x"][()], group["y"][()]
+    if not all((np.diff(axis) > 0.0).all() for axis in (x, y)):
+        raise ValueError("its coordinates do not increase")
     fields = {name: dataset[()] for name, dataset in group.items() if with_fields and name not in ("x", "y")}
     for name, values in fields.items():
         if values.shape != (x.size, y.size):
