@@ -98,7 +98,7 @@ def test_imports_point_in_one_direction() -> None:
                 assert own in FOREIGN[parts[0]], f"{name(path)}: {parts[0]} does not belong in {own}"
 
 
-INSIDE_FUNCTIONS = {"cli", ""}
+INSIDE_FUNCTIONS = {"cli", "", "__main__"}
 OPTIONAL = {"pandas", "xarray", "distributed", "pyfftw"}
 
 
