@@ -19,6 +19,8 @@ NEWTON_SWEEPS = 6
 flanges."""
 STEEPEST = 0.1
 """A surface is followed from a patch to where the cosine of its inclination to it falls below this."""
+OVERLAP_SAMPLES = 801
+"""Places across at which the largest overlap is looked for."""
 NEAR = 5e-4
 """The overlap is looked for within this distance (m) of the region that the search found: further off the locus has other
 branches."""
@@ -187,10 +189,20 @@ class PatchSurface:
         return float(low), float(high)
 
     @cached_property
+    def overlapping(self) -> tuple[float, float]:
+        """Lowest and highest s of the region of overlap, and a little more, within the limits."""
+        low, high = self._arc(self._across((self.region.low, self.region.high)))
+        return max(low - NEAR, self.limits[0]), min(high + NEAR, self.limits[1])
+
+    @cached_property
     def overlap(self) -> tuple[float, float]:
         """Largest overlap along the normals (m), and its s."""
-        low, high = self._arc(self._across((self.region.low, self.region.high)))
-        s = np.linspace(max(low - NEAR, self.limits[0]), min(high + NEAR, self.limits[1]), 801)
+        s = np.linspace(*self.overlapping, OVERLAP_SAMPLES)
         gap = self.gap_on_locus(s)
         k = int(np.nanargmin(gap))
         return -float(gap[k]), float(s[k])
+
+    def locus_x(self, s: Array) -> Array:
+        """x (m) of the locus beside the places s."""
+        places, outline = self.places(s), self.facing.outlines[1]
+        return np.asarray(np.interp(places[..., 1], outline.y, outline.of(self.facing.locus[0])))

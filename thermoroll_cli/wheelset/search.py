@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -79,6 +79,15 @@ class Facing:
         rail = self.outlines[0]
         return np.arctan(rail.of(self.rail.samples[3]) / rail.of(self.rail.samples[2]))
 
+    def lowered(self, by: float) -> Facing:
+        """The same wheel lower by this height (m): its locus and its outline move with it."""
+        facing = Facing(self.rail, self.wheel, replace(self.position, z=self.position.z + by))
+        rail, wheel = self.outlines
+        moved = {"locus": self.locus + by * np.array([[0.0], [0.0], [1.0], [0.0], [0.0]]),
+                 "outlines": (rail, replace(wheel, z=wheel.z + by)), "gap": self.gap - by, "angle": self.angle}
+        facing.__dict__.update(moved)
+        return facing
+
     @property
     def clearance(self) -> float:
         """Height by which the wheel must go down to touch the rail, in m."""
@@ -92,9 +101,9 @@ class Facing:
         angle, y = float(share @ self.angle[used]), float(share @ rail.y[used])
         return ContactPlace(float(share @ wheel.of(self.locus[0])[used]), y, float(np.interp(y, rail.y, rail.z)), angle)
 
-    def regions(self, lowered: float = 0.0) -> list[Region]:
-        """All overlaps when the wheel is `lowered` by this height (m) further, in order of y."""
-        gap = self.gap - lowered
+    def regions(self) -> list[Region]:
+        """All overlaps in order of y."""
+        gap = self.gap
         y = self.outlines[0].y
         inside = np.flatnonzero(gap < 0.0)
         if not len(inside):

@@ -1,0 +1,130 @@
+"""A wheel on its rail under a vertical force: its height, and how its patches share the load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.wheelset.indentation import Indentation
+from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.search import Facing
+
+SAME_PATCH = 4e-3
+"""Patches of two positions are the same if they lie closer than this (m) on the rail: they are tracked by place, since their number
+changes."""
+SHARE_ROUNDS = 12
+"""Rounds in which patches that press each other apart share the load."""
+SHARED = 1e-5
+"""Change of the displacement by neighbours over the overlap at which they have shared it."""
+HEIGHT_ROUNDS = 40
+BALANCED = 1e-5
+"""Departure of the vertical force, relative, with which a height is found: the coarse grid moves it by ten times as much."""
+DEEPEST = 1e-3
+"""Largest lowering (m) of a wheel beyond first contact: deeper than any elastic contact."""
+
+
+class NoHeight(ArithmeticError):
+    """A wheel carries its force at no height: the largest force is `largest` (N), at `facing`."""
+
+    def __init__(self, largest: float, facing: Facing) -> None:
+        super().__init__(f"the largest vertical force at any height is {largest:.4g} N")
+        self.largest, self.facing = largest, facing
+
+
+@dataclass(frozen=True)
+class Solved:
+    """Results of a patch on a fine grid about y = `place` (m) on the rail: its vertical force over its load, and its approach over that of
+    the coarse grid at the same load."""
+
+    place: float
+    vertical: float
+    approach: float = 1.0
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """A patch that carries `load` (N) with an approach `sunk` (m): its overlap less the displacement by its neighbours. `vertical` is the
+    vertical force over the load."""
+
+    patch: PatchSurface
+    load: float
+    sunk: float
+    vertical: float
+
+
+@dataclass(frozen=True)
+class WheelOnRail:
+    """A right wheel over its rail, `facing` at any height, with the modulus of contact (Pa) and what is known from fine grids, `solved`."""
+
+    facing: Facing
+    contact_modulus: float
+    solved: tuple[Solved, ...] = ()
+    curved: bool = True
+
+    def bearings(self, lowered: float) -> list[Bearing]:
+        """The patches that carry load when the wheel is lower by this height (m).
+
+            δ_i(W_i) + Σ_j≠i W_j/(π E* d_ij) = overlap_i
+
+        with the displacement by neighbours as of point loads. A patch that its neighbours have pressed out of its overlap carries nothing."""
+        facing = self.facing.lowered(lowered)
+        patches = [PatchSurface(facing, region, self.curved) for region in facing.regions()]
+        indentations = [Indentation(patch, self.contact_modulus) for patch in patches]
+        known = [self._known(patch) for patch in patches]
+        apart = np.zeros(len(patches))
+        loads = np.zeros(len(patches))
+        for _ in range(SHARE_ROUNDS):
+            before = apart.copy()
+            for k, (indentation, solved) in enumerate(zip(indentations, known, strict=True)):
+                apart[k] = self._displaced(patches, loads, k)
+                loads[k] = indentation.load(apart[k], solved.approach)
+            if len(patches) < 2 or np.abs(apart - before).max() <= SHARED * max(patch.overlap[0] for patch in patches):
+                break
+        return [Bearing(patch, float(load), patch.overlap[0] - float(by_others), solved.vertical)
+                for patch, load, by_others, solved in zip(patches, loads, apart, known, strict=True) if load > 0.0]
+
+    def height(self, vertical: float, start: float | None = None) -> tuple[float, list[Bearing]]:
+        """Lowering (m) with which the rail carries the `vertical` force (N), and the patches there; `start` is a guess.
+
+        A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
+        first = self.facing.clearance
+        low, high = first, math.inf
+        seen = [(first, -(vertical ** (2.0 / 3.0)))]
+        z = start if start is not None and start > first else first + _depth(vertical, self.contact_modulus, self.facing)
+        largest = 0.0, z
+        for _ in range(HEIGHT_ROUNDS):
+            bearings = self.bearings(z)
+            force = sum(bearing.load * bearing.vertical for bearing in bearings)
+            largest = max(largest, (force, z))
+            if abs(force - vertical) <= BALANCED * vertical or high - low < BALANCED * (z - first):
+                return z, bearings
+            low, high = (z, high) if force < vertical else (low, z)
+            value = math.copysign(abs(force) ** (2.0 / 3.0), force) - vertical ** (2.0 / 3.0)
+            (z0, before), seen = seen[-1], [(z, value)]
+            step = -value * (z - z0) / (value - before) if value != before else math.inf
+            limit = 0.5 * (low + high) if math.isfinite(high) else low + 2.0 * (low - first)
+            z = z + step if low < z + step < min(high, first + 8.0 * (z - first)) else limit
+            if z - first > DEEPEST:
+                break
+        raise NoHeight(largest[0], self.facing.lowered(largest[1]))
+
+    def _known(self, patch: PatchSurface) -> Solved:
+        place = patch.region.place
+        near = min(self.solved, key=lambda solved: abs(solved.place - place.y), default=None)
+        if near is not None and abs(near.place - place.y) < SAME_PATCH:
+            return near
+        return Solved(place.y, math.cos(place.angle))
+
+    def _displaced(self, patches: Sequence[PatchSurface], loads: np.ndarray, k: int) -> float:
+        here = patches[k].region.place
+        away = [math.dist((here.x, here.y, here.z), (p.region.place.x, p.region.place.y, p.region.place.z)) for p in patches]
+        return float(sum(load / (math.pi * self.contact_modulus * d)
+                         for j, (load, d) in enumerate(zip(loads, away, strict=True)) if j != k))
+
+
+def _depth(vertical: float, contact_modulus: float, facing: Facing) -> float:
+    """Approach of a sphere as large as the wheel."""
+    return float((9.0 * vertical**2 / (16.0 * contact_modulus**2 * facing.wheel.radius)) ** (1.0 / 3.0))
