@@ -1,4 +1,4 @@
-"""A wheel on its rail under a vertical force: its height, and how its patches share the load."""
+"""Wheels on their rails under a vertical force: their height, and how the patches share the load."""
 
 from __future__ import annotations
 
@@ -79,37 +79,13 @@ class WheelOnRail:
         for _ in range(SHARE_ROUNDS):
             before = apart.copy()
             for k, (indentation, solved) in enumerate(zip(indentations, known, strict=True)):
-                apart[k] = self._displaced(patches, loads, k)
+                # Planes are there to compare with programs in which each patch is alone.
+                apart[k] = self._displaced(patches, loads, k) if self.curved else 0.0
                 loads[k] = indentation.load(apart[k], solved.approach)
             if len(patches) < 2 or np.abs(apart - before).max() <= SHARED * max(patch.overlap[0] for patch in patches):
                 break
         return [Bearing(patch, float(load), patch.overlap[0] - float(by_others), solved.vertical)
                 for patch, load, by_others, solved in zip(patches, loads, apart, known, strict=True) if load > 0.0]
-
-    def height(self, vertical: float, start: float | None = None) -> tuple[float, list[Bearing]]:
-        """Lowering (m) with which the rail carries the `vertical` force (N), and the patches there; `start` is a guess.
-
-        A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
-        first = self.facing.clearance
-        low, high = first, math.inf
-        seen = [(first, -(vertical ** (2.0 / 3.0)))]
-        z = start if start is not None and start > first else first + _depth(vertical, self.contact_modulus, self.facing)
-        largest = 0.0, z
-        for _ in range(HEIGHT_ROUNDS):
-            bearings = self.bearings(z)
-            force = sum(bearing.load * bearing.vertical for bearing in bearings)
-            largest = max(largest, (force, z))
-            if abs(force - vertical) <= BALANCED * vertical or high - low < BALANCED * (z - first):
-                return z, bearings
-            low, high = (z, high) if force < vertical else (low, z)
-            value = math.copysign(abs(force) ** (2.0 / 3.0), force) - vertical ** (2.0 / 3.0)
-            (z0, before), seen = seen[-1], [(z, value)]
-            step = -value * (z - z0) / (value - before) if value != before else math.inf
-            limit = 0.5 * (low + high) if math.isfinite(high) else low + 2.0 * (low - first)
-            z = z + step if low < z + step < min(high, first + 8.0 * (z - first)) else limit
-            if z - first > DEEPEST:
-                break
-        raise NoHeight(largest[0], self.facing.lowered(largest[1]))
 
     def _known(self, patch: PatchSurface) -> Solved:
         place = patch.region.place
@@ -125,6 +101,32 @@ class WheelOnRail:
                          for j, (load, d) in enumerate(zip(loads, away, strict=True)) if j != k))
 
 
-def _depth(vertical: float, contact_modulus: float, facing: Facing) -> float:
+def height_of(wheels: Sequence[WheelOnRail], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:
+    """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a guess.
+
+    A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
+    first = min(wheel.facing.clearance for wheel in wheels)
+    low, high = first, math.inf
+    before = first, -(vertical ** (2.0 / 3.0))
+    z = start if start is not None and start > first else first + _depth(vertical, wheels[0])
+    largest = 0.0, z
+    for _ in range(HEIGHT_ROUNDS):
+        bearings = [wheel.bearings(z) for wheel in wheels]
+        force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
+        largest = max(largest, (force, z))
+        if abs(force - vertical) <= BALANCED * vertical or high - low < BALANCED * (z - first):
+            return z, bearings
+        low, high = (z, high) if force < vertical else (low, z)
+        value = math.copysign(abs(force) ** (2.0 / 3.0), force) - vertical ** (2.0 / 3.0)
+        step = -value * (z - before[0]) / (value - before[1]) if value != before[1] else math.inf
+        before = z, value
+        limit = 0.5 * (low + high) if math.isfinite(high) else low + 2.0 * (low - first)
+        z = z + step if low < z + step < min(high, first + 8.0 * (z - first)) else limit
+        if z - first > DEEPEST:
+            break
+    raise NoHeight(largest[0], wheels[0].facing.lowered(largest[1]))
+
+
+def _depth(vertical: float, wheel: WheelOnRail) -> float:
     """Approach of a sphere as large as the wheel."""
-    return float((9.0 * vertical**2 / (16.0 * contact_modulus**2 * facing.wheel.radius)) ** (1.0 / 3.0))
+    return float((9.0 * vertical**2 / (16.0 * wheel.contact_modulus**2 * wheel.facing.wheel.radius)) ** (1.0 / 3.0))
