@@ -1,4 +1,5 @@
-"""Load of a patch from the depth of its overlap, on a coarse grid: enough to place a wheel and to share its load among patches."""
+"""Load of a patch from the depth of its overlap, on a coarse grid: enough to place a wheel and to share its load among
+patches."""
 
 from __future__ import annotations
 
@@ -58,8 +59,8 @@ class Indentation:
         return NormalSolver(self._grid, self.contact_modulus)
 
     def load(self, less: float = 0.0, over_coarse: float = 1.0) -> float:
-        """Load (N) at the overlap of the patch `less` a displacement by other loads (m), given that the approach is `over_coarse`
-        times that of this grid; 0 where nothing remains."""
+        """Load (N) at the overlap of the patch `less` a displacement by other loads (m), given that the approach is
+        `over_coarse` times that of this grid; 0 where nothing remains."""
         depth = (self.patch.overlap[0] - less) / over_coarse
         if depth <= 0.0:
             return 0.0

@@ -71,6 +71,13 @@ class Slip:
         rail, wheel = self._passing(places)
         return np.asarray((rail + wheel) / self.speed)
 
+    def power(self, force: Array, moment: Array) -> float:
+        """Power (W) that a `force` and a `moment` about its origin give to the wheelset, relative to the rail."""
+        m = self.motion
+        rail, others, axle = self._rotations
+        travel = np.array([m.speed, m.lateral, m.vertical]) - np.cross(rail, self.position.origin(self.radius))
+        return float(force @ travel + moment @ (others + axle - rail))
+
     @property
     def rotation(self) -> Array:
         """(ω_r − ω)/V in rad/m, (3,)."""

@@ -13,8 +13,8 @@ from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.search import Facing
 
 SAME_PATCH = 4e-3
-"""Patches of two positions are the same if they lie closer than this (m) on the rail: they are tracked by place, since their number
-changes."""
+"""Patches of two positions are the same if they lie closer than this (m) on the rail: they are tracked by place, since their
+number changes."""
 SHARE_ROUNDS = 12
 """Rounds in which patches that press each other apart share the load."""
 SHARED = 1e-5
@@ -36,8 +36,8 @@ class NoHeight(ArithmeticError):
 
 @dataclass(frozen=True)
 class Solved:
-    """Results of a patch on a fine grid about y = `place` (m) on the rail: its vertical force over its load, and its approach over that of
-    the coarse grid at the same load."""
+    """Results of a patch on a fine grid about y = `place` (m) on the rail: its vertical force over its load, and its approach
+    over that of the coarse grid at the same load."""
 
     place: float
     vertical: float
@@ -46,18 +46,21 @@ class Solved:
 
 @dataclass(frozen=True)
 class Bearing:
-    """A patch that carries `load` (N) with an approach `sunk` (m): its overlap less the displacement by its neighbours. `vertical` is the
-    vertical force over the load."""
+    """A patch that carries `load` (N) with an approach `sunk` (m): its overlap less the displacement by its neighbours.
+    `vertical` is the vertical force over the load, `over_coarse` the approach over that of the coarse grid, as they were
+    known."""
 
     patch: PatchSurface
     load: float
     sunk: float
     vertical: float
+    over_coarse: float
 
 
 @dataclass(frozen=True)
 class WheelOnRail:
-    """A right wheel over its rail, `facing` at any height, with the modulus of contact (Pa) and what is known from fine grids, `solved`."""
+    """A right wheel over its rail, `facing` at any height, with the modulus of contact (Pa) and what is known from fine
+    grids, `solved`."""
 
     facing: Facing
     contact_modulus: float
@@ -69,7 +72,8 @@ class WheelOnRail:
 
             δ_i(W_i) + Σ_j≠i W_j/(π E* d_ij) = overlap_i
 
-        with the displacement by neighbours as of point loads. A patch that its neighbours have pressed out of its overlap carries nothing."""
+        with the displacement by neighbours as of point loads. A patch that its neighbours have pressed out of its overlap
+        carries nothing."""
         facing = self.facing.lowered(lowered)
         patches = [PatchSurface(facing, region, self.curved) for region in facing.regions()]
         indentations = [Indentation(patch, self.contact_modulus) for patch in patches]
@@ -84,7 +88,8 @@ class WheelOnRail:
                 loads[k] = indentation.load(apart[k], solved.approach)
             if len(patches) < 2 or np.abs(apart - before).max() <= SHARED * max(patch.overlap[0] for patch in patches):
                 break
-        return [Bearing(patch, float(load), patch.overlap[0] - float(by_others), solved.vertical)
+        return [Bearing(patch, float(load), patch.overlap[0] - float(by_others), solved.vertical,
+                        solved.approach)
                 for patch, load, by_others, solved in zip(patches, loads, apart, known, strict=True) if load > 0.0]
 
     def _known(self, patch: PatchSurface) -> Solved:
@@ -102,7 +107,8 @@ class WheelOnRail:
 
 
 def height_of(wheels: Sequence[WheelOnRail], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:
-    """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a guess.
+    """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a
+    guess.
 
     A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
     first = min(wheel.facing.clearance for wheel in wheels)

@@ -8,9 +8,10 @@ from functools import cached_property
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.wheelset.curves import STEP
+from thermoroll_cli.wheelset.curves import SMALLEST_STEP, STEP
 from thermoroll_cli.wheelset.kinematics import directions
 from thermoroll_cli.wheelset.search import Facing, Region
 
@@ -28,9 +29,10 @@ branches."""
 
 @dataclass(frozen=True)
 class Function:
-    """A surface as a smooth function between `ends`, (value, slope)."""
+    """A surface as a smooth function between its `ends`, through the samples with the numbers `index`."""
 
     spline: scipy.interpolate.CubicHermiteSpline
+    index: NDArray[np.intp]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -46,10 +48,10 @@ class Function:
         good = (d_at * forward > STEEPEST * np.hypot(d_at, d_value)) & ~np.isnan(value)
         low, high = (int(start - np.argmax(~good[start::-1])) + 1 if not good[: start + 1].all() else 0,
                      int(start + np.argmax(~good[start:])) if not good[start:].all() else len(good))
-        order = slice(low, high) if forward > 0 else slice(high - 1, low - 1 if low else None, -1)
-        x, v, slope = at[order], value[order], (d_value / d_at)[order]
-        apart = np.concatenate(([True], np.diff(np.maximum.accumulate(x)) > 1e-9))
-        return Function(scipy.interpolate.CubicHermiteSpline(x[apart], v[apart], slope[apart]))
+        index = np.arange(low, high)[:: 1 if forward > 0 else -1]
+        # A corner has two samples.
+        index = index[np.concatenate(([True], np.diff(np.maximum.accumulate(at[index])) > SMALLEST_STEP))]
+        return Function(scipy.interpolate.CubicHermiteSpline(at[index], value[index], d_value[index] / d_at[index]), index)
 
 
 @dataclass(frozen=True)
@@ -136,28 +138,27 @@ class PatchSurface:
 
     def gap(self, x: Array, s: Array) -> Array:
         """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
-        (m,), (n, m); negative where they overlap, inf where there is no material.
+        (m,), (n, m); negative where they overlap, inf where there is no material."""
+        return self.gap_at(np.broadcast_to(x[:, None], (len(x), len(s))), s)
+
+    def gap_at(self, x: Array, s: Array) -> Array:
+        """The same at the places x (…, m) above s (m,).
 
         Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
-        origin, e_across, e_normal = self._axes
-        across, depth, angle = self._base(s)
-        base = origin[:, None] + e_across[:, None] * across + e_normal[:, None] * depth
-        sine, cosine = np.sin(angle), np.cos(angle)
-        normal = e_normal[:, None] * cosine - e_across[:, None] * sine
+        base = self.places(s)
+        angle = self.inclination(s)
         position = self.facing.position
         rotation, centre = position.rotation, position.origin(self.facing.wheel.radius)
-        shape = len(x), len(s)
-        start = np.array([np.broadcast_to(x[:, None], shape), *np.broadcast_to(base[:, None, :], (2, *shape))])
-        q0 = np.einsum("ji,jkl->ikl", rotation, start - centre[:, None, None])
-        step = np.einsum("ji,jl->il", rotation[1:], normal)[:, None, :]
-        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), q0.shape[1:])
+        q0 = (base - centre) @ rotation + x[..., None] * rotation[0]
+        step = np.stack((-np.sin(angle), np.cos(angle)), axis=-1) @ rotation[1:]
+        t = np.broadcast_to(np.nan_to_num(self._along(self.wheel, s)), x.shape)
         ends = self.radius.ends
         for _ in range(NEWTON_SWEEPS):
-            q = q0 + t * step
-            r, slope = (self.radius(np.clip(q[1], *ends), order) for order in (0, 1))
-            reach = np.hypot(q[0], q[2])
-            t = t - (reach - r) / ((q[0] * step[0] + q[2] * step[2]) / reach - slope * step[1])
-        there = (q[1] >= ends[0]) & (q[1] <= ends[1])
+            q = q0 + t[..., None] * step
+            r, slope = (self.radius(np.clip(q[..., 1], *ends), order) for order in (0, 1))
+            reach = np.hypot(q[..., 0], q[..., 2])
+            t = t - (reach - r) / ((q[..., 0] * step[:, 0] + q[..., 2] * step[:, 2]) / reach - slope * step[:, 1])
+        there = (q[..., 1] >= ends[0]) & (q[..., 1] <= ends[1])
         gap = np.where(there, self._along(self.rail, s) - t, np.inf)
         return np.where(np.isnan(gap), np.inf, gap)
 
@@ -203,6 +204,28 @@ class PatchSurface:
         return -float(gap[k]), float(s[k])
 
     def locus_x(self, s: Array) -> Array:
-        """x (m) of the locus beside the places s."""
-        places, outline = self.places(s), self.facing.outlines[1]
-        return np.asarray(np.interp(places[..., 1], outline.y, outline.of(self.facing.locus[0])))
+        """x (m) of the locus above the places s."""
+        across, _, angle = self._base(s)
+        at = across - self._along(self.wheel, s) * np.sin(angle)
+        return np.asarray(np.interp(at, self.wheel.spline.x, self.facing.locus[0][self.wheel.index]))
+
+    def wheel_points(self, s: Array) -> Array:
+        """Points at x = 0 (m, track axes) of the wheel's undeformed surface above s: its locus, or for a plane patch the
+        plane through its lowest point, (n, 3)."""
+        if not self.curved:
+            depth = np.full(np.shape(s), self.overlap[0])
+        else:
+            depth = self._along(self.wheel, s)
+        angle = self.inclination(s)
+        return self.places(s) + depth[:, None] * np.stack((0.0 * angle, -np.sin(angle), np.cos(angle)), axis=-1)
+
+    def lateral(self, s: Array) -> Array:
+        """Distance (m) across from the place, along its tangent."""
+        return self._base(s)[0]
+
+    @property
+    def free_ends(self) -> tuple[bool, bool]:
+        """Whether the lower and the upper limit are the end of a surface, and no ridge."""
+        ridges = self._across(self.region.ridges)
+        ends = max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
+        return ridges[0] <= ends[0], ridges[1] >= ends[1]

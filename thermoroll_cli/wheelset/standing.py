@@ -1,4 +1,5 @@
-"""How a wheelset stands on its rails: its height, its roll and the patches that bear it, given what is known of their forces."""
+"""How a wheelset stands on its rails: its height, its roll and the patches that bear it, given what is known of their
+forces."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
 ROLL_ROUNDS = 30
 ROLLED = 1e-9
-"""Difference of the heights of both wheels (m) at which a roll is found: 1e-9 rad, a thousandth of what a patch of 20 µm notices."""
+"""Difference of the heights of both wheels (m) at which a roll is found: 1e-9 rad, a thousandth of what a patch of 20 µm
+notices."""
 ROLL_STEP = 1e-3
 """First guess of how far (rad) a bracket of the roll must be widened."""
 
@@ -28,8 +30,9 @@ class Standing:
 def stand(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None = None) -> Standing:
     """Where `problem` stands, with the ratios of forces that are known as `solved`, near the standing `before`.
 
-    Of two wheels each carries half of the vertical force where the roll is found: it makes their heights equal. With a given roll they
-    carry the whole force together. Raises Unsolvable where a wheel misses its rail, NoHeight where it cannot carry its force."""
+    Of two wheels each carries half of the vertical force where the roll is found: it makes their heights equal. With a given
+    roll they carry the whole force together. Raises Unsolvable where a wheel misses its rail, NoHeight where it cannot carry
+    its force."""
     if problem.vertical is None:
         wheels = _wheels(problem, solved, problem.position.roll)
         bearings = {side: wheel.bearings(0.0) for side, wheel in wheels.items()}

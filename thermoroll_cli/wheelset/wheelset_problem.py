@@ -17,12 +17,13 @@ SIDES: tuple[SideName, ...] = ("left", "right")
 
 @dataclass(frozen=True)
 class WheelsetProblem:
-    """Wheels on rails. `contact` is a problem whose geometry, load and creepages each patch replaces. `rails` and `wheels` hold the
-    sides that are there, as right ones.
+    """Wheels on rails. `contact` is a problem whose geometry, load and creepages each patch replaces. `rails` and `wheels`
+    hold the sides that are there, as right ones.
 
-    Of `position` the height counts only if `vertical` (N) is None, the roll only if `finds_roll` is False; of `motion` the angular
-    velocity only if `finds_speed` is False. It is found such that the rails drive the wheelset with the force `traction` (N), or without
-    it such that they cause no torque about the axle. Patches are `curved`, or each lies in a plane and is alone."""
+    Of `position` the height counts only if `vertical` (N) is None, the roll only if `finds_roll` is False; of `motion` the
+    angular velocity only if `finds_speed` is False. It is found such that the rails drive the wheelset with the force
+    `traction` (N), or without it such that they cause no torque about the axle. Patches are `curved`, or each lies in a plane
+    and is alone."""
 
     contact: Problem
     rails: Mapping[SideName, RailSide]
@@ -49,7 +50,8 @@ class WheelsetProblem:
         return self.contact.title
 
     def facing(self, side: SideName, roll: float | None = None) -> Facing:
-        """The wheel of a side as a right one over its rail, at z = 0 unless the height is given, with another `roll` if given."""
+        """The wheel of a side as a right one over its rail, at z = 0 unless the height is given, with another `roll` if
+        given."""
         position = self.position if roll is None else replace(self.position, roll=roll)
         if self.vertical is not None:
             position = replace(position, z=0.0)
