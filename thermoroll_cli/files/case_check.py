@@ -15,9 +15,10 @@ from pydantic.fields import FieldInfo
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
-from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, UNIT_AT_END, Settings, Table, quantity_of
+from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, Settings
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
+from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 

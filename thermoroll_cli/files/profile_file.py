@@ -18,7 +18,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from thermoroll_cli.atomic import ReadError, read_bytes
-from thermoroll_cli.files.case_model import LARGEST_PROFILE
+from thermoroll_cli.files.case_table import LARGEST_PROFILE
 
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""

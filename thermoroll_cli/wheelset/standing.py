@@ -45,9 +45,12 @@ def stand(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]
     return _rolled(problem, solved, before)
 
 
-def _wheels(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], roll: float) -> dict[SideName, WheelOnRail]:
+def _wheels(
+    problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], roll: float
+) -> dict[SideName, WheelOnRail]:
     modulus = problem.contact.contact_modulus
-    return {side: WheelOnRail(problem.facing(side, roll), modulus, solved.get(side, ()), problem.curved) for side in problem.sides}
+    return {side: WheelOnRail(problem.facing(side, roll), modulus, solved.get(side, ()), problem.curved)
+            for side in problem.sides}
 
 
 def _rolled(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None) -> Standing:

@@ -1,0 +1,87 @@
+"""Tables of a case file: how a key declares its unit, its meaning and its range, and how tables turn into SI units."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+LARGEST_PROFILE = 2000
+"""Points of a profile."""
+
+SI = {
+    "1": ("", 1.0),
+    "GPa": ("Pa", 1e9),
+    "1e-6/K": ("1/K", 1e-6),
+    "mm2/s": ("m²/s", 1e-6),
+    "mm": ("m", 1e-3),
+    "um": ("m", 1e-6),
+    "MPa": ("Pa", 1e6),
+    "mm3/(N m)": ("1/Pa", 1e-9),
+    "km": ("m", 1e3),
+    "um/GPa": ("m/Pa", 1e-15),
+    "mm/s": ("m/s", 1e-3),
+    "mrad": ("rad", 1e-3),
+    "rad/mm": ("rad/m", 1e3),
+}
+"""Unit of a key → its SI unit, and the factor to it. Units not named here are SI units."""
+
+UNIT_AT_END = re.compile(
+    r"_(?:[kMG]?Pa|[kM]?N|[num]?m|cm|km|psi|lbf?|inch(?:es)?|W_mK|W_m2K|K_W|W_m_K|W_K|um_mK|1_K|per_K|ppm_K|mm2_s|m2_s|cm2_s"
+    r"|um_GPa|mm3_Nm|m_s|mm_s|km_h|kmh|mph|rad_mm|rad_m|1_mm|1_m|percent|deg|m?rad)$",
+    re.IGNORECASE,
+)
+"""The unit at the end of a key: those of case files, and others that people write."""
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """The values a key may have, in words, where its type and range do not say enough: the keyword `allowed` of its schema."""
+
+    words: str
+
+    def __get_pydantic_json_schema__(self, core_schema: Any, handler: Any) -> dict[str, Any]:
+        return {**handler(core_schema), "allowed": self.words}
+
+
+def quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
+    """A number with its unit, allowed from `ge` to `le`; the default None means that the key may be left out."""
+    # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
+    return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
+
+
+Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
+
+
+class Table(BaseModel):
+    """A table of the case file: unknown keys, wrong types, nan and inf are errors."""
+
+    # A table's validator is built when a case first has that table.
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False, defer_build=True)
+
+    @classmethod
+    def si_unit(cls, key: str) -> tuple[str, float]:
+        """The SI unit of `key`, empty if it has none, and the factor to it from the key's own unit."""
+        extra = cls.model_fields[key].json_schema_extra
+        unit = str(extra["unit"]) if isinstance(extra, dict) else "1"
+        return SI.get(unit, (unit, 1.0))
+
+    def si(self, key: str) -> Any:
+        """The value of `key` in SI units; None where it is left out.
+
+        Factors below one divide: 30.0 / 1e3 is 0.03 to the last bit, 30.0 * 1e-3 is not."""
+        value, factor = getattr(self, key), self.si_unit(key)[1]
+        if value is None or factor == 1.0:
+            return value
+        return value / round(1.0 / factor) if factor < 1.0 else value * factor
+
+    def in_si(self) -> dict[str, Any]:
+        """The numbers and words given here, in SI units, by the names of their keys without the unit."""
+        return {quantity_of(key): self.si(key) for key, value in self if isinstance(value, int | float | str)}
+
+
+def quantity_of(key: str) -> str:
+    """A key without the unit at its end."""
+    return UNIT_AT_END.sub("", key)
