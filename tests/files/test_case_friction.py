@@ -22,7 +22,7 @@ LAW = '\n[friction]\nlaw = "exponential"\nlimit_coefficient = 0.1\nhalf_slip_m_s
 @pytest.mark.parametrize(("text", "words"), [
     (LAW.replace("0.5", "0.0"), "friction.half_slip_m_s"),
     (LAW.replace("0.1", "-0.1"), "friction.limit_coefficient"),
-    (LAW.replace("0.1", "1.5"), "above the coefficient without slip"),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 2.5]]\n', "point 2: coefficient 2.5"),
     (LAW + "memory_um = -1.0\n", "friction.memory_um"),
     (LAW + "\n[layer]\ncompliance_um_GPa = -2.0\n", "layer.compliance_um_GPa"),
     (LAW + "\n[layer]\ncompliance_um_GPa = 2.0\n", "unless friction has memory"),
@@ -41,6 +41,7 @@ def test_what_does_not_fit_is_an_error(text: str, words: str) -> None:
 
 @pytest.mark.parametrize(("text", "words"), [
     ("\n[friction]\nmemory_um = 2.0\n", ["friction.memory_um has no effect"]),
+    ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 0.4]]\n\n[layer]\ncompliance_um_GPa = 2.0\n', []),
     (LAW + "memory_um = 2.0\n", []),
     (LAW + "memory_um = 1e-6\n\n[layer]\ncompliance_um_GPa = 100.0\n", ["is shorter than the shear of the layer"]),
     (LAW + "memory_um = 1e3\n\n[layer]\ncompliance_um_GPa = 100.0\n", []),

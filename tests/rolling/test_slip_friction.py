@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -59,7 +60,7 @@ def case(inputs: dict, grid: int) -> Problem:
 def test_laws_begin_at_one_and_fall_to_their_limit(kind: str) -> None:
     law = LAWS[kind]
     factor, slope = law.factor(np.array([0.0, 0.1, 1e9]))
-    assert factor[0] == 1.0 and factor[2] == pytest.approx(law.lowest) and (slope <= 0.0).all()
+    assert factor[0] == 1.0 and factor[2] == pytest.approx(1.0 - law.fall()) and (slope <= 0.0).all()
     step = 1e-7
     assert slope[1] == pytest.approx((law.factor(np.array([0.1 + step]))[0][0] - factor[1]) / step, rel=1e-5)
     assert -slope[0] <= law.steepest
@@ -115,6 +116,11 @@ def test_a_layer_that_yields_carries_so_much() -> None:
     carried = 0.5 * (3.0 * k - k**3) * sliding.traction_limit
     state = solve(sliding).coupled
     assert state.scalars["force_x_N"] == pytest.approx(carried, rel=1e-3)
+    for strength in (10e6, 25e6, 60e6):  # far below μp₀ it matters which part of a border element yields
+        k = strength / (sliding.friction.coefficient * hertz.peak_pressure)
+        weak = solve(replace(sliding, interlayer=Interlayer(0.0, strength))).coupled.scalars["force_x_N"]
+        assert weak == pytest.approx(0.5 * (3.0 * k - k**3) * sliding.traction_limit, rel=5e-4)
+    k = inputs["yield_MPa"] * 1e6 / (sliding.friction.coefficient * hertz.peak_pressure)
     assert (state.fields["shear_x"] <= inputs["yield_MPa"] * 1e6 * (1.0 + 1e-5)).all()
     with pytest.raises(Unsolvable, match=f"it carries {carried:.6g} N at most"):
         solve(case({**inputs, "force_N": 1.02 * carried}, 16))
@@ -149,6 +155,49 @@ def test_a_soft_layer_alone_is_a_winkler_foundation(name: str) -> None:
     found = (scalars["force_x_N"] / limit, scalars["force_y_N"] / limit, scalars["spin_moment_Nmm"] * 1e-3 / limit / a)
     assert found == pytest.approx((wanted["Fx"], wanted["Fy"], wanted["Mz"]), abs=3e-4)
     assert scalars["Q_F_W"] / limit / unit == pytest.approx(wanted["Q"], abs=5e-4)
+
+
+def rising_strips(reach: float, rise: float, steps: int = 1000, strips: int = 200) -> float:
+    """F/μ₀W on springs L with the friction μ₀ (1 + rise σ), σ the slip over the unit Lμ₀p₀/a, at `reach` units of creepage:
+    τ' = (ξ − s)/L along each strip, τ = μ(s)p where it slips, by implicit steps."""
+    half = np.sqrt(1.0 - ((np.arange(strips) + 0.5) / strips) ** 2)
+    step, traction, force = 2.0 * half / steps, np.zeros(strips), 0.0
+    for i in range(steps):
+        bound = np.sqrt(np.maximum(half**2 - (step * (i + 0.5) - half) ** 2, 0.0))
+        slip = np.maximum((traction + reach * step - bound) / (step + rise * bound), 0.0)
+        traction = traction + (reach - slip) * step
+        force += float((traction * step).sum())
+    return force / strips / (math.pi / 3.0)
+
+
+def test_friction_that_rises_over_a_soft_interlayer() -> None:
+    """An ordinary differential equation along each strip; no memory is needed. Friction that falls and rises again has
+    several creepages for one force."""
+    problem = spheres(32)
+    hertz = DerivedQuantities(problem).hertz
+    layer = 1e6 * hertz.semi_axis_x * 2.0 * (1.0 - STEEL.poisson_ratio) / STEEL.shear_modulus
+    unit = layer * 0.3 * hertz.peak_pressure / hertz.semi_axis_x
+    law = FrictionLaw("table", table=((0.0, 1.0), (100.0 * unit, 31.0)))
+    rising = replace(problem, interlayer=Interlayer(layer), friction=Friction(0.3, law),
+                     motion=Motion(1.0, 1.5 * unit, differential_slip=False))
+    result = solve(rising)
+    assert result.converged
+    assert result.coupled.scalars["force_x_N"] / rising.traction_limit == pytest.approx(rising_strips(1.5, 0.3), abs=2e-3)
+    again = FrictionLaw("table", table=((0.0, 1.0), (0.1, 0.8), (1.0, 1.2)))
+    with pytest.raises(Unsolvable, match="at several creepages"):
+        solve(replace(problem, friction=Friction(0.3, again), motion=Motion(1.0, None, force_x=20.0)))
+
+
+def test_friction_that_rises_carries_more_than_without_slip_at_second_order() -> None:
+    law = FrictionLaw("table", table=((0.0, 1.0), (2e-3, 1.5), (1e-2, 1.7)))
+    motion = Motion(1.0, 0.0012, 5e-4, differential_slip=False)
+    forces = [solve(spheres(n, friction=Friction(0.3, law), motion=motion)).coupled.scalars["force_x_N"] for n in (16, 32, 128)]
+    assert abs(forces[1] - forces[2]) < 0.1 * abs(forces[0] - forces[2]) and abs(forces[1] - forces[2]) < 1e-4 * 30.0
+    forced = solve(spheres(32, friction=Friction(0.3, law), motion=Motion(1.0, None, force_x=36.0, differential_slip=False)))
+    assert forced.converged and not forced.warnings
+    assert forced.coupled.scalars["force_x_N"] == pytest.approx(36.0, rel=1e-5)
+    with pytest.raises(Unsolvable, match="friction limit μW = 51 N"):
+        solve(spheres(16, friction=Friction(0.3, law), motion=Motion(1.0, None, force_x=51.0)))
 
 
 def test_small_creepages_over_a_layer() -> None:

@@ -6,7 +6,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Any
 
 from thermoroll_cli.exact.hertz import hertz_contact
@@ -21,6 +21,8 @@ Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
+MOST_FRICTION = 2.0
+"""Largest coefficient of friction of a table, as for a coefficient of its own."""
 
 
 @dataclass(frozen=True)
@@ -127,12 +129,19 @@ def _friction_law(sections: Sections, friction: model.FrictionTable, load: model
         return
     if law == "table":
         yield from _friction_points(friction.table or [], at_rest)
-    if friction.limit_coefficient is not None and friction.limit_coefficient > at_rest:
-        yield Conflict(("friction", "limit_coefficient"), f"is above the coefficient without slip, {at_rest:g}",
-                       "at most load.friction_coefficient", other=("load", "friction_coefficient"))
-    if sections.get("layer") is not None and friction.memory_um == 0.0:
+    coefficients = _coefficients(friction, at_rest)
+    falls = any(after < before for before, after in pairwise(coefficients))
+    if sections.get("layer") is not None and friction.memory_um == 0.0 and falls:
         yield Conflict(("layer", "compliance_um_GPa"), "with friction that falls with slip the problem has no continuous "
                        "solution unless friction has memory", "friction.memory_um > 0", other=("friction", "law"))
+
+
+def _coefficients(friction: model.FrictionTable | None, at_rest: float) -> list[float]:
+    """Coefficients of friction from no slip to the largest slip; between two of them a law rises or falls all along."""
+    if friction is None or friction.law is None:
+        return [at_rest]
+    limit = at_rest if friction.limit_coefficient is None else friction.limit_coefficient
+    return [coefficient for _, coefficient in friction.table or ()] or [at_rest, limit]
 
 
 def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conflict]:
@@ -147,9 +156,8 @@ def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conf
         if not speed > speed_before:
             yield Conflict(path, f"point {number}: slip speed {speed:g} m/s does not lie above {speed_before:g} m/s", allowed)
             return
-        if not (math.isfinite(speed) and 0.0 <= coefficient <= at_rest * (1.0 + 1e-9)):
-            yield Conflict(path, f"point {number}: coefficient {coefficient:g}",
-                           f"from 0 to load.friction_coefficient = {at_rest:g}")
+        if not (math.isfinite(speed) and 0.0 <= coefficient <= MOST_FRICTION):
+            yield Conflict(path, f"point {number}: coefficient {coefficient:g}", f"from 0 to {MOST_FRICTION:g}")
             return
         speed_before = speed
 
@@ -159,14 +167,15 @@ def _layer(layer: model.LayerTable) -> Iterator[Conflict]:
         yield Conflict(("layer",), "has no constant", "compliance_um_GPa, yield_MPa or both", at_key=True)
 
 
-def _friction_limit(force: model.ForceTable, load: model.LoadTable) -> Iterator[Conflict]:
+def _friction_limit(sections: Sections, force: model.ForceTable, load: model.LoadTable) -> Iterator[Conflict]:
     prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
-    limit = load.friction_coefficient * load.normal_N
+    highest = max(_coefficients(sections.get("friction"), load.friction_coefficient))
+    limit = highest * load.normal_N
     if prescribed and prescribed >= limit:
         key = "longitudinal_N" if force.longitudinal_N is not None else "lateral_N"
         yield Conflict(("force", key), f"the tangential force of {prescribed:.6g} N reaches or exceeds what friction can carry"
-                       f", {load.friction_coefficient:g} · {load.normal_N:g} N = {limit:.6g} N",
-                       "a force below load.friction_coefficient · load.normal_N")
+                       f", {highest:g} · {load.normal_N:g} N = {limit:.6g} N",
+                       "a force below the coefficient of friction · load.normal_N")
 
 
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:

@@ -140,11 +140,11 @@ class FrictionTable(Table):
     """Dependence of the coefficient of friction on slip, and on the temperature of the contact."""
 
     law: Literal["exponential", "rational", "linear", "table"] | None = Field(
-        default=None, description="How friction falls with the slip speed; constant if left out"
+        default=None, description="How friction changes with the slip speed; constant if left out"
     )
     limit_coefficient: float | None = quantity("1", "Coefficient of friction at large slip, unless law is a table", None,
                                                ge=0, le=2)
-    half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the loss has happened, unless law is a table",
+    half_slip_m_s: float | None = quantity("m/s", "Slip speed at which half of the change has happened, unless law is a table",
                                            None, ge=1e-12, le=1e9)  # fmt: skip
     table: Annotated[
         list[Pair] | None,

@@ -60,28 +60,29 @@ class FrictionLaw:
         return np.interp(speed, speeds, factors), slopes[interval]
 
     @property
-    def _sampled(self) -> tuple[Array, Array]:
-        return self.factor(np.array([speed for speed, _ in self.table]) if self.table else SAMPLES * self.half_slip)
-
-    @property
-    def lowest(self) -> float:
-        """The smallest factor at any slip speed."""
-        return float(self._sampled[0].min())
+    def _samples(self) -> Array:
+        return np.array([speed for speed, _ in self.table]) if self.table else SAMPLES * self.half_slip
 
     @property
     def highest(self) -> float:
         """The largest factor at any slip speed."""
-        return float(self._sampled[0].max())
+        return float(self.factor(self._samples)[0].max())
 
     @property
     def steepest(self) -> float:
         """The steepest fall, the largest −df/ds at any slip speed, in s/m; 0 if the law falls nowhere."""
-        return max(0.0, -float(self._sampled[1].min()))
+        return max(0.0, -float(self.factor(self._samples)[1].min()))
 
     @property
-    def falls(self) -> bool:
-        """Whether friction falls with slip anywhere."""
-        return self.steepest > 0.0
+    def rises_again(self) -> bool:
+        """Whether friction rises at a higher slip than one at which it falls."""
+        slopes = self.factor(self._samples)[1]
+        return bool((np.maximum.accumulate(slopes < 0.0) & (slopes > 0.0)).any())
+
+    def fall(self, speed: float = math.inf) -> float:
+        """The largest fall of the factor from one slip speed to a higher one up to `speed` (m/s); 0 if it falls nowhere."""
+        factors = self.factor(np.append(self._samples[self._samples < speed], speed))[0]
+        return float((np.maximum.accumulate(factors) - factors).max())
 
 
 @dataclass(frozen=True)

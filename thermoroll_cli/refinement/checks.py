@@ -151,8 +151,9 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     if problem.friction_varies:
         limit = transmissible_force(discretisation, friction_of(discretisation, discretisation.heat(contact)), normal.pressure)
         if problem.prescribed_force > limit:
-            reasons.append(f"friction has fallen with the temperature: it carries {limit:.6g} N at most, less than the "
-                           f"prescribed {problem.prescribed_force:.6g} N")
+            reasons.append(f"friction falls with the temperature: at those of the last iteration it carries {limit:.6g} N, "
+                           f"less than the prescribed {problem.prescribed_force:.6g} N. That is not the largest force that "
+                           "has a steady state: sweep the creepage to find it")
     if problem.heating.heat and problem.heating.partition == "matched":
         mismatch = discretisation.heat(contact).partition.mismatch
         if mismatch > TEMPERATURE_MISMATCH:

@@ -239,7 +239,8 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     slip_y = last["creepage_lateral"] + spin * x
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     patch = min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
-    below_limit = (1.0 - problem.prescribed_force / problem.traction_limit) ** (2.0 / 3.0) if problem.prescribed_force else 0.0
+    reserve = max(0.0, 1.0 - problem.prescribed_force / problem.traction_limit)
+    below_limit = reserve ** (2.0 / 3.0) if problem.prescribed_force else 0.0
     full = derived.interlayer_shear / scales.semi_axis_x
     strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
     return max(patch, min(below_limit, resolution.border), min(strip, 1.0 / resolution.elements))

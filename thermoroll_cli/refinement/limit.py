@@ -40,7 +40,7 @@ class CreepMaximum:
 
 def has_maximum(problem: Problem) -> bool:
     """Whether a force is prescribed to friction that falls with slip."""
-    return problem.friction.law is not None and problem.friction.law.falls and problem.prescribed_force > 0.0
+    return problem.friction.law is not None and problem.friction.law.fall() > 0.0 and problem.prescribed_force > 0.0
 
 
 def direction_of(problem: Problem) -> tuple[float, float]:

@@ -18,7 +18,7 @@ from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported, unbounded
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of, state_of
-from thermoroll_cli.refinement.warnings import unresolved_layers, warnings_after
+from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_layers, warnings_after
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.iteration import expansion_in
@@ -103,6 +103,8 @@ def result_of(
         rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
         highest = max(last.coupled_state.scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
         warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises, highest)
+        if last.contact.friction is not None:
+            warnings += feedback_warning(derived, rises, last.contact.friction)
     wanted = problem.numerics.accuracy
     if wanted is not None:
         missed = missed_accuracy(errors, coupled[-1], wanted)

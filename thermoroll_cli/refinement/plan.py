@@ -243,9 +243,15 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
     """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (a force above μW or above what a
     layer carries that yields), and for what `_check_layers` refuses."""
     _check_layers(problem)
-    if problem.prescribed_force and problem.prescribed_force >= problem.traction_limit:
+    law = problem.friction.law
+    limit = problem.traction_limit * (1.0 if law is None else law.highest)
+    if problem.prescribed_force and problem.prescribed_force >= limit:
+        rises = "; friction that rises with temperature begins cold: prescribe a creepage" * (problem.friction.slope < 0.0)
         raise Unsolvable(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
-                         f"{problem.traction_limit:g} N", "force")
+                         f"{limit:g} N{rises}", "force")
+    if problem.prescribed_force and law is not None and law.rises_again:
+        raise Unsolvable("friction that falls with slip and then rises again carries one force at several creepages: prescribe "
+                         "the creepage", "force")
     derived = DerivedQuantities(problem)
     grids = grid_sequence(problem, alone=alone)
     reasons = stages(derived)
@@ -271,9 +277,9 @@ def _check_layers(problem: Problem) -> None:
     (`case_conflicts`), problems of scripts are not."""
     law = problem.friction.law
     if law is not None and problem.interlayer.yield_stress is not None:
-        raise Unsolvable("where a layer yields the surfaces do not slip: friction that falls with slip is not computed with it",
+        raise Unsolvable("where a layer yields the surfaces do not slip: friction that depends on slip is not computed with it",
                          "layer.yield_MPa")
-    if law is not None and problem.interlayer.compliance and not law.memory:
+    if law is not None and law.fall() and problem.interlayer.compliance and not law.memory:
         raise Unsolvable("a compliant layer and friction that falls with slip have no continuous solution unless friction has "
                          "memory", "friction.memory_um")
     heating, request, coated = problem.heating, problem.subsurface, [b for b in BODIES if getattr(problem, b).layers]

@@ -138,6 +138,21 @@ def warnings_after(
     return found
 
 
+def feedback_warning(derived: DerivedQuantities, rises: tuple[Array, Array], friction: Array) -> Iterator[str]:
+    """Where friction rises with temperature, several steady states are possible if a change of friction μ comes back larger:
+    the temperature rise is in proportion to μ, so the gain of that loop is |dμ/dT| ΔT/μ, with the mean rise ΔT of both
+    surfaces."""
+    law, heating = derived.problem.friction, derived.problem.heating
+    rise = 0.5 * (rises[0] + rises[1])
+    without = rise * law.coefficient / np.where(friction > 0.0, friction, law.coefficient)  # with μ₀
+    gain = -law.slope * float(without.max())
+    hottest = 0.5 * (heating.bulk_lower + heating.bulk_upper) + law.maximum * float(without.max())
+    if gain > 1.0 and hottest > law.start:
+        yield (f"friction rises steeply with temperature: a change of it comes back up to {gain:.2g} times as large, so there "
+               "may be several steady states, and which one is found may depend on the start; sweep rolling.speed_m_s up and "
+               "down")
+
+
 def _constants(problem: Problem) -> Iterator[str]:
     for material, whose in _materials(problem):
         for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
@@ -191,17 +206,16 @@ def _without_effect(problem: Problem, moves: bool) -> Iterator[str]:
 
 
 def _memory(derived: DerivedQuantities) -> Iterator[str]:
-    """Memory that changes nothing, and memory too short for a layer: the layer's shear L τ must not fall with slip faster than
-    friction follows, d_c > L p₀ (μ₀ − μ), with μ at the largest slip that the given creepages make (μ∞ where a force is
-    given)."""
+    """Memory that changes nothing, and memory too short for an interlayer: its shear L τ must not fall with slip faster than
+    friction follows, d_c > L p₀ Δμ, with the largest fall Δμ up to the slip that the given creepages make (up to any where a
+    force is given)."""
     problem, law, motion = derived.problem, derived.problem.friction.law, derived.problem.motion
     if law is None or not law.memory:
         return
-    if law.lowest >= 1.0:
-        yield "friction.memory_um has no effect: friction does not fall with slip"
+    if law.highest == 1.0 and not law.fall():
+        yield "friction.memory_um has no effect: friction does not depend on slip"
     slip = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0) + abs(motion.spin) * derived.scales.mean_radius
-    fallen = law.lowest if problem.prescribed_force else float(law.factor(np.array([slip * motion.speed]))[0][0])
-    needed = derived.interlayer_shear * (1.0 - fallen)
+    needed = derived.interlayer_shear * law.fall(math.inf if problem.prescribed_force else slip * motion.speed)
     if law.memory < needed:
         yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")

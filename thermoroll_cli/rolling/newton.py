@@ -201,10 +201,14 @@ class Newton:
         return back if neutral is None else back + neutral * traction
 
     def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
-        """Direction (2, n, m) and size (n, m) of the slip that friction depends on, without that by border compliances."""
+        """Direction (2, n, m) of the traction, and size (n, m) along it of the slip that friction depends on, without that by
+        border compliances. Slip against the traction, which iterates may have, counts as none."""
+        trial = traction + self.rho * slip
+        length = np.hypot(trial[0], trial[1])
+        direction = trial / np.where(length > 0.0, length, 1.0)
         free = slip + self._taken_at_borders(traction)
-        size = np.where(self.contact, np.hypot(free[0], free[1]), 0.0)
-        return free / np.where(size > 0.0, size, 1.0), size
+        size = np.where(self.contact, np.maximum((direction * free).sum(axis=0), 0.0), 0.0)
+        return np.where(size > 0.0, direction, 0.0), size
 
     def free_slip(self, state: Iterate) -> AnyArray:
         """Size of the relative slip that friction depends on, (n, m); zero where the surfaces stick."""
