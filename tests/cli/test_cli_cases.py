@@ -245,7 +245,7 @@ def test_a_problem_that_the_plan_refuses_is_an_invalid_case(tmp_path: Path) -> N
     for command in (["validate"], ["show"], ["run", "-o", str(tmp_path), "--no-plots"]):
         done = call(*command, path)
         assert done.returncode == 3, done.stderr
-        assert "26:1: error: thermal.upper.width_mm: a width of 0.1 mm is below that of the contact" in done.stderr
+        assert "26:12: error: thermal.upper.width_mm = 0.1: a width of 0.1 mm is below that of the contact" in done.stderr
         (record,) = (json.loads(line) for line in call(*command, path, "--json").stdout.splitlines())
         assert [error["line"] for error in record["errors"]] == [26] and record["valid"] is False
 

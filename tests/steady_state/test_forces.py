@@ -140,7 +140,7 @@ def test_forces_beyond_the_friction_limit_are_refused_before_solving(force):
     creepage = tuple(0.0 if f is None else None for f in force)
     problem = rolling(grid=N, creepage=creepage, force=force)
     for start in (make_plan, solve):
-        with pytest.raises(ValueError, match=r"friction limit μW = 19\.5 N"):
+        with pytest.raises(ValueError, match=r"what friction can carry, 0\.3 · 65 N = 19\.5 N"):
             start(problem)
 
 

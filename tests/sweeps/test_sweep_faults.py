@@ -170,6 +170,13 @@ def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path
         assert sorted([first, *found]) == ["a", "b"]
 
 
+def test_an_invalid_sweep_has_a_json_record(case: Path, tmp_path: Path) -> None:
+    for key, value in (("load.normal_N", "-1"), ("force.longitudinal_N", "1e9")):
+        done = call("sweep", case, "--over", f"{key}={value},1", "-o", tmp_path, "--json")
+        record = json.loads(done.stdout)
+        assert (done.returncode, record["valid"], [error["key"] for error in record["errors"]]) == (3, False, [key])
+
+
 # --- the journal ---------------------------------------------------------------------------------------------------
 
 

@@ -123,8 +123,19 @@ def solvable(case: Case, source: str) -> Iterator[None]:
     try:
         yield
     except Unsolvable as cause:
-        finding = CaseSource(source, case.text, {}).finding(key_path(cause.key), str(cause), at_key=True)
+        finding = CaseSource(source, case.text, {}).finding(key_path(cause.key), str(cause), allowed=cause.allowed, at_key=True)
         raise CaseError([finding]) from None
+
+
+@contextlib.contextmanager
+def recorded(source: Path, as_json: bool) -> Iterator[None]:
+    """Inside, a CaseError of the case read from `source` is also printed as a JSON object, if `as_json`."""
+    try:
+        yield
+    except CaseError as cause:
+        if as_json:
+            streams.write_json(invalid_record(str(source), cause))
+        raise
 
 
 def invalid_record(source: str, error: CaseError | None, warnings: Sequence[str] = ()) -> dict[str, Any]:

@@ -68,11 +68,12 @@ def sweep(
     options.check_cluster(dask, jobs)
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
-    source = read_source(case)
+    with options.recorded(case, as_json):
+        source = read_source(case)
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
     wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads)
-    _check(wanted, quiet=quiet)
+    _check(wanted, case, as_json=as_json, quiet=quiet)
     options.check_writable(output)
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
@@ -100,10 +101,11 @@ def _axes(over: Sequence[str], listed: Path | None, overrides: Sequence[Override
     return axes
 
 
-def _check(sweep: Sweep, *, quiet: bool) -> None:
+def _check(sweep: Sweep, case: Path, *, as_json: bool, quiet: bool) -> None:
     """Check all points. Ends the program (invalid case) if any of them cannot be solved."""
     try:
-        sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
+        with options.recorded(case, as_json):
+            sweep.check((lambda text: None) if quiet else (lambda text: streams.note(f"thermoroll: {text}")))
     except CaseError as cause:
         more = len(cause.findings) - SHOWN_ERRORS
         closing = f" of {len(cause.findings)}" if more > 0 else ""

@@ -16,11 +16,14 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_conflicts import conflicts, heat_is_on
 from thermoroll_cli.files.case_errors import CaseError, Finding, KeyPath
 from thermoroll_cli.files.case_model import EXCLUSIVE, MOVED, Settings
+from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.profile_file import ProfileError, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.solvable import reasons_against
 
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
@@ -64,9 +67,19 @@ class _Checker:
         for conflict in conflicts(self.sections):
             self._note(conflict.path, conflict.message + self.source.line_of(conflict.other), allowed=conflict.allowed,
                        hint=conflict.hint, at_key=conflict.at_key)
+        self._raise()
+        settings = self._resolved()
+        for reason in reasons_against(DerivedQuantities(problem_of(settings))):
+            path = key_path(reason.other)
+            # The constants of one body, or of both.
+            line = self.source.line_of(path) or self.source.line_of(tuple(part for part in path if part not in BODIES))
+            self._note(key_path(reason.key), str(reason) + line, allowed=reason.allowed)
+        self._raise()
+        return settings
+
+    def _raise(self) -> None:
         if self.findings:
             raise CaseError(self.findings)
-        return self._resolved()
 
     def _section(self, name: str, field: FieldInfo) -> None:
         given = self.content.get(name)

@@ -1,4 +1,5 @@
-"""Conflicts between the keys of a case, beyond the range of each key and the pairs in `case_model.EXCLUSIVE`."""
+"""Conflicts between the keys of a case, beyond the range of each key and the pairs in `case_model.EXCLUSIVE`. Whether the
+problem that a case describes can be solved is decided in `steady_state.solvable`."""
 
 from __future__ import annotations
 
@@ -6,14 +7,13 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain, pairwise
+from itertools import chain
 from typing import Any
 
-from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
-from thermoroll_cli.files.case_problem import geometry_of, material_of, profile_of
+from thermoroll_cli.files.case_problem import profile_of
 from thermoroll_cli.files.profile_file import point_fault
 from thermoroll_cli.problem.problem import BODIES
 
@@ -41,8 +41,8 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_law, _friction_limit, _layer, _thermal_constants, _layers, _layers_elsewhere,
-        _bulk_temperatures, _recirculation, _strength, _subsurface, _wear)  # fmt: skip
+        _convexity, _profiles, _friction_law, _layer, _thermal_constants, _layers, _bulk_temperatures, _recirculation,
+        _strength, _subsurface, _wear)  # fmt: skip
     for check in checks:
         tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
         if None not in tables:
@@ -114,7 +114,7 @@ def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
             return
 
 
-def _friction_law(sections: Sections, friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
+def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
     law, at_rest = friction.law, load.friction_coefficient
     needed = ("table",) if law == "table" else ("limit_coefficient", "half_slip_m_s") if law else ()
     for key in ("limit_coefficient", "half_slip_m_s", "table"):
@@ -129,19 +129,6 @@ def _friction_law(sections: Sections, friction: model.FrictionTable, load: model
         return
     if law == "table":
         yield from _friction_points(friction.table or [], at_rest)
-    coefficients = _coefficients(friction, at_rest)
-    falls = any(after < before for before, after in pairwise(coefficients))
-    if sections.get("layer") is not None and friction.memory_um == 0.0 and falls:
-        yield Conflict(("layer", "compliance_um_GPa"), "with friction that falls with slip the problem has no continuous "
-                       "solution unless friction has memory", "friction.memory_um > 0", other=("friction", "law"))
-
-
-def _coefficients(friction: model.FrictionTable | None, at_rest: float) -> list[float]:
-    """Coefficients of friction from no slip to the largest slip; between two of them a law rises or falls all along."""
-    if friction is None or friction.law is None:
-        return [at_rest]
-    limit = at_rest if friction.limit_coefficient is None else friction.limit_coefficient
-    return [coefficient for _, coefficient in friction.table or ()] or [at_rest, limit]
 
 
 def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conflict]:
@@ -165,17 +152,6 @@ def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conf
 def _layer(layer: model.LayerTable) -> Iterator[Conflict]:
     if layer.compliance_um_GPa is None and layer.yield_MPa is None:
         yield Conflict(("layer",), "has no constant", "compliance_um_GPa, yield_MPa or both", at_key=True)
-
-
-def _friction_limit(sections: Sections, force: model.ForceTable, load: model.LoadTable) -> Iterator[Conflict]:
-    prescribed = math.hypot(force.longitudinal_N or 0.0, force.lateral_N or 0.0)
-    highest = max(_coefficients(sections.get("friction"), load.friction_coefficient))
-    limit = highest * load.normal_N
-    if prescribed and prescribed >= limit:
-        key = "longitudinal_N" if force.longitudinal_N is not None else "lateral_N"
-        yield Conflict(("force", key), f"the tangential force of {prescribed:.6g} N reaches or exceeds what friction can carry"
-                       f", {highest:g} · {load.normal_N:g} N = {limit:.6g} N",
-                       "a force below the coefficient of friction · load.normal_N")
 
 
 def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
@@ -225,32 +201,6 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
             below = layer
 
 
-def _layers_elsewhere(sections: Sections) -> Iterator[Conflict]:
-    """Stages that do not know layers."""
-    coated = [(*path, "layers") for path, body_material in _materials(sections) if body_material.layers]
-    if not coated:
-        return
-    thermal = sections.get("thermal")
-    if thermal is not None and thermal.heat and thermal.peclet == "sliding":
-        yield Conflict(("thermal", "peclet"), "sources with the slip velocity are not computed for bodies with layers",
-                       '"rolling" or "stationary", or no layers', other=coated[0])
-    for body in BODIES if thermal is not None and thermal.heat else ():
-        if getattr(getattr(thermal, body), "recirculate", False):
-            yield Conflict(("thermal", body, "recirculate"), "heat that returns is not computed for bodies with layers",
-                           f"false, with {body}.bulk_temperature_K for a warm body, or no layers", other=coated[0])
-    covered = [body for body in BODIES if any(path[1] in (body, "layers") for path in coated)]
-    subsurface = sections.get("subsurface")
-    looked_into = [] if subsurface is None or subsurface.thermal is False else subsurface.bodies
-    if any(body in looked_into for body in covered) and "thermal" in sections and heat_is_on(sections):
-        yield Conflict(("subsurface", "thermal"), "thermal stresses are not computed for bodies with layers",
-                       "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other=coated[0])
-    wear = sections.get("wear")
-    if wear is not None and (wear.distance_km is not None or wear.depth_um is not None):
-        yield Conflict(("wear", "distance_km" if wear.distance_km is not None else "depth_um"),
-                       "the evolution of wear does not thin layers", "[wear] without distance_km and depth_um: the wear of one "
-                       "passage, or no layers", other=coated[0])
-
-
 def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
     lower, upper = thermal.bulk_temperature_lower_K, thermal.bulk_temperature_upper_K
     if lower != upper and thermal.partition != "matched":
@@ -260,7 +210,7 @@ def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Itera
                        other=("thermal", "partition"))
 
 
-def _recirculation(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:
+def _recirculation(thermal: model.ThermalTable) -> Iterator[Conflict]:
     for body in BODIES:
         table, path = getattr(thermal, body), ("thermal", body)
         if table is None:
@@ -278,44 +228,6 @@ def _recirculation(sections: Sections, thermal: model.ThermalTable) -> Iterator[
         if thermal.peclet != "rolling":
             yield Conflict(("thermal", "peclet"), f"a body that turns carries its heat along: not as {thermal.peclet} sources",
                            '"rolling", or recirculate = false', other=(*path, "recirculate"))
-        if sections.get("geometry") is not None:
-            yield from _track(sections, body, table)
-
-
-def _track(sections: Sections, body: str, table: model.RecirculationTable) -> Iterator[Conflict]:
-    """The body must turn, the contact must fit on it, and its cooled surface must be known."""
-    path, key = ("thermal", body), f"{body}_radius_x_mm"
-    radius = getattr(sections["geometry"], key)
-    if math.isinf(radius):
-        yield Conflict((*path, "recirculate"), "a body straight along rolling never brings its track back",
-                       f"false, or a finite geometry.{key}", other=("geometry", key))
-        return
-    if radius < 0.0 and table.convection_W_m2K is not None:
-        yield Conflict((*path, "convection_W_m2K"), "a concave body is a ring, of which only the bore is known: not where it "
-                       "is cooled", "thermal_resistance_K_W instead", other=("geometry", key))
-        return
-    creepage = sections.get("creepage")
-    slip = 0.0 if creepage is None or creepage.longitudinal is None else creepage.longitudinal
-    if 1.0 + (0.5 if body == "lower" else -0.5) * slip <= 0.0:
-        yield Conflict(("creepage", "longitudinal"), f"the {body} body stands still or turns backwards at this creepage",
-                       "between -2 and 2 where a body brings heat back", other=(*path, "recirculate"))
-    contact = _contact_width(sections)
-    width = 2.0 * abs(radius) if table.width_mm is None else table.width_mm
-    if contact is not None and width < contact:
-        yield Conflict((*path, "width_mm"), f"a width of {width:g} mm is below that of the contact, {contact:.4g} mm",
-                       f"at least {contact:.4g} mm")
-
-
-def _contact_width(sections: Sections) -> float | None:
-    """Width 2b of Hertz's contact in mm; None with a profile, or where the keys that it needs are not valid."""
-    if not {"geometry", "load", "material"} <= sections.keys() or any(_convexity(sections["geometry"])):
-        return None
-    table = sections["geometry"]
-    if table.lower_radius_y_mm is None or table.upper_radius_y_mm is None:
-        return None
-    geometry, bodies = geometry_of(table), [material_of(material) for _, material in _materials(sections)]
-    modulus = 1.0 / (1.0 / bodies[0].plane_strain_modulus + 1.0 / bodies[-1].plane_strain_modulus)
-    return 2e3 * hertz_contact(geometry.curvature_x, geometry.curvature_y, modulus, sections["load"].normal_N).semi_axis_y
 
 
 def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:

@@ -26,11 +26,12 @@ stages."""
 
 
 class Unsolvable(ValueError):
-    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that causes it."""
+    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that causes it, perhaps
+    together with the key `other`; `allowed` says what would be solved."""
 
-    def __init__(self, message: str, key: str) -> None:
+    def __init__(self, message: str, key: str, allowed: str = "", other: str = "") -> None:
         super().__init__(message)
-        self.key = key
+        self.key, self.allowed, self.other = key, allowed, other
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.thermal import displacement_table
 from thermoroll_cli.heat.frictional_heat import divide
 from thermoroll_cli.heat.heat_response import KeptTables, ThermalResponse
-from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest, Unsolvable
+from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
 from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
+from thermoroll_cli.steady_state.solvable import check
 from thermoroll_cli.steady_state.traction import check_yield
 
 COARSEST = 8
@@ -240,19 +241,10 @@ class Plan:
 
 
 def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
-    """Plan of a problem. Raises Unsolvable where there is no contact, or no steady state (a force above μW or above what a
-    layer carries that yields), and for what `_check_layers` refuses."""
-    _check_layers(problem)
-    law = problem.friction.law
-    limit = problem.traction_limit * (1.0 if law is None else law.highest)
-    if problem.prescribed_force and problem.prescribed_force >= limit:
-        rises = "; friction that rises with temperature begins cold: prescribe a creepage" * (problem.friction.slope < 0.0)
-        raise Unsolvable(f"the prescribed force of {problem.prescribed_force:g} N reaches or exceeds the friction limit μW = "
-                         f"{limit:g} N{rises}", "force")
-    if problem.prescribed_force and law is not None and law.rises_again:
-        raise Unsolvable("friction that falls with slip and then rises again carries one force at several creepages: prescribe "
-                         "the creepage", "force")
+    """Plan of a problem. Raises Unsolvable for the reasons of `solvable`, and where a prescribed force is above what a yielding
+    interlayer carries."""
     derived = DerivedQuantities(problem)
+    check(derived)
     grids = grid_sequence(problem, alone=alone)
     reasons = stages(derived)
     run = [stage for stage, reason in reasons.items() if reason == ""]
@@ -270,25 +262,6 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
         share = min(1.0, problem.interlayer.yield_stress / (problem.friction.coefficient * derived.scales.peak_pressure))
         check_yield(problem, 0.5 * (3.0 * share - share**3) * problem.traction_limit)
     return plan if problem.subsurface is None else _with_subsurface(plan, problem.subsurface, derived)
-
-
-def _check_layers(problem: Problem) -> None:
-    """What is not computed with layers, those between the surfaces and those bonded to a body. Case files are checked before
-    (`case_conflicts`), problems of scripts are not."""
-    law = problem.friction.law
-    if law is not None and problem.interlayer.yield_stress is not None:
-        raise Unsolvable("where a layer yields the surfaces do not slip: friction that depends on slip is not computed with it",
-                         "layer.yield_MPa")
-    if law is not None and law.fall() and problem.interlayer.compliance and not law.memory:
-        raise Unsolvable("a compliant layer and friction that falls with slip have no continuous solution unless friction has "
-                         "memory", "friction.memory_um")
-    heating, request, coated = problem.heating, problem.subsurface, [b for b in BODIES if getattr(problem, b).layers]
-    unknown = {"thermal.peclet": heating.heat and heating.peclet == "sliding", "thermal": heating.recirculates}
-    if request is not None:
-        unknown["subsurface.thermal"] = heating.heat and request.thermal and any(body in request.bodies for body in coated)
-    for key, asked in unknown.items():
-        if asked and coated:
-            raise Unsolvable(f"{key}: not computed for bodies with layers", key)
 
 
 def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:

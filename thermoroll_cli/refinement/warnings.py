@@ -33,7 +33,7 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem, Unsolvable
+from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
 from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -62,7 +62,7 @@ HEAT_CAPACITIES = 1e5, 1e7
 
 
 def warnings_before(derived: DerivedQuantities) -> list[str]:
-    """Doubts about a problem before it is solved. Raises Unsolvable where a contact does not fit on its body."""
+    """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
             *_half_space_warnings(derived), *layer_warnings(problem),
@@ -321,17 +321,12 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
 
 
 def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
-    """Doubts about a fixed partition, a track wider than its body, cooling stronger than a solid body can use.
-
-    Raises Unsolvable where a contact does not fit on its body."""
+    """Doubts about a fixed partition, a track wider than its body, cooling stronger than a solid body can use."""
     if derived.problem.heating.partition != "matched":
         yield ("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
                ' by a factor; use "matched"')
     contact = 2.0 * derived.scales.semi_axis_y
     for body, roller in rollers_of(derived).items():
-        if contact > roller.width:
-            raise Unsolvable(f"a width of {1e3 * roller.width:g} mm is below that of the contact, {1e3 * contact:.4g} mm",
-                             f"thermal.{body}.width_mm")
         track = contact + 4.0 * roller.spreading
         if track > roller.width:
             yield (f"the heated track of the {body} body, {1e3 * track:.3g} mm with what spreads between passes, is wider "

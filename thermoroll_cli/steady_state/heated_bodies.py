@@ -61,7 +61,7 @@ def _rounded(creepage: float) -> float:
 def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
     """Lower and upper body as they turn and cool, None for one without recirculating heat.
 
-    Raises Unsolvable for a body that would have to stand still or turn backwards, and for a ring with convection."""
+    Raises Unsolvable for a body that stands still or turns backwards at a creepage that was solved for."""
     heating, geometry = problem.heating, problem.geometry
     lower, upper = heated_bodies(problem, creepage_x, 0.0)
     return (_roller("lower", heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
@@ -73,9 +73,6 @@ def _roller(name: str, track: Recirculation | None, radius: float, heated: Heate
         return None
     if heated.speed_x <= 0.0:
         raise Unsolvable(f"the {name} body stands still or turns backwards: it brings no heat back", "creepage.longitudinal")
-    if radius < 0.0 and track.convection is not None:
-        raise Unsolvable(f"the {name} body is a ring, of which only the bore is known: not where convection cools it; give "
-                         "a thermal resistance", f"thermal.{name}.convection_W_m2K")
     return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
                   heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
 

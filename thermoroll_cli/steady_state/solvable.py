@@ -1,0 +1,101 @@
+"""Whether a problem has a steady state that is computed: every reason against it that is known before solving."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation, Unsolvable
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+
+def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """Every reason why the problem is not solved, each with the key of the case file that it concerns. A yielding interlayer
+    may turn out to be too weak later, when the pressure is known (`traction.check_yield`)."""
+    problem = derived.problem
+    yield from _force(problem)
+    yield from _interlayer(problem)
+    yield from _coatings(problem)
+    for body in BODIES if problem.heating.recirculates else ():
+        track = getattr(problem.heating, f"{body}_track")
+        if track is not None:
+            yield from _track(derived, body, track)
+
+
+def check(derived: DerivedQuantities) -> None:
+    """Raises Unsolvable, for the first of the reasons."""
+    for reason in reasons_against(derived):
+        raise reason
+
+
+def _force(problem: Problem) -> Iterator[Unsolvable]:
+    """Friction that rises with temperature begins cold; one that falls with slip and rises again has several answers."""
+    force, load, law = problem.prescribed_force, problem.normal_force, problem.friction.law
+    if not force:
+        return
+    coefficient = problem.friction.coefficient * (1.0 if law is None else law.highest)
+    key = f"force.{'longitudinal_N' if problem.motion.force_x is not None else 'lateral_N'}"
+    if force >= coefficient * load:
+        rises = "; friction that rises with temperature begins cold" if problem.friction.slope < 0.0 else ""
+        yield Unsolvable(f"the tangential force of {force:.6g} N reaches or exceeds what friction can carry, {coefficient:g} · "
+                         f"{load:g} N = {coefficient * load:.6g} N{rises}", key,
+                         "a force below the coefficient of friction · load.normal_N, or a creepage")
+    if law is not None and law.rises_again:
+        yield Unsolvable("friction that falls with slip and then rises again carries one force at several creepages", key,
+                         "a creepage", "friction.law")
+
+
+def _interlayer(problem: Problem) -> Iterator[Unsolvable]:
+    law, interlayer = problem.friction.law, problem.interlayer
+    if law is not None and interlayer.yield_stress is not None:
+        yield Unsolvable("where the interlayer yields the surfaces do not slip: friction that depends on slip is not computed "
+                         "with it", "layer.yield_MPa", "no law of friction, or no yield stress", "friction.law")
+    if law is not None and law.fall() and interlayer.compliance and not law.memory:
+        yield Unsolvable("with friction that falls with slip the problem has no continuous solution unless friction has memory",
+                         "layer.compliance_um_GPa", "friction.memory_um > 0", "friction.law")
+
+
+def _coatings(problem: Problem) -> Iterator[Unsolvable]:
+    """Stages that do not know coatings."""
+    coated = [body for body in BODIES if getattr(problem, body).layers]
+    if not coated:
+        return
+    other, heating, request, wear = f"material.{coated[0]}.layers", problem.heating, problem.subsurface, problem.wear
+    if heating.heat and heating.peclet == "sliding":
+        yield Unsolvable("sources with the slip velocity are not computed for bodies with layers", "thermal.peclet",
+                         '"rolling" or "stationary", or no layers', other)
+    for body in BODIES:
+        if heating.heat and getattr(heating, f"{body}_track") is not None:
+            yield Unsolvable("recirculating heat is not computed for bodies with layers", f"thermal.{body}.recirculate",
+                             f"false, with thermal.bulk_temperature_{body}_K for a warm body, or no layers", other)
+    if request is not None and heating.heat and request.thermal and any(body in request.bodies for body in coated):
+        yield Unsolvable("thermal stresses are not computed for bodies with layers", "subsurface.thermal",
+                         "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other)
+    if wear is not None and (math.isfinite(wear.distance) or math.isfinite(wear.depth)):
+        yield Unsolvable("the evolution of wear does not thin layers",
+                         "wear.distance_km" if math.isfinite(wear.distance) else "wear.depth_um",
+                         "[wear] without distance_km and depth_um: the wear of one passage, or no layers", other)
+
+
+def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> Iterator[Unsolvable]:
+    """The body must turn, the contact must fit on it, and its cooled surface must be known."""
+    problem, table, radius_key = derived.problem, f"thermal.{body}", f"geometry.{body}_radius_x_mm"
+    radius, creepage = getattr(problem.geometry, f"{body}_radius_x"), problem.motion.creepage_x or 0.0
+    if math.isinf(radius):
+        yield Unsolvable("a body straight along rolling never brings its track back", f"{table}.recirculate",
+                         f"false, or a finite {radius_key}", radius_key)
+        return
+    if radius < 0.0 and track.convection is not None:
+        yield Unsolvable("a concave body is a ring, of which only the bore is known: not where it is cooled",
+                         f"{table}.convection_W_m2K", "thermal_resistance_K_W instead", radius_key)
+    if problem.heating.peclet == "rolling" and 1.0 + (0.5 if body == "lower" else -0.5) * creepage <= 0.0:
+        yield Unsolvable(f"the {body} body stands still or turns backwards at this creepage", "creepage.longitudinal",
+                         "between -2 and 2 where heat recirculates", f"{table}.recirculate")
+    try:
+        contact = 2e3 * derived.scales.semi_axis_y
+    except Unsolvable as cause:
+        yield cause
+        return
+    if 1e3 * track.width < contact:
+        yield Unsolvable(f"a width of {1e3 * track.width:g} mm is below that of the contact, {contact:.4g} mm",
+                         f"{table}.width_mm", f"at least {contact:.4g} mm")
