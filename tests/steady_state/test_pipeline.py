@@ -312,7 +312,7 @@ def test_less_accuracy_costs_less():
 
 
 def test_refusals_say_what_is_wrong():
-    with pytest.raises(ValueError, match="exceeds the friction limit"):
+    with pytest.raises(ValueError, match="exceeds what friction can carry"):
         solve(rolling(grid=32, creepage=(None, 0.0), force=(25.0, None)))
 
 
