@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from thermoroll_cli.files.case import Case
     from thermoroll_cli.files.case_errors import CaseError
     from thermoroll_cli.problem.problem import Problem
-    from thermoroll_cli.python_api import Result, Solver, read_result, solve, sweep
+    from thermoroll_cli.python_api import Result, Solver, read_result, solve, sweep, wear
 
 __all__ = [
     "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "read_result", "solve", "sweep",
+    "wear",
 ]  # fmt: skip
 
 _PLACES = {
@@ -36,6 +37,7 @@ _PLACES = {
     "read_result": "thermoroll_cli.python_api",
     "solve": "thermoroll_cli.python_api",
     "sweep": "thermoroll_cli.python_api",
+    "wear": "thermoroll_cli.python_api",
 }
 
 

@@ -20,8 +20,9 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, scalar_text
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
+from thermoroll_cli.worn.follow import Evolution, follow
 
-__all__ = ["Result", "Solver", "read_result", "solve", "sweep"]
+__all__ = ["Result", "Solver", "read_result", "solve", "sweep", "wear"]
 
 if TYPE_CHECKING:
     import xarray
@@ -120,3 +121,22 @@ def solve(
     case = Case.of(case)
     result = Solver(threads).solve(case.problem, report=report)
     return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
+
+
+def wear(
+    case: Case | Mapping[str, Any] | str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, *,
+    resume: bool = False, threads: int = 1, report: Callable[[int, Mapping[str, Any]], None] | None = None,
+) -> Evolution:
+    """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that
+    `[wear]` of a case gives.
+
+    Returns an `Evolution`: `rows` with a mapping per step, under the names of NAME_wear.csv and with the relative errors in
+    `error`; `snapshots` with the profiles and loads over y in SI units; `result`, that of the last step, whose case has the
+    worn profiles; and the `reason` why it ended early, "" where it did not. `folder` receives the files of the command but for
+    pictures, and `resume` goes on from the steps that it has; without a folder nothing is kept. `report` is called with the
+    number of each step and its row as soon as it is solved.
+
+    Raises CaseError, ValueError where the case gives neither distance nor depth, OSError.
+    """
+    done = follow(Case.of(case), folder, resume=resume, threads=threads, report=report)
+    return dataclasses.replace(done, result=Result.of(done.result))

@@ -20,7 +20,7 @@ from thermoroll_cli.creep_table.table_file import Axes
 from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.wear.evolution import evolution
+from thermoroll_cli.worn.evolution import evolution
 
 PARTLY_SLIDING = 2e-3
 """Creepage of the twin disc at which part of the contact sticks."""

@@ -25,7 +25,7 @@ ROOMS = (
     {"wheelset"},
     {"files", "plots"},
     {"sweeps"},
-    {"creep_table", "wear"},
+    {"creep_table", "worn"},
     {"cli", "python_api"},
     {"", "__main__"},
 )
@@ -39,7 +39,7 @@ FOREIGN: dict[str, set[str]] = {
     "pydantic_core": {"files"},
     "tomllib": {"files"},
     "tomli_w": {"files"},
-    "h5py": {"files", "sweeps", "creep_table", "wear"},
+    "h5py": {"files", "sweeps", "creep_table", "worn"},
     "typer": {"cli"},
     "matplotlib": {"plots"},
     "pyfftw": {"numerics", "files"},

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.files.result.hdf5 import file_image
-from thermoroll_cli.process import safe_point
-from thermoroll_cli.tasks.journal import Journal
-from thermoroll_cli.wear.evolution import BeyondProfile, evolution
-from thermoroll_cli.wear.wear_files import Snapshots, record_of, resumed, table, write_group, write_profiles
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.scalar_errors import with_error
+from thermoroll_cli.worn.follow import Evolution, follow
+from thermoroll_cli.worn.wear_files import COLUMNS
 
 
 def wear(
@@ -37,73 +37,50 @@ def wear(
     the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
     DIR/NAME_wear.jsonl.
     """
-    overrides = options.parse_overrides(settings)
-    read = Case.read(case, overrides)
+    read = Case.read(case, options.parse_overrides(settings))
     asked = read.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)
-    records, result, reason = _followed(read, output, resume=resume, threads=threads, quiet=quiet, verbose=verbose)
-    files = _write(read, output, records, result, reason, () if no_plots else options.image_formats(formats))
+    with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar:
+
+        def report(step: int, row: Mapping[str, Any]) -> None:
+            deepest = max(row[f"depth_max_{body}_um"] for body in BODIES)
+            words = (f"{read.name}: step {step}, {row['distance_km']:.4g} km, {deepest:.4g} µm, "
+                     f"{_text(row, 'pressure_max_MPa')} MPa")
+            if bar.live:
+                bar.show(words, min(max(1e3 * row["distance_km"] / asked.distance, 1e-6 * deepest / asked.depth), 1.0), 1.0)
+            elif not quiet and (verbose or step % 20 == 0):
+                streams.note(words)
+
+        done = follow(read, output, resume=resume, threads=threads, report=report, command_line=options.command_line())
+    files = [str(file) for file in done.files]
+    if read.plots and not no_plots:
+        files += _drawn(done, output, options.image_formats(formats))
+    last, steps = done.rows[-1], len(done.rows) - 1
     if as_json:
-        streams.write_json({"name": read.name, "status": "not_converged" if reason else "converged", "reason": reason,
-                            "steps": len(records) - 1, **records[-1]["row"], "files": [str(file) for file in files]})
+        streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
+                            "steps": steps, **last, "files": files})
     elif not quiet:
-        streams.write(*(f"  {name:22} {value:.6g}" for name, value in records[-1]["row"].items()))
-        streams.write(f"  {len(records) - 1} steps; wrote {', '.join(map(str, files))}")
-    if reason:
-        streams.note(f"thermoroll: {read.name}: {reason}")
-    raise typer.Exit(ExitCode.NOT_CONVERGED if reason else ExitCode.FINE)
+        streams.write(*(f"  {name:22} {_text(last, name):22} {meaning}" for name, meaning in COLUMNS.items()))
+        streams.write(f"  {steps} steps; wrote {', '.join(files)}")
+    if done.reason:
+        streams.note(f"thermoroll: {read.name}: {done.reason}")
+    raise typer.Exit(ExitCode.NOT_CONVERGED if done.reason else ExitCode.FINE)
 
 
-def _followed(
-    case: Case, folder: Path, *, resume: bool, threads: int, quiet: bool, verbose: bool
-) -> tuple[list[dict[str, Any]], Any, str]:
-    """All records, the last result, and why the evolution ended early."""
-    asked, reason, result = case.problem.wear, "", None
+def _text(row: Mapping[str, Any], name: str) -> str:
+    """A value of a row with its error."""
+    error = row["error"].get(name)
+    return with_error(row[name], math.nan if error is None else abs(error * row[name]))
+
+
+def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+    from thermoroll_cli.plots.profile_figures import draw_wear
+
+    kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None
-    by_distance = asked.distance < float("inf")
-    identity = {"kind": "wear", "case": case.to_json()}
-    with (Journal(folder / f"{case.name}_wear.jsonl", identity, resume=resume) as journal,
-          Bar(case.name, 1.0, quiet=quiet, verbose=verbose) as bar):  # fmt: skip
-        start = resumed(journal)
-        last = 0 if start is None else start.steps
-        try:
-            for state in evolution(case.problem, start, threads=threads):
-                safe_point()
-                result, last = state.result, state.steps
-                record = record_of(state)
-                journal.keep(record)
-                done = state.distance / asked.distance if by_distance else state.deepest / asked.depth
-                words = f"{case.name}: step {state.steps}, {1e-3 * state.distance:.4g} km, {1e6 * state.deepest:.4g} µm"
-                if bar.live:
-                    bar.show(words, min(done, 1.0), 1.0)
-                elif not quiet and (verbose or state.steps % 20 == 0):
-                    streams.note(words)
-                if result is not None and not result.converged:
-                    reason = f"step {state.steps} did not converge: {result.reason}"
-        except BeyondProfile as cause:
-            reason = f"{cause}; what is there is kept: give longer profiles, or a shorter distance"
-        journal.update()
-        records = [journal[str(step)] for step in range(last + 1)]
-    if not reason and len(records) == 1:
-        reason = "nothing slips, so nothing wears"
-    return records, result, reason
-
-
-def _write(
-    case: Case, folder: Path, records: list[dict[str, Any]], result: Any, reason: str, formats: tuple[str, ...]
-) -> list[Path]:
-    stem = folder / f"{case.name}_wear"
-    files = [stem.with_suffix(".csv"), stem.with_suffix(".h5")]
-    write_bytes(files[0], table(records))
-    write_bytes(files[1], file_image(result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line(),
-                                     more=lambda file: write_group(file, case.problem, records)))
-    files += write_profiles(folder, case.name, case.problem, records[-1])
-    if formats and case.plots:
-        from thermoroll_cli.plots.profile_figures import draw_wear
-
-        kept = Snapshots.of(case.problem, records)
-        files += [draw_wear(stem.with_suffix(f".{ending}"), case.settings.title, kept.y, kept.profiles, kept.loads,
-                            kept.distances, converged=not reason) for ending in formats]
-    return files
+    regimes = {body: getattr(asked, body).regimes for body in BODIES}
+    return [str(draw_wear(folder / f"{done.case.name}_wear.{ending}", done.case.settings.title, kept.y, kept.profiles,
+                          kept.loads, kept.distances, work=kept.work, regimes=regimes, converged=done.converged))
+            for ending in formats]

@@ -239,6 +239,22 @@ def _wear(sections: Sections, wear: model.WearTable) -> Iterator[Conflict]:
         if getattr(wear, body).track_length_m is None and math.isinf(getattr(geometry, f"{body}_radius_x_mm")):
             yield Conflict(("wear", body), f"the {body} body is flat along rolling and has no circumference", "track_length_m",
                            at_key=True)
+    for body in bodies:
+        given = getattr(wear, body).specific_wear_rate_mm3_Nm
+        yield from _wear_regimes(("wear", body, "specific_wear_rate_mm3_Nm"), given if isinstance(given, list) else [])
+
+
+def _wear_regimes(path: KeyPath, points: list[list[float]]) -> Iterator[Conflict]:
+    before = 0.0
+    for number, (work, rate) in enumerate(points, 1):
+        if not (before < work <= 1e9):
+            yield Conflict(path, f"point {number}: {work:g} N/mm2 does not lie above {before:g} N/mm2",
+                           "pairs [T_gamma/A, rate], T_gamma/A increasing from above 0 to 1e9")
+        if not 0.0 <= rate <= 1e6:
+            yield Conflict(path, f"point {number}: rate {rate:g}", "a rate from 0 to 1e6 mm3/(N m)")
+        before = work
+    if points and not any(rate > 0.0 for _, rate in points):
+        yield Conflict(path, "no point has a rate above 0", "a rate above 0")
 
 
 def _strength(sections: Sections, strength: model.StrengthTable) -> Iterator[Conflict]:

@@ -282,10 +282,16 @@ class StrengthTable(Table):
     upper: BodyStrengthTable | None = None
 
 
+WearRate = Annotated[float, Field(ge=1e-18, le=1e6)]
+
+
 class WornBodyTable(Table):
     """How one body wears."""
 
-    specific_wear_rate_mm3_Nm: float = quantity("mm3/(N m)", "Worn volume per load and sliding distance", ge=1e-18, le=1e6)
+    specific_wear_rate_mm3_Nm: Annotated[
+        WearRate | Annotated[list[Pair], Field(min_length=1, max_length=LARGEST_PROFILE)],
+        Allowed("1e-18 to 1e+06, or pairs [T_gamma/A, rate] of numbers, T_gamma/A in N/mm2 increasing from above 0"),
+    ] = quantity("mm3/(N m)", "Worn volume per load and sliding distance; a table of regimes gives it at some T_gamma/A")
     track_length_m: float | None = quantity(
         "m", "Distance rolled between two passages of a point; default the circumference of the body", None, ge=1e-9, le=1e9
     )

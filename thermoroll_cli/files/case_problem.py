@@ -110,4 +110,7 @@ def _wear(table: model.WearTable | None, geometry: model.GeometryTable) -> si.We
 def _worn_body(table: model.WornBodyTable | None, radius: float) -> si.WornBody:
     if table is None:
         return si.WornBody()
-    return si.WornBody(table.si("specific_wear_rate_mm3_Nm"), table.track_length_m or 2.0 * math.pi * abs(radius))
+    given, factor = table.specific_wear_rate_mm3_Nm, table.si_unit("specific_wear_rate_mm3_Nm")[1]
+    rate = tuple((work * 1e6, rate * factor) for work, rate in given) if isinstance(given, list) else (
+        table.si("specific_wear_rate_mm3_Nm"))
+    return si.WornBody(rate, table.track_length_m or 2.0 * math.pi * abs(radius))

@@ -224,8 +224,8 @@ def _skew_rise(line: Array, k: int) -> float | None:
 
 
 def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
-    """`peak_value` of the elements away from the border of the contact, if there are any: near a border that is steeper than
-    an element, single elements carry load that belongs to their neighbours.
+    """`peak_value` of the elements away from the border of the contact, and from steep lateral borders (`between_sides`), if
+    there are any: near a border that is steeper than an element, single elements carry load that belongs to their neighbours.
 
     `covered` are the covered fractions, (nx, ny); `ends` says that the first and the last column lie at the end of a profile,
     which is no border of this kind."""
@@ -235,18 +235,24 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
     inside = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
     if not inside.any():
         return peak_value(field)
+    smooth = inside & (between_sides(field, field, ends) > 0.0)
+    inside = smooth if smooth.any() else inside
     i, j = np.unravel_index(int(np.argmax(np.where(inside, field, -np.inf))), field.shape)
     return float(field[i, j]) + _rise(field[:, j], int(i), averages=True) + _rise(field[i, :], int(j), averages=True)
 
 
 def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
     """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
-    carries less than `SMOOTH_BORDER_SHARE` of their `pressure` and a neighbour to the other side that carries more. Elements
-    at the leading and the trailing edge stay, because a slip zone may be one element wide. `ends` as in `peak_inside`. Returns
-    all of `field` if no element is left."""
+    carries less than `SMOOTH_BORDER_SHARE` of their `pressure` and a neighbour to the other side that carries more, and the
+    next ones inwards where the pressure rises towards such a border. Elements at the leading and the trailing edge stay: a slip
+    zone may be one element wide. `ends` as in `peak_inside`. Returns all of `field` if no element is left."""
     beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
     beside[:, 0] *= ends[0]
     beside[:, -1] *= ends[1]
     low, high = (beside[:, side : side + pressure.shape[1]] < SMOOTH_BORDER_SHARE * pressure for side in (0, 2))
-    kept = np.where(low ^ high, 0.0, field)
+    steep = low ^ high
+    rising = np.diff(pressure, axis=1) > 0.0  # from each element to the next one
+    towards = np.zeros_like(steep)
+    towards[:, 1:-1] = ((steep & high)[:, 2:] & rising[:, :-1]) | ((steep & low)[:, :-2] & ~rising[:, 1:])
+    kept = np.where(steep | towards, 0.0, field)
     return kept if kept.any() else field

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import matplotlib
 import numpy as np
@@ -16,6 +17,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, scale_note
 from thermoroll_cli.plots.run_frame import PRESSURE, RunFrame, length_scale
+from thermoroll_cli.problem.problem import BodyName
 from thermoroll_cli.problem.surface import closest_place, surfaces
 
 SAMPLES = 1001
@@ -78,27 +80,44 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
 
 
 def draw_wear(
-    path: pathlib.Path, title: str, y: Array, profiles: Mapping[str, Array], loads: Array, distances: Array, *,
-    converged: bool = True,
+    path: pathlib.Path, title: str, y: Array, profiles: Mapping[BodyName, Array], loads: Array, distances: Array, *,
+    work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True,
 ) -> pathlib.Path:
-    """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m) and the
-    `distances` (m) of the snapshots. Raises OSError."""
-    worn = {body: heights for body, heights in profiles.items() if np.ptp(heights, axis=0).any()}
+    """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m), and the
+    `distances` (m) of the snapshots. Where a body has `regimes` (Pa, the T_γ/A at which each ends) also the largest T_γ/A of
+    each line of rolling, `work` (Pa), with the limits of the regimes. Raises OSError."""
+    worn = {body: heights for body, heights in profiles.items() if np.ptp(heights - heights[0], axis=0).any()}
+    limits = {body: places for body, places in regimes.items() if places}
     touched = np.flatnonzero((loads > TOUCHED * loads.max()).any(axis=0))
     margin = max(1, len(touched) // 10)
     shown = slice(max(touched[0] - margin, 0), touched[-1] + margin + 1)
-    kilometres = 1e-3 * distances
+    kilometres, panels = 1e-3 * distances, len(worn) + 1 + len(limits)
     colours = ScalarMappable(Normalize(kilometres[0], kilometres[-1]), matplotlib.colormaps["viridis"])
     with style.applied():
-        figure = style.new_figure(style.DOUBLE, WEAR_HEIGHT * style.DOUBLE * (len(worn) + 1) / 2)
-        axes = figure.subplots(len(worn) + 1, 1, sharex=True, squeeze=False)[:, 0]
-        for axis, (body, heights) in zip(axes, worn.items(), strict=False):
-            for distance, line in zip(kilometres, heights, strict=True):
-                axis.plot(1e3 * y[shown], 1e6 * line[shown], color=colours.to_rgba(distance))
-            axis.set_ylabel(f"height (µm),\n{body} body")
-        for distance, line in zip(kilometres, loads, strict=True):
-            axes[-1].plot(1e3 * y[shown], 1e-3 * line[shown], color=colours.to_rgba(distance))
-        axes[-1].set(xlabel="y (mm)", ylabel="line load (N/mm)", ylim=(0.0, None))
+        figure = style.new_figure(style.DOUBLE, WEAR_HEIGHT * style.DOUBLE * panels / 2)
+        axes = figure.subplots(panels, 1, sharex=True, squeeze=False)[:, 0]
+        curves = [*((1e6 * heights, f"height (µm),\n{body} body") for body, heights in worn.items()),
+                  (1e-3 * loads, "line load (N/mm)"),
+                  *((1e-6 * work, f"largest $T_γ/A$ (N/mm²),\n{body} body") for body in limits)]
+        for axis, (lines, label) in zip(axes, curves, strict=True):
+            for distance, line in zip(kilometres, lines, strict=True):
+                axis.plot(1e3 * y[shown], line[shown], color=colours.to_rgba(distance))
+            axis.set_ylabel(label)
+        for axis in axes[len(worn) :]:
+            axis.set_ylim(0.0, None)
+        for axis, places in zip(axes[len(worn) + 1 :], limits.values(), strict=True):
+            _draw_regimes(axis, 1e-6 * np.array(places))
+        axes[-1].set_xlabel("y (mm)")
         figure.colorbar(colours, ax=list(axes), label="distance rolled (km)")
         style.add_headline(figure, title, converged)
         return style.save(figure, path, None)
+
+
+def _draw_regimes(axes: Axes, places: Array) -> None:
+    """Lines at the `places` where one regime of wear ends and the next begins, as far as the axes reach, and their numbers."""
+    top = axes.get_ylim()[1]
+    edges = [0.0, *(place for place in places if place < top), top]
+    for number, (low, high) in enumerate(pairwise(edges), 1):
+        axes.axhline(low, color="0.5", linewidth=0.8, linestyle=style.DOTTED)
+        axes.text(0.01, 0.5 * (low + high), f"regime {number}", transform=axes.get_yaxis_transform(), va="center", fontsize=7)
+    axes.set_ylim(0.0, top)

@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import Literal
 
+import numpy as np
+
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.friction import Friction, Interlayer
 
 Deformation = bool | Literal["always"]
@@ -225,11 +228,13 @@ class Heating:
 @dataclass(frozen=True)
 class Numerics:
     """Discretisation: either a grid (elements per side) or a relative accuracy, and the domain side in Hertz semi-axes
-    (`extent` = domain side / semi-axis, so 2.2 covers the contact with a margin of 5 % on each side)."""
+    (`extent` = domain side / semi-axis, so 2.2 covers the contact with a margin of 5 % on each side). `across` are the ends (m)
+    of the domain across rolling where they are not to follow the contact."""
 
     grid: tuple[int, int] | None = None
     accuracy: float | None = None
     extent: float = 2.2
+    across: tuple[float, float] | None = None
 
     @property
     def negligible(self) -> float:
@@ -264,15 +269,39 @@ class SubsurfaceRequest:
 @dataclass(frozen=True)
 class WornBody:
     """A body that wears by Archard's law: specific wear `rate` κ in 1/Pa (m²/N: worn volume per sliding distance and load), and
-    the `track_length` (m) rolled between two passages of a point."""
+    the `track_length` (m) rolled between two passages of a point.
 
-    rate: float = 0.0
+    κ may depend on the local T = T_γ/A = μp|s|/V, the work per area and distance rolled: `rate` is then a table of (T in Pa,
+    κ), T increasing. Up to the first T and beyond the last κ is constant; between them the wear κT is linear in T, so that it
+    never jumps."""
+
+    rate: float | tuple[tuple[float, float], ...] = 0.0
     track_length: float = math.inf
 
     @property
-    def wear_per_distance(self) -> float:
-        """κ over the track length: worn depth per distance rolled and per ∫ p|s|/V dx, in 1/(Pa m)."""
-        return self.rate / self.track_length
+    def regimes(self) -> tuple[float, ...]:
+        """The T (Pa) at which one regime of wear ends and the next begins; none for a constant rate."""
+        return tuple(place for place, _ in self.rate) if isinstance(self.rate, tuple) else ()
+
+    @property
+    def wears(self) -> bool:
+        """Whether any material is worn off."""
+        return any(rate > 0.0 for _, rate in self.rate) if isinstance(self.rate, tuple) else self.rate > 0.0
+
+    def rate_at(self, work: Array) -> tuple[Array, Array]:
+        """κ (1/Pa) and d ln(κT)/d ln T at the local T (Pa)."""
+        if not isinstance(self.rate, tuple):
+            return np.full_like(work, self.rate), np.ones_like(work)
+        places, rates = np.array(self.rate).T
+        outside = np.where(work <= places[0], rates[0], rates[-1])
+        between = (work > places[0]) & (work < places[-1])
+        if not between.any():
+            return outside, np.ones_like(work)
+        wear = np.interp(work, places, places * rates)
+        slope = np.diff(places * rates) / np.diff(places)
+        slope = slope[np.clip(np.searchsorted(places, work) - 1, 0, len(slope) - 1)]
+        rate = np.where(between, wear / np.where(between, work, 1.0), outside)
+        return rate, np.where(between & (wear > 0.0), slope * work / np.where(wear > 0.0, wear, 1.0), 1.0)
 
 
 @dataclass(frozen=True)

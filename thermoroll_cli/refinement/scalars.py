@@ -14,7 +14,7 @@ from thermoroll_cli.heat.frictional_heat import Heat, divide
 from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.problem import BODIES, Heating, Problem
+from thermoroll_cli.problem.problem import BODIES, Heating, Problem, WornBody
 from thermoroll_cli.problem.result import State
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
@@ -196,27 +196,40 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
     return scalars
 
 
-def sliding_work(problem: Problem, fields: Mapping[str, AnyArray], dx: float) -> Array:
-    """∫ p |s|/V dx of every line of rolling in N/m, (ny,): the depth worn per passage is κ times this (Archard).
+def sliding(problem: Problem, fields: Mapping[str, AnyArray]) -> tuple[Array, Array]:
+    """Local p|s|/V and T_γ/A = μp|s|/V in Pa, (nx, ny): load and work per area, times the distance slid over that rolled.
 
     Where surfaces slide q = μ p |s|, and the heat flux q balances the power of the creep forces: its integral q/(μV) over the
     contact sets the total, and p |s| how it is distributed."""
     work = fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"])
     at_rest = problem.friction.coefficient
+    friction = fields.get("friction_coefficient", np.full_like(work, at_rest))
     if at_rest > 0.0 and work.any():
-        friction = fields.get("friction_coefficient", np.full_like(work, at_rest))
         work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, at_rest)).sum() / work.sum())
-    return np.asarray(work.sum(axis=0) * dx / problem.motion.speed)
+    return work / problem.motion.speed, friction * work / problem.motion.speed
+
+
+def worn_per_passage(problem: Problem, worn: WornBody, fields: Mapping[str, AnyArray], dx: float) -> Array:
+    """∫ κ p |s|/V dx of every line of rolling in m, (ny,): the depth worn off one body per passage (Archard)."""
+    slid, work = sliding(problem, fields)
+    return np.asarray((worn.rate_at(work)[0] * slid).sum(axis=0) * dx)
+
+
+def wear_steepness(problem: Problem, worn: WornBody, fields: Mapping[str, AnyArray]) -> float:
+    """The largest d ln(wear)/d ln(pressure) of any line of rolling; at least 1."""
+    slid, work = sliding(problem, fields)
+    rate, steepness = worn.rate_at(work)
+    depth = (rate * slid).sum(axis=0)
+    return max(1.0, float(((rate * slid * steepness).sum(axis=0) / np.where(depth > 0.0, depth, 1.0)).max()))
 
 
 def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy: float) -> dict[str, float]:
     """Area (µm²) and largest depth (nm) that each body loses per passage, and volume per distance rolled (mm³/m)."""
     if problem.wear is None:
         return {}
-    work = sliding_work(problem, fields, dx)
     found: dict[str, float] = {}
     for body in BODIES:
-        depth = getattr(problem.wear, body).rate * work
+        depth = worn_per_passage(problem, getattr(problem.wear, body), fields, dx)
         area = float(depth.sum()) * dy
         found |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
                   f"wear_rate_{body}_mm3_m": area * 1e9}

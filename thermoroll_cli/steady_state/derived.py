@@ -78,8 +78,13 @@ class DerivedQuantities:
         return math.pi * self.problem.contact_modulus * constant
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
-        """`shape` elements over `extent` semi-axes in each direction; not beyond the ends of a profile."""
-        return Grid.over(shape, *self.scales.domain(extent))
+        """`shape` elements over `extent` semi-axes in each direction, or `numerics.across` across rolling; not beyond the ends
+        of a profile."""
+        numerics, domain = self.problem.numerics, self.scales.domain(extent)
+        if numerics.across is not None and extent == numerics.extent:  # a domain that has grown covers more
+            low, high = numerics.across
+            domain = domain._replace(side_y=high - low, centre=0.5 * (low + high))
+        return Grid.over(shape, *domain)
 
     def undeformed_gap(self, x: Array, y: Array) -> Array:
         """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across replaces y²/2R'_y:

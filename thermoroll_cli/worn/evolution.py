@@ -1,0 +1,200 @@
+"""Evolution of both profiles: explicit steps of a bounded worn depth, each solution started from the one before.
+
+Explicit steps are stable while n κ ξ < dy/(E* a): the pressure follows the profile within an element, and a step that wears
+more than the pressure's own compliance over an element makes rows wear in turn. In terms of the worn depth d of a step that is
+d < (π/4)(p₀/E*) dy; a share of it is taken, less where the wear rises faster than the pressure, and no more than a tenth of the
+approach. Depths are kept on rows that do not move (`rows`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.grid import peak_value
+from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Numerics, Problem, Wear
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.surface import facing, surfaces
+from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
+from thermoroll_cli.refinement.scalars import wear_steepness, worn_per_passage
+from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.worn.rows import FixedRows, worn_profile
+
+STABLE_SHARE = 0.8
+"""Share of the largest stable worn depth that a step takes."""
+ROOM = 0.04
+"""Part of the contact's domain that is added on either side when the contact has outgrown it."""
+MOST_ROWS = 1.5
+"""Rows across the domain, over those wanted, from which on rows of twice the width take their place."""
+REACHED = 1e-6
+"""Part of the wanted depth that may be missing in the end: rounding must not ask for one more step."""
+STRETCH = 20
+"""Steps after which the solver starts cold: an evolution that is resumed at such a step goes on exactly as if undisturbed."""
+
+
+@dataclass(frozen=True)
+class WearState:
+    """A moment of the evolution after so many `steps`: `distance` rolled (m), the `rows` with the `worn` depth of each body
+    (m), those of them, `domain`, on which the contact is solved, with `grid` elements wanted along and across rolling, and the
+    `result` of the contact with these profiles; None before it is solved. `rates` are the depths worn per metre rolled on each
+    row then. `doubts` of each body are the errors of its largest depth (m) and worn cross-section (m²), (2, 2): by the grid,
+    and by the steps, their difference to the trapezoidal rule."""
+
+    steps: int
+    distance: float
+    rows: FixedRows
+    worn: dict[BodyName, Array]
+    domain: FixedRows
+    grid: tuple[int, int]
+    doubts: dict[BodyName, Array]
+    result: Result | None = None
+    rates: dict[BodyName, Array] = field(default_factory=dict)
+
+    @property
+    def deepest(self) -> float:
+        """Largest worn depth of both bodies in m."""
+        return max(self.worn_depth(body) for body in BODIES)
+
+    def worn_depth(self, body: BodyName) -> float:
+        """Largest worn depth in m; rows have averages."""
+        return peak_value(self.worn[body][None])
+
+    def worn_area(self, body: BodyName) -> float:
+        """Worn cross-section in m²."""
+        return float(self.worn[body].sum()) * self.rows.size
+
+    def errors(self, body: BodyName) -> tuple[float, float]:
+        """Estimated errors of the largest depth (m) and of the worn cross-section (m²)."""
+        depth, area = np.abs(self.doubts[body]).sum(axis=0)
+        return float(depth), float(area)
+
+    def moved(self, step: float) -> WearState:
+        """The same `step` (m) further."""
+        worn = {body: self.worn[body] + step * self.rates[body] for body in BODIES}
+        return replace(self, distance=self.distance + step, worn=worn)
+
+    def on(self, rows: FixedRows) -> WearState:
+        """The same on other rows."""
+        return replace(self, rows=rows, worn={body: rows.averages(self.rows.edges, depth) for body, depth in self.worn.items()})
+
+
+def line_load(result: Result) -> Array:
+    """∫ p dx in N/m over the y of the result, (ny,)."""
+    x = result.coupled.x
+    return np.asarray(result.coupled.fields["pressure"].sum(axis=0) * float(x[1] - x[0]))
+
+
+def half_width(result: Result) -> float:
+    """Half of what the contact spans across rolling, in m."""
+    covered = result.coupled.fields["covered"].max(axis=0)
+    return 0.5 * float(covered.sum()) * float(result.y[1] - result.y[0])
+
+
+def worn_geometry(geometry: Geometry, rows: FixedRows, worn: dict[BodyName, Array]) -> Geometry:
+    """`geometry` with the profiles of worn bodies less the depth that is worn off on `rows`."""
+    changes: dict[str, object] = {}
+    for body, surface in zip(BODIES, surfaces(geometry), strict=True):
+        if worn[body].any():
+            profile = worn_profile(surface, getattr(geometry, f"{body}_profile"), rows, worn[body])
+            changes |= {f"{body}_profile": profile, f"{body}_radius_y": math.inf}
+    return replace(geometry, **changes)  # type: ignore[arg-type]
+
+
+def evolution(problem: Problem, start: WearState | None = None, *, threads: int = 1) -> Iterator[WearState]:
+    """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`.
+
+    It ends where the distance is rolled or the depth is worn, where nothing slips, and after a result that did not converge.
+    Where an accuracy is asked for the grid that the unworn profiles need is kept. Raises Unsolvable as `solve` does."""
+    wear = problem.wear
+    assert wear is not None
+    solver = Solver(threads)
+    state, before = start or _unworn(problem, solver), None
+    while True:
+        if state.steps % STRETCH == 0:
+            solver = Solver(threads)
+        worn, state = _followed(problem, state)
+        result = solver.solve(worn)
+        state = replace(state, result=result, rates=_rates(wear, state.rows, result))
+        if before is not None:
+            state = replace(state, doubts=_doubts(before, state))
+        yield state
+        if not result.converged or state.distance >= wear.distance or state.deepest >= (1.0 - REACHED) * wear.depth:
+            return
+        before, step = state, _step(wear, state, result)
+        if step == 0.0:
+            return
+        state = replace(state.moved(step), steps=state.steps + 1, result=None, rates={})
+
+
+def _unworn(problem: Problem, solver: Solver) -> WearState:
+    grid = problem.numerics.grid
+    if grid is None:
+        result = solver.solve(problem)
+        grid = len(result.x), len(result.y)
+    rows = FixedRows.over(*_across(problem), facing(problem.geometry), grid[1])
+    return WearState(0, 0.0, rows, {body: np.zeros(rows.count) for body in BODIES}, rows, grid,
+                     {body: np.zeros((2, 2)) for body in BODIES})
+
+
+def _across(problem: Problem) -> tuple[float, float]:
+    """Lowest and highest y (m) of the domain that a solution of `problem` would have."""
+    domain = DerivedQuantities(problem).scales.domain(max(problem.numerics.extent, SMALLEST_EXTENT))
+    return domain.centre - 0.5 * domain.side_y, domain.centre + 0.5 * domain.side_y
+
+
+def _followed(problem: Problem, state: WearState) -> tuple[Problem, WearState]:
+    """The problem with the profiles of `state`, and the state on rows that its contact fits on."""
+    worn = replace(problem, geometry=worn_geometry(problem.geometry, state.rows, state.worn))
+    low, high = _across(worn)
+    if not state.domain.covers(low, high):
+        room = ROOM * (high - low)
+        domain, rows = state.domain.covering(low - room, high + room), state.rows
+        if domain.count >= MOST_ROWS * state.grid[1]:
+            domain, rows = domain.coarser().covering(low - room, high + room), rows.coarser()
+        state = replace(state.on(rows.joined(domain)), domain=domain)
+        worn = replace(problem, geometry=worn_geometry(problem.geometry, state.rows, state.worn))
+    numerics = Numerics((state.grid[0], state.domain.count), extent=problem.numerics.extent, across=state.domain.ends)
+    return replace(worn, numerics=numerics), state
+
+
+def _rates(wear: Wear, rows: FixedRows, result: Result) -> dict[BodyName, Array]:
+    """Depths worn per metre rolled (1) on each row."""
+    half, dx = 0.5 * float(result.y[1] - result.y[0]), float(result.x[1] - result.x[0])
+    edges = np.append(result.y - half, result.y[-1] + half)
+    return {body: rows.averages(edges, worn_per_passage(result.problem, worn, result.coupled.fields, dx) / worn.track_length)
+            for body, worn in zip(BODIES, (wear.lower, wear.upper), strict=True)}
+
+
+def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
+    """The doubts of `state`, one step after `before`."""
+    assert before.result is not None
+    step, found = state.distance - before.distance, {}
+    for body in BODIES:
+        old, new = (np.array([rates.max(), rates.sum() * rows.size])
+                    for rates, rows in ((before.rates[body], before.rows), (state.rates[body], state.rows)))
+        error = np.array([before.result.error.get(name, math.nan)
+                          for name in (f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2")])
+        grid = np.where(old > 0.0, step * old * error, 0.0)
+        found[body] = before.doubts[body] + np.array([grid, 0.5 * step * (new - old)])
+    return found
+
+
+def _step(wear: Wear, state: WearState, result: Result) -> float:
+    """Distance (m) of the next step; 0 where nothing wears."""
+    fastest = float(sum(state.rates.values()).max())  # type: ignore[union-attr]
+    if not fastest > 0.0:
+        return 0.0
+    scalars, dy = result.coupled.scalars, float(result.y[1] - result.y[0])
+    steepest = max(wear_steepness(result.problem, worn, result.coupled.fields) for worn in (wear.lower, wear.upper))
+    stable = STABLE_SHARE * 0.25 * math.pi * scalars["pressure_max_MPa"] * 1e6 / result.problem.contact_modulus * dy / steepest
+    depth = min(stable, wear.step_fraction * scalars["approach_um"] * 1e-6)
+    step = min(depth / fastest, wear.distance - state.distance)
+    if state.moved(step).deepest <= wear.depth:
+        return step
+    return float(scipy.optimize.brentq(lambda part: state.moved(part).deepest - wear.depth, 0.0, step, rtol=1e-9))
