@@ -171,12 +171,13 @@ def test_scripts_of_the_other_pages(place: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_tables_of_a_case(place: Path) -> None:
     """What physics.md shows of case files is valid."""
-    profile, layers, tracks, below, strength, wear = blocks("physics", "toml")
+    profile, layers, tracks, below, strength, wear, regimes = blocks("physics", "toml")
     wheel = (ROOT / "cases" / "wheel_rail.toml").read_text(encoding="utf-8")
     for name, shown in (("thermal", tracks), ("subsurface", below), ("geometry", profile)):
         without = re.sub(rf"(?ms)^\[{name}\]\n.*?(?=^\[|\Z)", "", wheel) if f"\n[{name}]" in wheel else wheel
         assert Case.parse(f"{without}\n{shown}").problem
     assert Case.parse(f"{wheel}\n{below}\n{strength}\n{wear}").problem.wear is not None
+    assert Case.parse(f"{wheel}\n{regimes}").problem.wear.upper.regimes == (10.4e6, 78.09e6, 200e6)
     coated = (ROOT / "cases" / "coated_ball.toml").read_text(encoding="utf-8")
     uncoated = re.sub(r"(?ms)^\[\[material\.upper\.layers\]\]\n.*?(?=^\[)", "", coated)
     assert len(Case.parse(f"{uncoated}\n{layers}").problem.upper.layers) == 1
