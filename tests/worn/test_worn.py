@@ -221,7 +221,7 @@ def test_archard_and_t_gamma_wear_agree_in_one_regime() -> None:
 
 
 def test_a_case_wears_in_regimes(tmp_path: Path) -> None:
-    """Mild at the border, severe in the middle: the strip wears less unevenly than at one rate, which follows the square of T_γ/A;
+    """Mild at the border, severe in the middle: the strip wears less unevenly than at one rate (as the square of T_γ/A);
     the picture has the regimes."""
     mild = "[[5, 1e-5], [100, 5e-7]]"
     done = call("wear", CASE, "-o", tmp_path, "--json", "--set", "numerics.grid=16", "--set", "wear.depth_um=2",
