@@ -23,7 +23,8 @@ from thermoroll_cli.exact.moving_sources import effusivity, ellipse_maximum, tia
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Geometry, Heating, Problem, SubsurfaceRequest
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.rolling.differential_slip import differential_slip

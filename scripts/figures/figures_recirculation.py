@@ -8,7 +8,8 @@ from dataclasses import replace
 
 from scripts.figures.figures_drawing import Numbers, solve_problem, table
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Recirculation
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Recirculation
 
 HEADER = ("case (`partition = \"matched\"`)", "Q_F (W)", "T_max, one pass → recirculating (K)", "bulk lower / upper (K)",
           "share of lower (%)", "bulge/approach: pass; track", "Λ", "change of γ_p")

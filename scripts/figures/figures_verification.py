@@ -21,7 +21,8 @@ from thermoroll_cli.halfspace.thermal import displacement_table, temperature_tab
 from thermoroll_cli.halfspace.variable_peclet import variable_peclet_tables
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 

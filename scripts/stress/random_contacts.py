@@ -9,7 +9,8 @@ import numpy as np
 from scipy.special import elliprd
 
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.refinement.plan import bulge_bound
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 

@@ -10,7 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem, Profile
+from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 KINDS = ("crown", "cubic", "bumps", "kink")

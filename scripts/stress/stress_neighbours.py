@@ -16,8 +16,9 @@ import numpy as np
 
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
+from thermoroll_cli.problem.geometry import Profile
 from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.problem import Numerics, Problem, Profile
+from thermoroll_cli.problem.problem import Numerics, Problem
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver, solve
 
@@ -49,7 +50,7 @@ def neighbours(seed: int) -> tuple[str, list[Problem]]:
     problem = random_profile_contact(seed) if seed % 3 == 0 else random_contact(seed)
     problem = replace(problem, numerics=Numerics((SIDE, SIDE)))
     step = float(rng.choice([-1.0, 1.0])) * math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST)))
-    kinds = ("speed", "load", "creepage", "profile" if problem.geometry.has_profile else "friction")
+    kinds = ("speed", "load", "creepage", "profile" if (not problem.geometry.elliptic) else "friction")
     varied = kinds[int(rng.integers(4))]
     return varied, [_scaled(problem, varied, (1.0 + step) ** k) for k in range(3)]
 

@@ -10,7 +10,7 @@ import pytest
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.problem import Profile
+from thermoroll_cli.problem.geometry import Profile
 
 WITHOUT = MECHANICAL.replace("upper_radius_y_mm = 30.0\n", "")
 POINTS = "points_mm = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"
@@ -32,7 +32,7 @@ def test_every_form_of_a_profile(tmp_path):
     (tmp_path / "case.toml").write_text(case('file = "roller.csv"\noffset_mm = 0.1\ntilt_mrad = 2.0\n'))
     read = Case.read(tmp_path / "case.toml").problem.geometry
     given = Case.parse(case(POINTS + "offset_mm = 0.1\ntilt_mrad = 2.0\n")).problem.geometry
-    assert read == given and read.has_profile
+    assert read == given and (not read.elliptic)
     assert read.upper_profile is not None and read.upper_profile.points[1] == (-1e-3, -1.667e-5)
     crown = Case.parse(case('kind = "logarithmic"\nlength_mm = 10.0\ndrop_um = 1.0\nflat_mm = 2.0\n')).problem.geometry
     assert crown.upper_profile == Profile(length=0.01, drop=1e-6, flat=2e-3)

@@ -20,7 +20,8 @@ from thermoroll_cli.halfspace.thermal import (
     temperature_slope_table,
     temperature_table,
 )
-from thermoroll_cli.problem.problem import Geometry, Heating
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.refinement.solve import solve
 
 KERNEL = reference("thermal_kernel")["entries"]

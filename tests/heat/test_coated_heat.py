@@ -18,17 +18,8 @@ from thermoroll_cli.halfspace.thermal import displacement_table, temperature_at_
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import (
-    Geometry,
-    Heating,
-    Layer,
-    Material,
-    Motion,
-    Numerics,
-    Problem,
-    SubsurfaceRequest,
-    Unsolvable,
-)
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 

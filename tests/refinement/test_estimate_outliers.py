@@ -9,7 +9,8 @@ import pytest
 
 from scripts.stress.estimate_coverage import pairs_of
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.problem.problem import Geometry, Material, Numerics
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Material, Numerics
 from thermoroll_cli.refinement.solve import solve
 
 

@@ -11,7 +11,8 @@ import pytest
 from tests.support.scenes import reference
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Unsolvable
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.slip_friction import SlipFriction

@@ -29,7 +29,8 @@ from thermoroll_cli.exact.kalker import TABLE, full_slip_creepages
 from thermoroll_cli.exact.rolling_cylinders import carter, saturation_creepage
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Geometry, Motion
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Motion
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities

@@ -20,7 +20,8 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, shear_tables
 from thermoroll_cli.numerics.grid import Grid, Prolongation
 from thermoroll_cli.problem.contact import Traction
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.rolling.element_borders import known_gradient

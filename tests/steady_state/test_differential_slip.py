@@ -13,7 +13,8 @@ import thermoroll_cli
 from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, STEEL, elastic, reference, rolling, solved, spheres
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Motion, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling import differential_slip as module

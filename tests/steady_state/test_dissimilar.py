@@ -18,7 +18,8 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant,
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import UPSTREAM_WEIGHTS, Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve

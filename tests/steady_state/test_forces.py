@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import CASES, Dimensionless, ellipse, on_grid, reference_problem, rolling, saturation, solved
-from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve

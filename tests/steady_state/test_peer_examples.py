@@ -14,7 +14,8 @@ import pytest
 from scripts.manchester import ROOT, case_beside, contact_results
 from tests.support.scenes import MECHANICAL, rolling
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.problem.problem import Geometry, Heating, Material
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 

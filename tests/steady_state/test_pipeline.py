@@ -23,8 +23,9 @@ from tests.support.scenes import (
     saturation,
     solved,
 )
+from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import FIELDS, SCALARS
-from thermoroll_cli.problem.problem import Geometry, Heating, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem
 from thermoroll_cli.refinement.plan import COARSEST, grid_sequence, make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities

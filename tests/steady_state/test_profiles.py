@@ -14,9 +14,9 @@ from tests.support.scenes import STEEL, elastic, on_grid, order, rolling, solved
 from thermoroll_cli.contact.contact_scales import contact_scales
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import hertz_contact
-from thermoroll_cli.problem.problem import Geometry, Heating, Profile
+from thermoroll_cli.problem.geometry import Geometry, Profile, closest_place, lateral_gap, surfaces
+from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.problem.scalar_errors import error_scale
-from thermoroll_cli.problem.surface import closest_place, lateral_gap, surfaces
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.rolling.differential_slip import differential_slip, slope

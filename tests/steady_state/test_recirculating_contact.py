@@ -9,7 +9,8 @@ import pytest
 from scripts.figures.figures_recirculation import CASES
 from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.heat.recirculation import Track
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Recirculation
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Recirculation
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities

@@ -9,7 +9,8 @@ import pytest
 from scripts.stress.stress_cases import stress_case
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli.exact.heated_sphere import heated_sphere
-from thermoroll_cli.problem.problem import Geometry, Heating
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 

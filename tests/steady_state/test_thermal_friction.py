@@ -15,7 +15,8 @@ from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_model import MOVED
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve

@@ -16,8 +16,9 @@ from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.pictures import figure
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.names import BOND_SCALARS, SUBSURFACE_SCALARS
-from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest, Unsolvable
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result, within_layers
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan

@@ -8,7 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from tests.support.scenes import elastic, reference, rolling
-from thermoroll_cli.problem.problem import Geometry, Problem, Profile
+from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.problem.problem import Problem
 
 REFERENCES = reference("profiles")["cases"]
 

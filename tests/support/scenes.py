@@ -26,16 +26,8 @@ from scripts.problems import (
 )
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatResponse
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import (
-    Geometry,
-    Heating,
-    Material,
-    Motion,
-    Problem,
-    Recirculation,
-    Strength,
-    SubsurfaceRequest,
-)
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem, Recirculation, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import solve
 

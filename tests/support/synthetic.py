@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result, State
 
 STEEL = Material(210e9, 0.28, 50.2, 11.7e-6, 10e-6)

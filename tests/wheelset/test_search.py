@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.support.wheelsets import case_named, contact_cases, facing_beside, outline_points, side_of
-from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import ProfileCurve
 from thermoroll_cli.wheelset.kinematics import Slip, creepages, directions
 from thermoroll_cli.wheelset.patch_surface import PatchSurface

@@ -19,7 +19,8 @@ from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Profile, Wear, WornBody
+from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.scalars import worn_per_passage
 from thermoroll_cli.refinement.solve import solve

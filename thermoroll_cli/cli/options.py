@@ -16,7 +16,7 @@ import typer
 from thermoroll_cli.cli import streams
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path
-from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
 
 
 class ImageFormat(StrEnum):

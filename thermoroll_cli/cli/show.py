@@ -113,7 +113,7 @@ def _memory(case: Case, plan: Plan) -> int:
 
 
 def _picture_seconds(case: Case, plan: Plan) -> float:
-    count = PICTURES + (HEAT_PICTURES if plan.runs("heat") else 0) + case.problem.geometry.has_profile
+    count = PICTURES + (HEAT_PICTURES if plan.runs("heat") else 0) + (not case.problem.geometry.elliptic)
     return DRAWING_SECONDS + PICTURE_SECONDS * count if case.plots else 0.0
 
 

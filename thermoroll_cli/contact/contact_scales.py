@@ -14,8 +14,7 @@ from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation, peak_value
-from thermoroll_cli.problem.problem import Geometry, Unsolvable
-from thermoroll_cli.problem.surface import facing, is_symmetric, lateral_gap
+from thermoroll_cli.problem.geometry import ContactGeometry, Unsolvable
 
 COARSE_GRID = (32, 64)
 """Elements along and across rolling on which a profile's contact is looked for: two patches need more across than along."""
@@ -35,9 +34,9 @@ OVERLAP_SHARE = 0.5
 @dataclass(frozen=True)
 class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of that
-    span along y, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and `approach` (m). `ends`
-    says whether the contact reaches the lower and the upper end of a profile, where its pressure has no upper bound; `limits`
-    are these ends (m); `converged` says whether the coarse pressure has converged."""
+    span along y and `centre_x` of that along x, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and
+    `approach` (m). `ends` says whether the contact reaches the lower and the upper end of a profile, where its pressure has no
+    upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has converged."""
 
     semi_axis_x: float
     semi_axis_y: float
@@ -49,6 +48,7 @@ class ContactScales:
     ends: tuple[bool, bool] = (False, False)
     limits: tuple[float, float] = (-math.inf, math.inf)
     converged: bool = True
+    centre_x: float = 0.0
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
@@ -63,49 +63,49 @@ class ContactScales:
         side_x, half = extent * self.semi_axis_x, 0.5 * extent * self.semi_axis_y
         low, high = max(self.centre - half, self.limits[0]), min(self.centre + half, self.limits[1])
         if math.isinf(self.limits[0]):
-            return Domain(side_x, 2.0 * half, self.centre)
-        return Domain(side_x, high - low, 0.5 * (low + high))
+            return Domain(side_x, 2.0 * half, self.centre, self.centre_x)
+        return Domain(side_x, high - low, 0.5 * (low + high), self.centre_x)
 
 
-def undeformed_gap(geometry: Geometry, x: Array, y: Array) -> Array:
-    """Gap of the unloaded surfaces in m, (n, m), at all places `x` (n,) and `y` (m,)."""
-    across = lateral_gap(geometry, y) if geometry.has_profile else 0.5 * geometry.curvature_y * y**2
-    return np.asarray(0.5 * geometry.curvature_x * x[:, None] ** 2 + across[None, :])
+def approach_weight(geometry: ContactGeometry, y: Array) -> Array:
+    """cos α, (m,): by how much an approach closes the gap along the normals of the common surface, and which part of the
+    pressure there carries the load."""
+    return np.cos(geometry.inclination(y))
 
 
 @lru_cache(maxsize=64)
 def contact_scales(
-    geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None
+    geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None
 ) -> ContactScales:
     """Scales of the contact of two bodies of which one has a profile or layers, from a coarse normal solution.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.
     """
-    if not geometry.has_profile:
+    if geometry.elliptic:
         assert coatings is not None
         return _of_smooth(geometry, contact_modulus, normal_force, coatings)
-    low, high = facing(geometry)
-    mirror = is_symmetric(geometry)
+    low, high = geometry.limits
+    mirror = geometry.symmetric
     depth = _overlap(geometry, contact_modulus, normal_force)
     for _ in range(ATTEMPTS):
         y = np.linspace(low, high, OVERLAP_SAMPLES)
-        inside = y[lateral_gap(geometry, y) < depth]
-        box = _Box(math.sqrt(2.0 * depth / geometry.curvature_x), float(inside[0]), float(inside[-1]))
+        inside = y[geometry.across(y) < depth]
+        rear, front = geometry.along(depth, inside)
+        box = _Box(0.5 * (front - rear), float(inside[0]), float(inside[-1]), 0.5 * (front + rear))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
         found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, depth, mirror=mirror)
         if found is not None:
             break
         depth *= 1.5
     else:
-        raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry.lower_profile"
-                         if geometry.upper_profile is None else "geometry.upper_profile")
+        raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry")
     # Once more with all elements on the contact: its border is known to an element.
     grown = _Box.around(found.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
     return (_solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, found, mirror=mirror) or found).scales
 
 
-def _of_smooth(geometry: Geometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
+def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
     """Scales below layers: the first domain is Hertz's contact of the surfaces' materials, each further one the contact
     found."""
     hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
@@ -129,10 +129,11 @@ class _Box:
     half_x: float
     low: float
     high: float
+    centre_x: float = 0.0
 
     @classmethod
     def around(cls, scales: ContactScales) -> _Box:
-        return cls(scales.semi_axis_x, scales.centre - scales.semi_axis_y, scales.centre + scales.semi_axis_y)
+        return cls(scales.semi_axis_x, scales.centre - scales.semi_axis_y, scales.centre + scales.semi_axis_y, scales.centre_x)
 
     def grown(self, factor: float, lowest: float, highest: float, *, mirror: bool) -> _Box:
         """`factor` times as large, but not beyond the ends of the profiles; even about y = 0 for `mirror`."""
@@ -141,7 +142,7 @@ class _Box:
         if mirror:
             high = max(high, -low)
             low = -high
-        return _Box(factor * self.half_x, low, high)
+        return _Box(factor * self.half_x, low, high, self.centre_x)
 
 
 @dataclass(frozen=True)
@@ -153,12 +154,12 @@ class _Found:
     pressure: Array
 
 
-def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) -> float:
+def _overlap(geometry: ContactGeometry, contact_modulus: float, normal_force: float) -> float:
     """Estimate of the approach δ in m: each strip across y as a cylinder of half-width a² = ½·2R'_x(δ − h), which carries
     πE*a²/(4R'_x) per length (Kik & Piotrowski's assumption)."""
-    low, high = facing(geometry)
+    low, high = geometry.limits
     y = np.linspace(low, high, OVERLAP_SAMPLES)
-    gap = lateral_gap(geometry, y)
+    gap = geometry.across(y)
     finite = np.where(np.isfinite(gap), gap, 1e300)
     stiffness = 0.25 * math.pi * contact_modulus * OVERLAP_SHARE * 2.0 * (y[1] - y[0])
 
@@ -172,17 +173,18 @@ def _overlap(geometry: Geometry, contact_modulus: float, normal_force: float) ->
 
 
 def _solve(
-    geometry: Geometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
+    geometry: ContactGeometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
     coatings: Coatings | None, before: _Found | float, *, mirror: bool,
 ) -> _Found | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
     is the start: the solution on another box, or how deep (m) rigid bodies overlap."""
     nx, ny = COARSE_GRID
-    grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high))
-    gap = undeformed_gap(geometry, grid.x, grid.y)
+    grid = Grid.over(COARSE_GRID, 2.0 * box.half_x, box.high - box.low, 0.5 * (box.low + box.high), box.centre_x)
+    tilt = approach_weight(geometry, grid.y)
+    gap = geometry.gap(grid.x, grid.y) / tilt
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
-    solver = NormalSolver(grid, contact_modulus, coatings)
+    solver = NormalSolver(grid, contact_modulus, coatings, tilt)
     solution = solver.solve(gap, normal_force, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
@@ -191,8 +193,11 @@ def _solve(
     first, last = columns[0] == 0, columns[-1] == ny - 1
     if rows[0] == 0 or rows[-1] == nx - 1 or (first and not at_end[0]) or (last and not at_end[1]):
         return None
-    edge = np.isfinite(undeformed_gap(geometry, np.zeros(1), np.array(limits))[0])
-    along = share.sum(axis=0).max() * grid.dx
+    edge = geometry.free_ends
+    along, centre_x = share.sum(axis=0).max() * grid.dx, 0.0
+    if geometry.leans:
+        # A patch that leans spans more than its longest line of rolling.
+        along, centre_x = (rows[-1] - rows[0] + 1) * grid.dx, 0.5 * (grid.x[rows[0]] + grid.x[rows[-1]])
     # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would jump.
     covered = np.pad(share.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy
@@ -201,6 +206,7 @@ def _solve(
     # Rounding in the centre would end the symmetry of profiles that wear on such a grid.
     centre = 0.0 if mirror else float(0.5 * (low + high))
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
-    scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak_value(solution.pressure), solution.approach, area,
-                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged)
+    peak = peak_value(solution.pressure / tilt)
+    scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, area,
+                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x))
     return _Found(scales, grid, solution.pressure)

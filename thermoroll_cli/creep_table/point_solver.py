@@ -13,7 +13,8 @@ from thermoroll_cli.creep_table.scaling import scales
 from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.numerics.grid import interpolation_matrix
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.element_borders import stick_share
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_solver import TangentialSolution

@@ -125,6 +125,7 @@ class GeometryTable(Table):
     lower_radius_y_mm: Radius | None = quantity("mm", "Radius of the lower body across rolling, unless it has a profile", None)
     upper_radius_x_mm: Radius = quantity("mm", "Radius of the upper body along rolling")
     upper_radius_y_mm: Radius | None = quantity("mm", "Radius of the upper body across rolling, unless it has a profile", None)
+    conformal: bool = Field(default=False, description="The contact follows the curved common surface of both bodies")
     lower_profile: Profile | None = Field(default=None, description="Profile of the lower body across rolling")
     upper_profile: Profile | None = Field(default=None, description="Profile of the upper body across rolling")
 

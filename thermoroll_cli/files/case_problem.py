@@ -8,7 +8,9 @@ from dataclasses import replace
 
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.problem import problem as si
+from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
+from thermoroll_cli.problem.geometry import Geometry, Profile
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -19,7 +21,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
     return si.Problem(
         lower=lower,
         upper=upper,
-        geometry=geometry_of(settings.geometry),
+        geometry=_common_surface(settings.geometry, lower, upper),
         normal_force=load.normal_N,
         friction=_friction(friction, load.friction_coefficient),
         motion=si.Motion(
@@ -56,15 +58,24 @@ def material_of(table: model.MaterialTable) -> si.Material:
     return si.Material(**table.in_si(), layers=tuple(si.Layer(**layer.in_si()) for layer in table.layers or ()))
 
 
-def geometry_of(table: model.GeometryTable) -> si.Geometry:
+def geometry_of(table: model.GeometryTable) -> Geometry:
     radii = {"lower_radius_y": math.inf, "upper_radius_y": math.inf, **table.in_si()}
     lower, upper = (None if profile is None else profile_of(profile) for profile in (table.lower_profile, table.upper_profile))
-    return si.Geometry(**radii, lower_profile=lower, upper_profile=upper)
+    radii.pop("conformal", None)
+    return Geometry(**radii, lower_profile=lower, upper_profile=upper)
 
 
-def profile_of(table: model.ProfileTable) -> si.Profile:
+def _common_surface(table: model.GeometryTable, lower: si.Material, upper: si.Material) -> Geometry | CurvedPatch:
+    geometry = geometry_of(table)
+    if not table.conformal:
+        return geometry
+    shares = tuple(1.0 / body.plane_strain_modulus for body in (lower, upper))
+    return conformal_patch(geometry, (shares[0] / sum(shares), shares[1] / sum(shares)))
+
+
+def profile_of(table: model.ProfileTable) -> Profile:
     points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
-    return si.Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
+    return Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:

@@ -18,7 +18,6 @@ from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import SHORT_BAR, colours_of, draw_map, scale_note
 from thermoroll_cli.plots.run_frame import PRESSURE, RunFrame, length_scale
 from thermoroll_cli.problem.problem import BodyName
-from thermoroll_cli.problem.surface import closest_place, surfaces
 
 SAMPLES = 1001
 SURFACES, TALLEST, ROOM = 40.0 * style.MM, 60.0 * style.MM, 45.0 * style.MM
@@ -33,7 +32,7 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     """Heights of both unloaded surfaces where they touch first, and the pressure below; None without a profile."""
     drawn = frame.last
     pressure = drawn.values(PRESSURE)
-    if not frame.result.problem.geometry.has_profile or pressure is None:
+    if frame.result.problem.geometry.elliptic or pressure is None:
         return None
     turned = RunFrame(**{**vars(frame), "turned": True, "window": frame.domain})
     left, right, low, high = frame.domain
@@ -58,10 +57,8 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     """Heights over y; a line where the pressure of each patch acts."""
     geometry, result = frame.result.problem.geometry, frame.result
     across, (_, _, left, right) = frame.lengths[1], frame.domain
-    y, touch = np.linspace(left, right, SAMPLES), np.array([closest_place(geometry)])
-    heights = [sign * (surface.height(y) - surface.height(touch))
-               for sign, surface in zip((1.0, -1.0), surfaces(geometry), strict=True)]
-    lower, upper = (np.where(np.isfinite(height), height, np.nan) for height in heights)
+    y = np.linspace(left, right, SAMPLES)
+    lower, upper = (np.where(np.isfinite(height), height, np.nan) for height in geometry.section(y))
     # A crown falls without bottom at its very end: three times the approach beyond the other body is enough.
     reach = 3e-6 * result.coupled.scalars["approach_um"]
     high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))

@@ -13,7 +13,7 @@ from typing import Literal
 from thermoroll_cli.problem.problem import BODIES
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
-                "stress below", "place below"]  # fmt: skip
+                "stress below", "place below", "resultant"]  # fmt: skip
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
 
@@ -163,6 +163,14 @@ SCALARS = _scalars(
     Scalar("force_x_N", "longitudinal creep force", "force", listed=True),
     Scalar("force_y_N", "lateral creep force", "force", listed=True),
     Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True),
+    Scalar("contact_y_mm", "lateral place of the centre of pressure", "place below", listed=True,
+           brief="centre of pressure, y"),
+    Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment",
+           brief="spin moment at the contact"),
+    Scalar("contact_force_y_N", "lateral resultant of pressure and traction on the upper body", "resultant", listed=True,
+           brief="lateral resultant"),
+    Scalar("contact_force_z_N", "resultant of pressure and traction on the upper body along z", "resultant", listed=True,
+           brief="resultant along z"),
     Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", brief="wear number Tγ"),
     Scalar("T_gamma_without_spin_N", "wear number of the creep forces alone, |F_x ξ_x| + |F_y ξ_y|",
            brief="wear number Tγ without spin"),

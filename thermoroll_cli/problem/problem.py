@@ -10,14 +10,15 @@ from typing import Literal
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction, Interlayer
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 
 Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 BodyName = Literal["lower", "upper"]
 KeptFields = Literal["plane", "von_mises", "full"]
-Interpolation = Literal["cubic", "linear"]
 BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
@@ -26,15 +27,6 @@ STANDARD_ACCURACY = 1e-3
 LEFT_OUT_SHARE = 0.25
 """A stage may be left out if its effect is below this share of the requested accuracy; the rest is for the grid and other
 stages."""
-
-
-class Unsolvable(ValueError):
-    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that causes it, perhaps
-    together with the key `other`; `allowed` says what would be solved."""
-
-    def __init__(self, message: str, key: str, allowed: str = "", other: str = "") -> None:
-        super().__init__(message)
-        self.key, self.allowed, self.other = key, allowed, other
 
 
 @dataclass(frozen=True)
@@ -95,67 +87,6 @@ class Material:
     def thermal(self) -> bool:
         """Whether all three thermal constants are known."""
         return None not in (self.conductivity, self.expansion, self.diffusivity)
-
-
-@dataclass(frozen=True)
-class Profile:
-    """Height of a surface over the lateral coordinate, positive out of the body, in m; beyond its ends there is no material.
-
-    Either `points` (y, height), y increasing, joined by a C² spline ("cubic") or by straight lines ("linear"); or, without
-    points, a crown of `length` that is flat over `flat` in the middle and falls to both ends by
-
-        drop · ln(1 − ((2|y| − flat)/(length − flat))²)
-
-    (Lundberg's crown without a flat part). The shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
-    shifted by `offset` along y. How it is evaluated: `surface`.
-    """
-
-    points: tuple[tuple[float, float], ...] = ()
-    interpolation: Interpolation = "cubic"
-    length: float = 0.0
-    drop: float = 0.0
-    flat: float = 0.0
-    offset: float = 0.0
-    tilt: float = 0.0
-
-    def __hash__(self) -> int:
-        # Some of hundreds of points: to hash all of them takes longer than most of what is looked up.
-        some = self.points[:: 1 + len(self.points) // 16]
-        return hash((some, self.length, self.drop, self.flat, self.offset, self.tilt))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Lowest and highest y with material, in m."""
-        half = 0.5 * self.length
-        low, high = (self.points[0][0], self.points[-1][0]) if self.points else (-half, half)
-        return low + self.offset, high + self.offset
-
-
-@dataclass(frozen=True)
-class Geometry:
-    """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf."""
-
-    lower_radius_x: float
-    lower_radius_y: float
-    upper_radius_x: float
-    upper_radius_y: float
-    lower_profile: Profile | None = None
-    upper_profile: Profile | None = None
-
-    @property
-    def has_profile(self) -> bool:
-        """Whether a body has a transverse profile: then the contact is not one of Hertz's."""
-        return self.lower_profile is not None or self.upper_profile is not None
-
-    @property
-    def curvature_x(self) -> float:
-        """Relative curvature 1/R'_x = 1/R_x1 + 1/R_x2 in 1/m."""
-        return 1.0 / self.lower_radius_x + 1.0 / self.upper_radius_x
-
-    @property
-    def curvature_y(self) -> float:
-        """Relative curvature 1/R'_y = 1/R_y1 + 1/R_y2 in 1/m."""
-        return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
 
 
 @dataclass(frozen=True)
@@ -323,7 +254,7 @@ class Problem:
 
     lower: Material
     upper: Material
-    geometry: Geometry
+    geometry: Geometry | CurvedPatch
     normal_force: float
     friction: Friction
     motion: Motion
@@ -347,7 +278,7 @@ class Problem:
     @property
     def has_hertz_solution(self) -> bool:
         """Whether the cold contact without shear is Hertz's: between homogeneous bodies with radii."""
-        return not self.geometry.has_profile and not self.coated
+        return self.geometry.elliptic and not self.coated
 
     @property
     def friction_varies(self) -> bool:
@@ -364,3 +295,10 @@ class Problem:
     def prescribed_force(self) -> float:
         """Magnitude of the prescribed tangential force in N."""
         return math.hypot(self.motion.force_x or 0.0, self.motion.force_y or 0.0)
+
+
+def planar(problem: Problem) -> Geometry:
+    """The geometry of a problem whose profiles are known. Raises Unsolvable for one on a curved common surface."""
+    if isinstance(problem.geometry, Geometry):
+        return problem.geometry
+    raise Unsolvable("the evolution of wear is not computed for conformal contacts", "geometry.conformal")

@@ -25,8 +25,9 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | `spin_moment_Nmm` | μW sqrt(a0 b0) |
     | temperatures and their rises | the largest temperature difference of the problem: rises and bulk temperatures |
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
+    | `contact_force_y_N`, `contact_force_z_N` | their resultant |
     | `gamma_st`; `stick_area_mm2` | 1 (absolute); the contact area |
-    | stresses below the surface; their places and depths | the largest pressure; the smaller Hertz semi-axis |
+    | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 
     `summary` has the scalars of one state and those of the inputs (`SCALARS` and `HERTZ_SCALARS`), as in
@@ -44,6 +45,8 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
             return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
         case "share":
             return 1.0
+        case "resultant":
+            return math.hypot(_number(summary, "contact_force_y_N"), _number(summary, "contact_force_z_N"))
         case "stick area":
             return _number(summary, "contact_area_mm2")
         case "stress below":

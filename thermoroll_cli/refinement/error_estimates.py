@@ -153,7 +153,7 @@ def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan:
         values = [level.get(name, math.nan) for level in levels]
         scale = error_scale(name, summary)
         carried = _carried(name, summary)
-        if name in given:
+        if name in given or math.isnan(values[-1]):
             errors[name] = math.nan
         elif name in exact:
             errors[name] = 0.0
@@ -235,8 +235,9 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     x = scales.semi_axis_x * radius * np.cos(angle)
     y = scales.centre + scales.semi_axis_y * radius * np.sin(angle)
     limits += 0.05 * abs(spin) * np.array([scales.semi_axis_y, scales.semi_axis_x])
-    slip_x = last["creepage_longitudinal"] + derived.kinematics.differential_slip(y) - spin * y
-    slip_y = last["creepage_lateral"] + spin * x
+    slip_x, slip_y = derived.kinematics.slip_at(x, y)
+    slip_x += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
+    slip_y += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     patch = min(share, 1.0 / resolution.elements if any(derived.kinematics.creepage_variation) else resolution.border)
     reserve = max(0.0, 1.0 - problem.prescribed_force / problem.traction_limit)
@@ -267,7 +268,8 @@ def _exact(derived: DerivedQuantities) -> Collection[str]:
     if not kinematics.has_traction:
         return (*RESULTANTS, *STICK)
     if kinematics.mirror == (1, -1):
-        return ("spin_moment_Nmm",) if motion.force_y is not None else ("force_y_N", "spin_moment_Nmm")
+        vanish = ("spin_moment_Nmm", "spin_moment_at_contact_Nmm", "contact_y_mm", "contact_force_y_N")
+        return vanish if motion.force_y is not None else ("force_y_N", *vanish)
     if kinematics.mirror == (-1, 1) and (kinematics.heat_mirrors or not derived.problem.heating.heat):
         return () if motion.force_x is not None else ("force_x_N",)
     return ()
@@ -288,7 +290,7 @@ def _given(derived: DerivedQuantities) -> set[str]:
 
 def unbounded(derived: DerivedQuantities) -> set[str]:
     """Scalars without a limit in this problem."""
-    return UNBOUNDED if derived.problem.geometry.has_profile and derived.scales.reaches_an_end else set()
+    return UNBOUNDED if derived.scales.reaches_an_end else set()
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:

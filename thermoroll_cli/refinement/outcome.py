@@ -73,7 +73,7 @@ def refinement_level(
     expansion that its heat would cause."""
     heating, contact = discretisation.derived.problem.heating, isothermal.contact
     heat = plan.runs("heat")
-    expansion = expansion_in(discretisation.heat(contact), contact) if heat and heating.deformation else None
+    expansion = expansion_in(discretisation, discretisation.heat(contact), contact) if heat and heating.deformation else None
     # Without heat everything stays cold: known without asking a kernel.
     cold = not heat and heating.heat
     if cold:
@@ -134,7 +134,7 @@ def result_of(
         work=_work(plan, levels, seconds, extrapolated=extrapolated) | ({} if heat is None else account(heat)),
         history=history,
         warnings=tuple(warnings),
-        patches=tuple(patches_of(last.discretisation, last.contact)) if problem.geometry.has_profile else (),
+        patches=tuple(patches_of(last.discretisation, last.contact)) if not problem.geometry.elliptic else (),
         unbounded=tuple(sorted(unbounded(derived))),
     )
 

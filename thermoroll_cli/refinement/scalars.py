@@ -65,7 +65,7 @@ def _reference(discretisation: Discretisation) -> tuple[float, float]:
 def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> Array:
     """`field` where its largest value is looked for: at the end of a crown the pressure falls within an element, and single
     elements there carry what belongs to their neighbours."""
-    if not discretisation.derived.problem.geometry.has_profile:
+    if discretisation.derived.problem.geometry.elliptic:
         return field
     return between_sides(field, contact.normal.pressure, discretisation.pressure.at_ends)
 
@@ -88,14 +88,16 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
     area = float(normal.covered.sum()) * grid.element_area
     stick_area = min(float(stick_share.sum()) * grid.element_area, area)
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
-    x, y = grid.x[:, None], grid.y[None, :]
-    moment = float((x * tangential.traction[1] - y * tangential.traction[0]).sum()) * grid.element_area
+    inclination = problem.geometry.inclination(grid.y)
+    x, y, cosine = grid.x[:, None], problem.geometry.lateral_place(grid.y), np.cos(inclination)
+    force[1] = float((tangential.traction[1] * cosine).sum()) * grid.element_area
+    moment = float((x * tangential.traction[1] * cosine - y * tangential.traction[0]).sum()) * grid.element_area
     # A force that vanishes by symmetry is zero, and not the rounding of its sum.
     force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
     if abs(moment) < VANISHING * problem.traction_limit * derived.scales.mean_radius:
         moment = 0.0
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
-    return {
+    return _off_centre(discretisation, contact, float(force[0]), moment) | {
         "Q_F_W": tangential.work * problem.motion.speed,
         "gamma_c": area / cold_area,
         "gamma_st": stick_area / area,
@@ -115,6 +117,22 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         "stick_area_mm2": stick_area * 1e6,
         "power_balance_error": power_balance_error(tangential, grid.element_area),
     }
+
+
+def _off_centre(discretisation: Discretisation, contact: Contact, force_x: float, moment: float) -> dict[str, float]:
+    """Where the contact of profiles lies across rolling, the spin moment about that place, and the resultants of pressure and
+    traction on the upper body if their directions vary: ∬ (τ_y cos α − p sin α) and ∬ (p cos α + τ_y sin α)."""
+    grid, geometry, pressure = discretisation.grid, discretisation.derived.problem.geometry, contact.normal.pressure
+    if geometry.elliptic:
+        return {}
+    place = float((pressure * geometry.lateral_place(grid.y)).sum() / pressure.sum())
+    found = {"contact_y_mm": place * 1e3, "spin_moment_at_contact_Nmm": (moment + place * force_x) * 1e3}
+    inclination, across = geometry.inclination(grid.y), contact.tangential.traction[1]
+    if not inclination.any():
+        return found
+    sine, cosine = np.sin(inclination), np.cos(inclination)
+    return found | {"contact_force_y_N": float((across * cosine - pressure * sine).sum()) * grid.element_area,
+                    "contact_force_z_N": float((pressure * cosine + across * sine).sum()) * grid.element_area}
 
 
 def power_balance_error(tangential: Traction, element_area: float) -> float:
@@ -308,6 +326,7 @@ def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[st
     Patches are separated by columns of elements without contact: the gap is a function of x plus one of y, so no patch lies
     beside another along x."""
     grid, normal = discretisation.grid, contact.normal
+    lateral = discretisation.derived.problem.geometry.lateral_place(grid.y)
     loaded = np.flatnonzero(normal.contact.any(axis=0))
     out = []
     for columns in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
@@ -316,8 +335,8 @@ def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[st
         pressure, covered = normal.pressure * here, normal.covered * here
         force = (contact.tangential.traction * here).sum(axis=(1, 2)) * grid.element_area
         out.append({
-            "y_mm": float((pressure.sum(axis=0) * grid.y).sum() / pressure.sum()) * 1e3,
-            "normal_N": float(pressure.sum()) * grid.element_area,
+            "y_mm": float((pressure.sum(axis=0) * lateral).sum() / pressure.sum()) * 1e3,
+            "normal_N": float((pressure * discretisation.pressure.tilt).sum()) * grid.element_area,
             "force_x_N": float(force[0]),
             "force_y_N": float(force[1]),
             "area_mm2": float(covered.sum()) * grid.element_area * 1e6,

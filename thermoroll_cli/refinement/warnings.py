@@ -34,7 +34,6 @@ from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
-from thermoroll_cli.problem.surface import lateral_gap, surfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
 
@@ -78,7 +77,7 @@ STIFF_ON_SOFT = 30.0
 def layer_warnings(problem: Problem) -> Iterator[str]:
     """Doubts about bonded layers."""
     geometry = problem.geometry
-    radii = ((geometry.lower_radius_x, geometry.lower_radius_y), (geometry.upper_radius_x, geometry.upper_radius_y))
+    radii = zip((geometry.lower_radius_x, geometry.upper_radius_x), geometry.across_radii, strict=True)
     for body, material, both in zip(BODIES, (problem.lower, problem.upper), radii, strict=True):
         thickness, radius = sum(layer.thickness for layer in material.layers), min(map(abs, both))
         if thickness > THICK_LAYER * radius:
@@ -115,10 +114,10 @@ def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
 def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
     scales, geometry = derived.scales, derived.problem.geometry
     widths = {"x": (scales.semi_axis_x, geometry.lower_radius_x, geometry.upper_radius_x)}
-    if geometry.has_profile:
-        yield from profile_warnings(derived)
+    if geometry.elliptic:
+        widths["y"] = (scales.semi_axis_y, *geometry.across_radii)
     else:
-        widths["y"] = (scales.semi_axis_y, geometry.lower_radius_y, geometry.upper_radius_y)
+        yield from profile_warnings(derived)
     for axis, (half, *radii) in widths.items():
         if (share := half / min(map(abs, radii))) > HALF_SPACE_LIMIT:
             yield (f"contact half-width along {axis} is {share:.2f} of the smallest radius: the half-space assumption is "
@@ -234,14 +233,14 @@ def profile_warnings(derived: DerivedQuantities) -> Iterator[str]:
     """Where half-space theory is doubtful, and where the pressure has no upper bound."""
     scales, geometry = derived.scales, derived.problem.geometry
     y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SAMPLES)[1:-1]
-    y = y[lateral_gap(geometry, y) < scales.approach]
+    y = y[geometry.across(y) < scales.approach]
     patches = np.split(y, np.flatnonzero(np.diff(y) > 1.5 * (y[1] - y[0])) + 1)
-    for body, surface in zip(BODIES, surfaces(geometry), strict=True):
-        if (slope := float(np.abs(surface.slope(y)).max())) > STEEPEST:
+    for body, slope_of in zip(BODIES, geometry.slopes, strict=False):
+        if (slope := float(np.abs(slope_of(y)).max())) > STEEPEST:
             yield (f"the surface of the {body} body is inclined by up to {slope:.2f} in the contact: the half-space "
                    f"assumption is doubtful above {STEEPEST:g}")
         # Along each patch by itself.
-        if (conformity := max(float(np.ptp(surface.slope(part))) for part in patches)) > WIDEST:
+        if (conformity := max(float(np.ptp(slope_of(part))) for part in patches)) > WIDEST:
             yield (f"the contact is {conformity:.2f} times as wide as the radius of curvature of the {body} body in it: "
                    f"the half-space assumption is doubtful above {WIDEST:.2g}")
     if all(scales.ends):

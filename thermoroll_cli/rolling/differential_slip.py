@@ -20,7 +20,6 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.surface import surfaces
 
 LARGEST_EFFECT = 1.0
 """Bound of the relative change of any scalar, over the largest |d| divided by the creepage without it: 0.6 at most in 24 random
@@ -54,20 +53,12 @@ class DifferentialSlip:
 
 def differential_slip(problem: Problem, y: Array) -> Array:
     """d(y) of the module's docstring at the places `y` (m), dimensionless."""
-    geometry = problem.geometry
-    lower, upper = compliance_shares(problem)
-    # The lower surface is z₁, the upper one −z₂: both heights are measured out of their body.
-    bottom, top = surfaces(geometry)
-    return np.asarray((upper * bottom.bend(y) - lower * top.bend(y)) * geometry.curvature_x)
+    return problem.geometry.longitudinal_slip(compliance_shares(problem), y)
 
 
 def slope(problem: Problem, y: Array) -> Array:
     """d'(y) in 1/m at the places `y` (m)."""
-    geometry, zero = problem.geometry, np.zeros(1)
-    lower, upper = compliance_shares(problem)
-    bottom, top = surfaces(geometry)
-    return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
-                      * geometry.curvature_x)
+    return problem.geometry.longitudinal_slope(compliance_shares(problem), y)
 
 
 def compliance_shares(problem: Problem) -> tuple[float, float]:

@@ -9,14 +9,13 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales, undeformed_gap
+from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Problem
-from thermoroll_cli.problem.surface import is_symmetric
 from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
 
 SLIP_SAMPLES = 65
@@ -89,18 +88,18 @@ class DerivedQuantities:
     def undeformed_gap(self, x: Array, y: Array) -> Array:
         """h_i = x²/2R'_x + y²/2R'_y in m at all places `x` (n,) and `y` (m,); with a profile the gap across replaces y²/2R'_y:
         (n, m)."""
-        return undeformed_gap(self.problem.geometry, x, y)
+        return self.problem.geometry.gap(x, y)
 
     @cached_property
     def symmetric(self) -> bool:
         """Whether the surfaces are their own mirror image across y = 0."""
-        return not self.problem.geometry.has_profile or is_symmetric(self.problem.geometry)
+        return self.problem.geometry.symmetric
 
     @property
     def lateral_curvature(self) -> float:
         """Relative curvature 1/R'_y in 1/m; with a profile about that of a parabolic gap with a contact of the same width."""
         geometry, scales = self.problem.geometry, self.scales
-        return scales.approach / scales.semi_axis_y**2 if geometry.has_profile else geometry.curvature_y
+        return geometry.curvature_y if geometry.elliptic else scales.approach / scales.semi_axis_y**2
 
     @cached_property
     def saturation_creepage(self) -> float:
@@ -203,8 +202,11 @@ class Kinematics:
 
     def rigid_slip(self, grid: Grid) -> Array:
         """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        return self.slip_at(grid.x[:, None], grid.y)
+
+    def slip_at(self, x: Array, y: Array) -> Array:
+        """The same at the places x, y (m), which are broadcast: (2, ...)."""
         motion = self.problem.motion
-        slip = np.empty((2, *grid.shape))
-        slip[0] = (motion.creepage_x or 0.0) + self.differential_slip(grid.y) - motion.spin * grid.y
-        slip[1] = (motion.creepage_y or 0.0) + motion.spin * grid.x[:, None]
+        slip = self.problem.geometry.rigid_slip((motion.creepage_x or 0.0, motion.creepage_y or 0.0, motion.spin), x, y)
+        slip[0] += self.differential_slip(y)
         return slip

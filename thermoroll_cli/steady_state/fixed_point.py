@@ -177,7 +177,7 @@ def _iterated(
         after = iterate(discretisation, state, _inside(state, tolerances, limit, history, pace))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
-        changes = _changes(state, after)
+        changes = _changes(discretisation, state, after)
         history.append(_size(discretisation, after, changes))
         rim = normal.touches_rim
         solved = (normal.converged and tangential.converged and tangential.residual <= 2.0 * tolerances.tangential
@@ -195,7 +195,8 @@ def _iterated(
         if mixing.unbalanced > MOST_UNBALANCED or mixing.raised > MOST_RAISED:
             break
     return SteadyState(
-        _without_mean(best), iterations=len(history), residual=residual, converged=least <= limit, touches_rim=rim,
+        _without_mean(discretisation, best), iterations=len(history), residual=residual, converged=least <= limit,
+        touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
         balanced=balanced, heat_reached=mixing.heat_reached)
 
@@ -211,11 +212,11 @@ def _inside(state: Contact, tolerances: Tolerances, limit: float, history: list[
     return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
 
 
-def _changes(before: Contact, after: Contact) -> Fields:
+def _changes(discretisation: Discretisation, before: Contact, after: Contact) -> Fields:
     """Change of the unknowns in an iteration; that of the expansion without its mean, which the approach absorbs."""
     changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
     if "expansion" in changes:
-        changes["expansion"] -= changes["expansion"][after.normal.contact].mean()
+        changes["expansion"], _ = discretisation.pressure.without_approach(changes["expansion"], after.normal.contact)
     return changes
 
 
@@ -263,14 +264,13 @@ def _indifferent(discretisation: Discretisation, state: Contact, limit: float, p
     return max(ACCEPTED_STAGNATION * limit, border)
 
 
-def _without_mean(contact: Contact) -> Contact:
+def _without_mean(discretisation: Discretisation, contact: Contact) -> Contact:
     """The same state with an expansion that is zero on average over the contact: the iteration does not determine this
     constant, which only shifts the approach."""
     if contact.expansion is None:
         return contact
-    mean = float(contact.expansion[contact.normal.contact].mean())
-    normal = replace(contact.normal, approach=contact.normal.approach + mean)
-    return replace(contact, normal=normal, expansion=contact.expansion - mean)
+    expansion, approach = discretisation.pressure.without_approach(contact.expansion, contact.normal.contact)
+    return replace(contact, normal=replace(contact.normal, approach=contact.normal.approach + approach), expansion=expansion)
 
 
 class _Mixing:
@@ -319,17 +319,20 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     loaded = contact & (normal.pressure > 0.0)
     per_pressure = np.where(loaded, heat.flux / np.where(loaded, normal.pressure, 1.0), 0.0)
     share = heat.mean_share if np.isfinite(heat.mean_share) else 0.5
+    tilt = discretisation.pressure.tilt
 
     def expand(pressure: Array) -> Array:
-        return heat.response.displacement(DividedHeat(per_pressure * pressure, share))
+        return heat.response.displacement(DividedHeat(per_pressure * pressure / tilt, share)) / tilt
 
-    rest = after.expansion - expand(normal.pressure)
+    rest = after.expansion - expand(normal.pressure * tilt) * tilt
     offset = before.offset
     assert offset is not None
-    defect = np.where(contact, normal.displacement + discretisation.pressure.undeformed_gap - offset - normal.approach, 0.0)
+    undeformed, load = discretisation.pressure.undeformed_gap, discretisation.derived.problem.normal_force
+    defect = np.where(contact, normal.displacement + undeformed - offset - normal.approach * tilt, 0.0)
     beside = 0.0 if after.shear_displacement is None else after.shear_displacement
-    gap = discretisation.pressure.undeformed_gap - rest - beside - defect
-    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap, discretisation.derived.problem.normal_force)
-    found = solver.continued(normal.pressure, tolerance)
+    gap = undeformed - rest - beside - defect
+    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, load)
+    found = solver.continued(normal.pressure * tilt, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.
-    return replace(found, expansion=found.expansion + rest, reached=found.reached if found.reached > 0.0 else 1.0)
+    return replace(found, pressure=found.pressure / tilt, expansion=found.expansion * tilt + rest,
+                   reached=found.reached if found.reached > 0.0 else 1.0)

@@ -16,7 +16,8 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTabl
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.problem import Material, Problem, Recirculation, Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.problem import Material, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 

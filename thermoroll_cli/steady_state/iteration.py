@@ -27,16 +27,16 @@ def iterate(discretisation: Discretisation, state: Contact, tolerances: Toleranc
     if state.expansion is None and state.friction is None:
         return rolled
     heat = discretisation.heat(rolled)
-    expansion = None if state.expansion is None else expansion_in(heat, rolled)
+    expansion = None if state.expansion is None else expansion_in(discretisation, heat, rolled)
     friction = None if state.friction is None else friction_of(discretisation, heat)
     return replace(rolled, expansion=expansion, friction=friction)
 
 
-def expansion_in(heat: Heat, contact: Contact) -> Array:
+def expansion_in(discretisation: Discretisation, heat: Heat, contact: Contact) -> Array:
     """Thermal expansion u_z^t of both bodies in m, (nx, ny); its mean over the contact is removed, because the approach absorbs
     constants."""
     expansion = heat.expansion()
-    return np.asarray(expansion - expansion[contact.normal.contact].mean())
+    return discretisation.pressure.without_approach(expansion, contact.normal.contact)[0]
 
 
 LEAST_RESERVE = 0.002

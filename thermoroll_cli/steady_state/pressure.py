@@ -6,7 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.contact.contact_scales import approach_weight
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages
 from thermoroll_cli.numerics.grid import Grid, Prolongation, peak_inside, peak_value
@@ -40,8 +41,13 @@ class PressureSolver:
         return self._derived.undeformed_gap(self.grid.x, self.grid.y)
 
     @cached_property
+    def tilt(self) -> Array:
+        """cos α across the contact, (ny,) (`approach_weight`)."""
+        return approach_weight(self._derived.problem.geometry, self.grid.y)
+
+    @cached_property
     def solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings)
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.tilt)
 
     @cached_property
     def isothermal(self) -> Pressure:
@@ -52,7 +58,7 @@ class PressureSolver:
             start = self._start
         elif self._coarser is None:
             start = np.zeros(self.grid.shape)
-            if self.solver.below_stiff_layers and not self._derived.problem.geometry.has_profile:
+            if self.solver.below_stiff_layers and self._derived.problem.geometry.elliptic:
                 scales, grid = self._derived.scales, self.grid
                 start = np.maximum(1.0 - (grid.x[:, None] / scales.semi_axis_x) ** 2 - (grid.y / scales.semi_axis_y) ** 2, 0.0)
         else:
@@ -87,21 +93,29 @@ class PressureSolver:
     def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:
         """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
         displacement by shear (None: nothing). `start` (Pa) is where the solver begins; with `mirrored` all is even in y."""
-        gap, force = self.undeformed_gap - (0.0 if offset is None else offset), self._derived.problem.normal_force
-        profile = self._derived.problem.geometry.has_profile
-        solution = self.solver.solve(gap, force, start, tolerance)
+        tilt, force = self.tilt, self._derived.problem.normal_force
+        gap = (self.undeformed_gap - (0.0 if offset is None else offset)) / tilt
+        solution = self.solver.solve(gap, force, start * tilt, tolerance)
         refined = self.solver.refine(solution, gap, force, tolerance, mirrored=mirrored)
-        pressure, covered, displacement, gap = refined.pressure, refined.covered, refined.displacement, refined.gap
+        pressure, covered, displacement, gap = (refined.pressure / tilt, refined.covered, refined.displacement * tilt,
+                                                refined.gap * tilt)
         if mirrored:
             # They are even but for rounding, which could otherwise add a border element on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
         # Whole elements are counted: their errors on both sides of the border cancel in the approach, where there is no Hertz
         # contact to compare with. That is four times closer on profiles.
         approach = refined.approach if self._derived.problem.has_hertz_solution else solution.approach
-        peak = peak_inside(pressure, covered, self.at_ends) if profile else peak_value(pressure)
+        elliptic = self._derived.problem.geometry.elliptic
+        peak = peak_value(pressure) if elliptic else peak_inside(pressure, covered, self.at_ends)
         return Pressure(
-            pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset, whole_elements=solution.pressure,
-            iterations=solution.iterations, converged=solution.converged, touches_rim=self._touches_rim(pressure))
+            pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset,
+            whole_elements=solution.pressure / tilt, iterations=solution.iterations, converged=solution.converged,
+            touches_rim=self._touches_rim(pressure))
+
+    def without_approach(self, field: Array, contact: Mask) -> tuple[Array, float]:
+        """`field` (m) less its mean over the `contact`, as an approach would take it out, and that approach."""
+        approach = float(field[contact].mean() / np.broadcast_to(self.tilt, field.shape)[contact].mean())
+        return field - approach * self.tilt, approach
 
     @property
     def at_ends(self) -> tuple[bool, bool]:
@@ -124,7 +138,7 @@ class PressureSolver:
             before = _outermost(self.isothermal.pressure)
             if _outermost(pressure) > BORDER_PRESSURES * before + LOW_PRESSURE * scales.peak_pressure:
                 return True
-        return bool(touched and grid.x[-1] > half_room * scales.semi_axis_x
+        return bool(touched and grid.x[-1] - scales.centre_x > half_room * scales.semi_axis_x
                     and (any(ends) or grid.y[-1] - scales.centre > half_room * scales.semi_axis_y))
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation, Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 

@@ -17,7 +17,8 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
 from thermoroll_cli.numerics.convolution import Convolution, Parities, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Pressure, Traction
-from thermoroll_cli.problem.problem import Problem, Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.rolling.element_borders import continued_gradient, known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference

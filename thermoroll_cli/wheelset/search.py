@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.curves import STEP, Outline, outline
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide, locus
 

@@ -17,9 +17,9 @@ import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import peak_value
-from thermoroll_cli.problem.problem import BODIES, BodyName, Geometry, Numerics, Problem, Wear
+from thermoroll_cli.problem.geometry import Geometry, facing, surfaces
+from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.surface import facing, surfaces
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
 from thermoroll_cli.refinement.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.refinement.solve import Solver
@@ -137,7 +137,7 @@ def _unworn(problem: Problem, solver: Solver) -> WearState:
     if grid is None:
         result = solver.solve(problem)
         grid = len(result.x), len(result.y)
-    rows = FixedRows.over(*_across(problem), facing(problem.geometry), grid[1])
+    rows = FixedRows.over(*_across(problem), facing(planar(problem)), grid[1])
     return WearState(0, 0.0, rows, {body: np.zeros(rows.count) for body in BODIES}, rows, grid,
                      {body: np.zeros((2, 2)) for body in BODIES})
 
@@ -150,7 +150,7 @@ def _across(problem: Problem) -> tuple[float, float]:
 
 def _followed(problem: Problem, state: WearState) -> tuple[Problem, WearState]:
     """The problem with the profiles of `state`, and the state on rows that its contact fits on."""
-    worn = replace(problem, geometry=worn_geometry(problem.geometry, state.rows, state.worn))
+    worn = replace(problem, geometry=worn_geometry(planar(problem), state.rows, state.worn))
     low, high = _across(worn)
     if not state.domain.covers(low, high):
         room = ROOM * (high - low)
@@ -158,7 +158,7 @@ def _followed(problem: Problem, state: WearState) -> tuple[Problem, WearState]:
         if domain.count >= MOST_ROWS * state.grid[1]:
             domain, rows = domain.coarser().covering(low - room, high + room), rows.coarser()
         state = replace(state.on(rows.joined(domain)), domain=domain)
-        worn = replace(problem, geometry=worn_geometry(problem.geometry, state.rows, state.worn))
+        worn = replace(problem, geometry=worn_geometry(planar(problem), state.rows, state.worn))
     numerics = Numerics((state.grid[0], state.domain.count), extent=problem.numerics.extent, across=state.domain.ends)
     return replace(worn, numerics=numerics), state
 

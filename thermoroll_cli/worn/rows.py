@@ -14,8 +14,7 @@ from typing import Self
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.problem import Profile
-from thermoroll_cli.problem.surface import Surface
+from thermoroll_cli.problem.geometry import Profile, Surface
 
 ALIGNED = 1e-6
 """Part of a row by which rounding may move its edge."""

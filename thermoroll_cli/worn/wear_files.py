@@ -16,8 +16,8 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
-from thermoroll_cli.problem.problem import BODIES, BodyName, Problem
-from thermoroll_cli.problem.surface import surfaces
+from thermoroll_cli.problem.geometry import surfaces
+from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, planar
 from thermoroll_cli.refinement.scalars import sliding
 from thermoroll_cli.worn.evolution import STRETCH, WearState, half_width, line_load, worn_geometry
 from thermoroll_cli.worn.rows import FixedRows
@@ -106,7 +106,7 @@ class Snapshots:
         states = [state_of(records[i]) for i in chosen]
         y, rows = states[-1].rows.y, states[-1].rows
         profiles = {body: np.array([surface.height(y) - state.on(rows).worn[body] for state in states])
-                    for body, surface in zip(BODIES, surfaces(problem.geometry), strict=True)}
+                    for body, surface in zip(BODIES, surfaces(planar(problem)), strict=True)}
         loads, work = (np.array([np.interp(y, records[i]["load_y"], records[i][name], left=0.0, right=0.0) for i in chosen])
                        for name in ("load", "work"))
         return cls(y, np.array([state.distance for state in states]), profiles, loads, work)
@@ -132,7 +132,7 @@ def write_group(file: h5py.File, rows: Sequence[Record], kept: Snapshots) -> Non
 
 def worn_points(problem: Problem, state: WearState) -> dict[BodyName, list[list[float]]]:
     """[y, height] in mm over the whole profile of each worn body."""
-    geometry = worn_geometry(problem.geometry, state.rows, state.worn)
+    geometry = worn_geometry(planar(problem), state.rows, state.worn)
     return {body: [[float(f"{1e3 * y:.9g}"), float(f"{1e3 * height:.9g}")] for y, height in
                    getattr(geometry, f"{body}_profile").points] for body in BODIES if state.worn[body].any()}
 

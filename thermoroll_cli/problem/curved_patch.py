@@ -1,0 +1,238 @@
+"""A patch whose common surface is curved across rolling: conformal contact, and the patches of a wheel on a rail.
+
+x is along rolling, y is the arc length across on the common surface, whose inclination to the plane of the frame is α(y); its
+normals are e_n = (0, −sin α, cos α), its directions across e_s = (0, cos α, sin α). Pressure acts along e_n, traction and slip
+along x and e_s. The bodies approach each other along the normal of the frame: an approach δ closes the gap by δ cos α, and the
+load is ∬ p cos α. Influence coefficients stay those of a half-space in the arc length.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Surface, surfaces
+
+SAMPLES = 401
+"""Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
+WIDEST_ANGLE = 1.2
+"""Inclination in rad at which a conformal surface ends: beyond it no half-space stands for the bodies."""
+NEWTON_STEPS = 8
+"""Steps along a normal of the common surface to a body: quadratic convergence reaches rounding after four to six."""
+
+Row = tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CurvedPatch:
+    """Tables over the arc length `y` (m, increasing), joined by cubic splines; there is no contact beyond its ends.
+
+    `lateral`: coordinate across in the frame (m); `inclination`: α (rad). On each line of rolling the gap along the normal is
+
+        gap_lowest + ½ curvature d² + cubic d³ + quartic d⁴,      d = x − x_lowest,
+
+    with any constant. The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V in addition to the creepages
+    and the spin of the frame. `free_ends` says at which end of the table material ends; at other ends the gap of a neighbouring
+    patch begins.
+    """
+
+    y: Row
+    lateral: Row
+    angle: Row
+    gap_lowest: Row
+    x_lowest: Row
+    curvature: Row
+    cubic: Row
+    quartic: Row
+    slip_x: Row
+    slip_y: Row
+    spin: Row
+    lower_radius_x: float = math.inf
+    upper_radius_x: float = math.inf
+    free_ends: tuple[bool, bool] = (False, False)
+
+    def __hash__(self) -> int:
+        # Hash a sample of the tables; hashing all costs more than most cached results.
+        step = 1 + len(self.y) // 16
+        return hash((self.y[::step], self.gap_lowest[::step], self.slip_x[::step], self.upper_radius_x))
+
+    @cached_property
+    def _splines(self) -> CubicSpline:
+        columns = (self.lateral, self.angle, self.gap_lowest, self.x_lowest, self.curvature, self.cubic, self.quartic,
+                   self.slip_x, self.slip_y, self.spin)
+        return CubicSpline(np.array(self.y), np.array(columns).T)
+
+    def _at(self, y: Array) -> Array:
+        """All columns at the arc lengths `y`, (10, ...); those of an end beyond it."""
+        return np.moveaxis(self._splines(np.clip(y, *self.limits)), -1, 0)
+
+    @cached_property
+    def _touch(self) -> float:
+        """Smallest gap."""
+        lowest = int(np.argmin(self.gap_lowest))
+        around = np.linspace(self.y[max(lowest - 1, 0)], self.y[min(lowest + 1, len(self.y) - 1)], 101)
+        return float(min(self._at(around)[2].min(), self.gap_lowest[lowest]))
+
+    @property
+    def elliptic(self) -> bool:
+        return False
+
+    @property
+    def curvature_x(self) -> float:
+        return float(self.curvature[int(np.argmin(self.gap_lowest))])
+
+    @property
+    def curvature_y(self) -> float:
+        return math.nan
+
+    @property
+    def across_radii(self) -> tuple[float, float]:
+        return math.inf, math.inf
+
+    @property
+    def slopes(self) -> tuple[Callable[[Array], Array], ...]:
+        return ()
+
+    def section(self, y: Array) -> tuple[Array, Array]:
+        return np.zeros(np.shape(y)), self.across(y)
+
+    @property
+    def leans(self) -> bool:
+        return any(self.x_lowest)
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return self.y[0], self.y[-1]
+
+    @cached_property
+    def symmetric(self) -> bool:
+        columns = np.array((self.gap_lowest, self.curvature, self.quartic, self.slip_x))
+        odd = np.array((self.y, self.lateral, self.angle, self.slip_y, self.spin))
+        skew = np.array((self.x_lowest, self.cubic))
+
+        def small(rest: Array, of: Array) -> bool:
+            return bool((np.abs(rest).max(axis=1) <= SYMMETRY_TOLERANCE * np.abs(of).max(axis=1)).all())
+
+        return not skew.any() and small(columns - columns[:, ::-1], columns) and small(odd + odd[:, ::-1], odd)
+
+    def across(self, y: Array) -> Array:
+        inside = (y >= self.y[0]) & (y <= self.y[-1])
+        return np.where(inside, self._at(y)[2] - self._touch, math.inf)
+
+    def along(self, depth: float, y: Array) -> tuple[float, float]:
+        columns = self._at(y)
+        half = np.sqrt(2.0 * np.maximum(depth - self.across(y), 0.0) / columns[4])
+        return float((columns[3] - half).min()), float((columns[3] + half).max())
+
+    def gap(self, x: Array, y: Array) -> Array:
+        _, _, _, lowest, curvature, cubic, quartic, *_ = self._at(y)
+        d = x[:, None] - lowest
+        return np.asarray(self.across(y) + d**2 * (0.5 * curvature + d * (cubic + d * quartic)))
+
+    def inclination(self, y: Array) -> Array:
+        return np.asarray(self._at(y)[1])
+
+    def lateral_place(self, y: Array) -> Array:
+        return np.asarray(self._at(y)[0])
+
+    def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
+        return np.asarray(self._at(y)[7])
+
+    def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
+        return np.asarray(self._splines(np.clip(y, *self.limits), 1)[..., 7])
+
+    def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
+        """(ξ_x − ξ_φ Y, (ξ_y + ξ_φ x) cos α + slip_y + spin x) with the lateral coordinate Y in the frame."""
+        along, across, turning = creepage
+        lateral, inclination, *_, slip_y, spin = self._at(y)
+        return np.stack(np.broadcast_arrays(along - turning * lateral,
+                                            (across + turning * x) * np.cos(inclination) + slip_y + spin * x))
+
+
+def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPatch:
+    """The surfaces of `geometry` as bodies of revolution (axes along y, radii along rolling as given), on their common surface.
+
+    That surface is z = w₂ z₁(y) + w₁ z₂(y) with the `shares` w of both bodies in the compliance: the stiffer body keeps more of
+    its shape. Radii across rolling are circles here, not parabolas. The slip of the shapes is that of the rotations about both
+    axes at the common surface, less creepage and spin at y = 0 (`rolling.differential_slip`, whose limit for small
+    angles this is).
+    """
+    lower, upper = (_rounded(surface, radius) for surface, radius in zip(
+        surfaces(geometry), (geometry.lower_radius_y, geometry.upper_radius_y), strict=True))
+    low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
+    y = np.linspace(low, high, 4 * SAMPLES + 1)
+    closest = float(np.min(-(lower.height(y) + upper.height(y))))
+
+    def common(at: Array, n: int) -> Array:
+        both = shares[1] * lower.shape(at, n) - shares[0] * upper.shape(at, n)
+        return both - shares[0] * closest if n == 0 else both
+
+    # From arc length to y.
+    keep = np.abs(np.arctan(common(y, 1))) <= WIDEST_ANGLE
+    y = y[keep]
+    slope = CubicSpline(y, np.hypot(1.0, common(y, 1)))
+    zero = float(np.clip(0.0, y[0], y[-1]))
+    length = slope.antiderivative()(y) - float(slope.antiderivative()(zero)) + zero
+    s = np.linspace(length[0], length[-1], SAMPLES)
+    lateral = CubicSpline(length, y)(s)
+    if geometry.symmetric:
+        lateral = 0.5 * (lateral - lateral[::-1])
+        s = 0.5 * (s - s[::-1])
+    height, inclination = common(lateral, 0), np.arctan(common(lateral, 1))
+    # Three gaps along each line of rolling give the even powers of x.
+    scale = 0.05 / geometry.curvature_x
+    x = np.array([0.0, 1.0, 2.0])[:, None] * scale
+    gap = (_along_normal(lower, geometry.lower_radius_x, x, lateral, height, inclination, 1.0, 0.0)
+           + _along_normal(upper, geometry.upper_radius_x, x, lateral, height, inclination, -1.0, closest))
+    first, second = (gap[1] - gap[0]) / scale**2, (gap[2] - gap[0]) / (4.0 * scale**2)
+    conicity = float(common(np.array([zero]), 1)[0]) if y[0] < 0.0 < y[-1] else 0.0
+    at_origin = float(common(np.array([zero]), 0)[0])
+    curvature = geometry.curvature_x
+    slip_x = curvature * (height - at_origin - (lateral - zero) * conicity)
+    spin = curvature * (conicity * np.cos(inclination) - np.sin(inclination))
+    nothing = np.zeros(SAMPLES)
+    rows = {"y": s, "lateral": lateral, "angle": inclination, "gap_lowest": gap[0], "x_lowest": nothing,
+            "curvature": 2.0 * (4.0 * first - second) / 3.0, "cubic": nothing, "quartic": (second - first) / (3.0 * scale**2),
+            "slip_x": slip_x, "slip_y": nothing, "spin": spin}
+    return CurvedPatch(**{name: tuple(row.tolist()) for name, row in rows.items()}, lower_radius_x=geometry.lower_radius_x,
+                       upper_radius_x=geometry.upper_radius_x, free_ends=(bool(keep[0]), bool(keep[-1])))
+
+
+def _rounded(surface: Surface, radius: float) -> Surface:
+    """`surface`, but a circle where it has a `radius`."""
+    if math.isinf(radius):
+        return surface
+
+    def circle(y: Array, n: int) -> Array:
+        root = np.sqrt(1.0 - (y / radius) ** 2)
+        return np.asarray(-y / (radius * root) if n else -(y**2) / (radius * (1.0 + root)))
+
+    half = math.sin(WIDEST_ANGLE) * abs(radius)
+    return Surface(circle, (max(-half, surface.ends[0]), min(half, surface.ends[1])))
+
+
+def _along_normal(
+    surface: Surface, radius: float, x: Array, lateral: Array, height: Array, inclination: Array, side: float, offset: float
+) -> Array:
+    """Distance (m, (n, m)) from the common surface at (x, lateral, height) to a body of revolution along its normal, positive
+    where the body is below (`side` 1, lower body) or above (−1, the upper one, moved up by `offset`)."""
+    sine, cosine = np.sin(inclination), np.cos(inclination)
+    distance = np.zeros(np.broadcast_shapes(np.shape(x), np.shape(lateral)))
+    for _ in range(NEWTON_STEPS):
+        # Points on the normal; heights out of the body.
+        y, z = lateral + side * distance * sine, side * (height - side * distance * cosine) - (offset if side < 0.0 else 0.0)
+        y = np.clip(y, *surface.ends)
+        if math.isinf(radius):
+            over, steepness = z, 1.0
+        else:
+            root = np.sign(radius) * np.hypot(x, z + radius)
+            over, steepness = (x**2 + z * (z + 2.0 * radius)) / (root + radius), (z + radius) / root
+        excess = over - surface.shape(y, 0)
+        distance = distance + excess / (steepness * cosine + surface.shape(y, 1) * side * sine)
+    return distance

@@ -1,0 +1,361 @@
+"""The surfaces of both bodies and the gap between them: radii and transverse profiles.
+
+`ContactGeometry` is what a contact asks of its geometry; `Geometry` answers for bodies whose common surface is a plane,
+`curved_patch.CurvedPatch` if it is curved across rolling.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal, Protocol
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from thermoroll_cli.arrays import Array
+
+Interpolation = Literal["cubic", "linear"]
+
+GAP_SAMPLES = 2001
+"""Places at which the smallest gap of two profiles is searched for, before it is refined."""
+SYMMETRY_TOLERANCE = 1e-9
+"""A profile is symmetric if heights on both sides differ by less than this share of their range."""
+
+
+class Unsolvable(ValueError):
+    """A problem that has no contact, or no steady state. `key` is the dotted key of the case file that causes it, perhaps
+    together with the key `other`; `allowed` says what would be solved."""
+
+    def __init__(self, message: str, key: str, allowed: str = "", other: str = "") -> None:
+        super().__init__(message)
+        self.key, self.allowed, self.other = key, allowed, other
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Height of a surface over the lateral coordinate, positive out of the body, in m; beyond its ends there is no material.
+
+    Either `points` (y, height), y increasing, joined by a C² spline ("cubic") or by straight lines ("linear"); or, without
+    points, a crown of `length` that is flat over `flat` in the middle and falls to both ends by
+
+        drop · ln(1 − ((2|y| − flat)/(length − flat))²)
+
+    (Lundberg's crown without a flat part). The shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
+    shifted by `offset` along y. How it is evaluated: `surface`.
+    """
+
+    points: tuple[tuple[float, float], ...] = ()
+    interpolation: Interpolation = "cubic"
+    length: float = 0.0
+    drop: float = 0.0
+    flat: float = 0.0
+    offset: float = 0.0
+    tilt: float = 0.0
+
+    def __hash__(self) -> int:
+        # Some of hundreds of points: to hash all of them takes longer than most of what is looked up.
+        some = self.points[:: 1 + len(self.points) // 16]
+        return hash((some, self.length, self.drop, self.flat, self.offset, self.tilt))
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest y with material, in m."""
+        half = 0.5 * self.length
+        low, high = (self.points[0][0], self.points[-1][0]) if self.points else (-half, half)
+        return low + self.offset, high + self.offset
+
+
+class ContactGeometry(Protocol):
+    """What a contact asks of the surfaces in it. x is along rolling, y across it, along the common surface of both bodies
+    (arc length if that is curved); lengths in m, angles in rad. Instances are immutable, hashable and comparable, because
+    problems of equal geometry share solvers."""
+
+    @property
+    def lower_radius_x(self) -> float:
+        """Radius of the lower body along rolling; inf is flat, negative is concave."""
+
+    @property
+    def upper_radius_x(self) -> float:
+        """Radius of the upper body along rolling."""
+
+    @property
+    def curvature_x(self) -> float:
+        """Relative curvature 1/R'_x = 1/R_x1 + 1/R_x2 in 1/m."""
+
+    @property
+    def elliptic(self) -> bool:
+        """Whether the gap is x²/2R'_x + y²/2R'_y, so that the contact of homogeneous bodies is Hertz's."""
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative curvature 1/R'_y in 1/m of an elliptic gap."""
+
+    @property
+    def across_radii(self) -> tuple[float, float]:
+        """Radii across rolling of the lower and the upper body; inf for other shapes."""
+
+    @property
+    def slopes(self) -> tuple[Callable[[Array], Array], ...]:
+        """Slope of each body's surface against a plane common surface, as functions of y; empty where that is curved."""
+
+    def section(self, y: Array) -> tuple[Array, Array]:
+        """Heights of the lower and the upper surface where they touch first, (m,)."""
+
+    @property
+    def leans(self) -> bool:
+        """Whether the places of the smallest gap on the lines of rolling are not all at x = 0."""
+
+    @property
+    def free_ends(self) -> tuple[bool, bool]:
+        """Whether material ends at the lower and the upper one of the `limits`, so that the pressure there has no bound."""
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lowest and highest y at which both bodies have material. Raises Unsolvable if there is no such place."""
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the surfaces are their own mirror image across y = 0."""
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """Gap of the unloaded surfaces along the normals of the common surface, up to a constant, (n, m), at all places `x`
+        (n,) and `y` (m,); inf where a body has no material."""
+
+    def across(self, y: Array) -> Array:
+        """Smallest gap on each line of rolling `y` (m,)."""
+
+    def along(self, depth: float, y: Array) -> tuple[float, float]:
+        """Lowest and highest x at which the gap on the lines `y` is below its smallest value plus `depth`."""
+
+    def lateral_place(self, y: Array) -> Array:
+        """Coordinate across in the frame, (m,): y itself if the common surface is a plane."""
+
+    def inclination(self, y: Array) -> Array:
+        """Angle α between the common surface and the plane of the frame, (m,): normals are (0, −sin α, cos α)."""
+
+    def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
+        """Slip s_x/V of the bodies' shapes in addition to creepage and spin, (m,); `shares` are those of both bodies in the
+        compliance of the contact."""
+
+    def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
+        """Derivative of `longitudinal_slip` along y in 1/m."""
+
+    def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
+        """Slip s/V by creepages (ξ_x, ξ_y) and spin ξ_φ (rad/m), and by the shapes across rolling, but without
+        `longitudinal_slip`: (2, ...) at the places x, y, which are broadcast."""
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf. The
+    common surface is the plane z = 0."""
+
+    lower_radius_x: float
+    lower_radius_y: float
+    upper_radius_x: float
+    upper_radius_y: float
+    lower_profile: Profile | None = None
+    upper_profile: Profile | None = None
+
+    @property
+    def elliptic(self) -> bool:
+        return self.lower_profile is None and self.upper_profile is None
+
+    @property
+    def curvature_x(self) -> float:
+        return 1.0 / self.lower_radius_x + 1.0 / self.upper_radius_x
+
+    @property
+    def curvature_y(self) -> float:
+        """Relative curvature 1/R'_y = 1/R_y1 + 1/R_y2 in 1/m."""
+        return 1.0 / self.lower_radius_y + 1.0 / self.upper_radius_y
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        return facing(self)
+
+    @property
+    def symmetric(self) -> bool:
+        return self.elliptic or is_symmetric(self)
+
+    def across(self, y: Array) -> Array:
+        return 0.5 * self.curvature_y * y**2 if self.elliptic else lateral_gap(self, y)
+
+    def gap(self, x: Array, y: Array) -> Array:
+        return np.asarray(0.5 * self.curvature_x * x[:, None] ** 2 + self.across(y)[None, :])
+
+    @property
+    def across_radii(self) -> tuple[float, float]:
+        return self.lower_radius_y, self.upper_radius_y
+
+    @property
+    def slopes(self) -> tuple[Callable[[Array], Array], ...]:
+        return tuple(surface.slope for surface in surfaces(self))
+
+    def section(self, y: Array) -> tuple[Array, Array]:
+        place = np.array([closest_place(self)])
+        lower, upper = (surface.height(y) - surface.height(place) for surface in surfaces(self))
+        return lower, -upper
+
+    @property
+    def leans(self) -> bool:
+        return False
+
+    @property
+    def free_ends(self) -> tuple[bool, bool]:
+        low, high = np.isfinite(self.across(np.array(self.limits)))
+        return bool(low), bool(high)
+
+    def along(self, depth: float, y: Array) -> tuple[float, float]:
+        half = math.sqrt(2.0 * depth / self.curvature_x)
+        return -half, half
+
+    def lateral_place(self, y: Array) -> Array:
+        return y
+
+    def inclination(self, y: Array) -> Array:
+        return np.zeros(np.shape(y))
+
+    def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
+        """Differential slip d(y) (`rolling.differential_slip`)."""
+        lower, upper = shares
+        bottom, top = surfaces(self)
+        # The lower surface is z₁, the upper one −z₂: both heights are measured out of their body.
+        return np.asarray((upper * bottom.bend(y) - lower * top.bend(y)) * self.curvature_x)
+
+    def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
+        lower, upper = shares
+        bottom, top = surfaces(self)
+        zero = np.zeros(1)
+        return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
+                          * self.curvature_x)
+
+    def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
+        """ξ_x − ξ_φ y and ξ_y + ξ_φ x (Eqs. 7, 11)."""
+        along, across, spin = creepage
+        return np.stack(np.broadcast_arrays(along - spin * y, across + spin * x))
+
+
+@dataclass(frozen=True)
+class Surface:
+    """One body's surface over y (m): `shape(y, n)` is the height out of the body (n = 0) or its slope (1)."""
+
+    shape: Callable[[Array, int], Array]
+    ends: tuple[float, float] = (-math.inf, math.inf)
+
+    def height(self, y: Array) -> Array:
+        """Height out of the body in m; −inf where there is no material."""
+        y = np.asarray(y, dtype=float)
+        inside = self.holds(y)
+        return np.where(inside, self.shape(np.clip(y, *self.ends), 0), -math.inf)
+
+    def slope(self, y: Array) -> Array:
+        """Slope of the height; that of the end beyond it."""
+        return self.shape(np.clip(np.asarray(y, dtype=float), *self.ends), 1)
+
+    def holds(self, y: Array) -> NDArray[np.bool_]:
+        """Whether there is material at y."""
+        return np.asarray((y >= self.ends[0]) & (y <= self.ends[1]))
+
+    def bend(self, y: Array) -> Array:
+        """Height over the tangent at y = 0, in m; that of the end beyond it."""
+        y = np.clip(np.asarray(y, dtype=float), *self.ends)
+        zero = np.zeros(1)
+        return np.asarray(self.shape(y, 0) - self.shape(zero, 0) - y * self.shape(zero, 1))
+
+
+def surfaces(geometry: Geometry) -> tuple[Surface, Surface]:
+    """The lower and the upper surface."""
+    return (_surface(geometry.lower_radius_y, geometry.lower_profile),
+            _surface(geometry.upper_radius_y, geometry.upper_profile))
+
+
+def facing(geometry: Geometry) -> tuple[float, float]:
+    """Lowest and highest y (m) at which both bodies have material. Raises Unsolvable if there is no such place."""
+    lower, upper = surfaces(geometry)
+    low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
+    if not low < high:
+        raise Unsolvable("the profiles never face each other: "
+                         f"one ends at y = {1e3 * high:g} mm, the other begins at {1e3 * low:g} mm", "geometry.upper_profile")
+    return low, high
+
+
+def lateral_gap(geometry: Geometry, y: Array) -> Array:
+    """z₂(y) − z₁(y) in m less its smallest value, inf where a body has no material."""
+    lower, upper = surfaces(geometry)
+    return np.asarray(-(lower.height(y) + upper.height(y)) - _closest(geometry)[1])
+
+
+def closest_place(geometry: Geometry) -> float:
+    """The y (m) at which the unloaded bodies touch first."""
+    return _closest(geometry)[0]
+
+
+@lru_cache(maxsize=32)
+def _closest(geometry: Geometry) -> tuple[float, float]:
+    """Place and value of the smallest z₂ − z₁."""
+    lower, upper = surfaces(geometry)
+    low, high = facing(geometry)
+    knots = [y for profile in (geometry.lower_profile, geometry.upper_profile) if profile is not None
+             for y in (p[0] + profile.offset for p in profile.points) if low <= y <= high]
+    y = np.union1d(np.linspace(low, high, GAP_SAMPLES), knots)
+    for _ in range(4):
+        gap = -(lower.height(y) + upper.height(y))
+        k = int(np.argmin(gap))
+        a, b = y[max(k - 1, 0)], y[min(k + 1, len(y) - 1)]
+        place, value = float(y[k]), float(gap[k])
+        y = np.union1d(np.linspace(a, b, GAP_SAMPLES // 10), [place])
+    return place, value
+
+
+@lru_cache(maxsize=32)
+def is_symmetric(geometry: Geometry) -> bool:
+    """Whether the gap is its own mirror image across y = 0, and so is the common surface for any stiffness."""
+    low, high = facing(geometry)
+    if not math.isclose(-low, high, rel_tol=SYMMETRY_TOLERANCE):
+        return False
+    y = np.linspace(0.0, high, GAP_SAMPLES)[:-1]
+    for surface in surfaces(geometry):
+        there, here = surface.height(-y), surface.height(y)
+        if not np.abs(here - there).max() <= SYMMETRY_TOLERANCE * max(float(np.ptp(here)), 1e-300):
+            return False
+    return True
+
+
+@lru_cache(maxsize=64)
+def _surface(radius: float, profile: Profile | None) -> Surface:
+    if profile is None:
+        return Surface(lambda y, n: np.asarray(-y / radius if n else -0.5 * y**2 / radius))
+    shape = _interpolated(profile) if profile.points else _crown(profile)
+
+    def placed(y: Array, n: int) -> Array:
+        own = y - profile.offset
+        return np.asarray(shape(own, n) + (profile.tilt if n else profile.tilt * own))
+
+    return Surface(placed, profile.ends)
+
+
+def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
+    y, z = np.array(profile.points).T
+    cubic = profile.interpolation == "cubic"
+    spline = scipy.interpolate.CubicSpline(y, z) if cubic else scipy.interpolate.make_interp_spline(y, z, k=1)
+    return lambda at, n: np.asarray(spline(at, n))
+
+
+def _crown(profile: Profile) -> Callable[[Array, int], Array]:
+    side = 0.5 * (profile.length - profile.flat)
+
+    def crown(y: Array, n: int) -> Array:
+        # t: distance into the crowned part over its width; left: 1 − t², which must not vanish at the very end.
+        t = np.maximum(np.abs(y) - 0.5 * profile.flat, 0.0) / side
+        left = np.maximum((1.0 - t) * (1.0 + t), 1e-300)
+        if n:
+            return np.asarray(-2.0 * profile.drop * t * np.sign(y) / (left * side))
+        # Infinitely deep at the very end: it never touches.
+        return np.asarray(np.where(t < 1.0, profile.drop * np.log(left), -math.inf))
+
+    return crown
