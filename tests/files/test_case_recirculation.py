@@ -1,10 +1,15 @@
 """[thermal.lower] and [thermal.upper] in a case file: what they mean, and everything that can be wrong with them."""
 
+import contextlib
+
 import pytest
 
 from tests.support.cases import findings
 from tests.support.command_line import THERMAL
 from thermoroll_cli.files.case import Case, Override
+from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 SPHERES = THERMAL + '[thermal]\npartition = "matched"\n'
 
@@ -39,7 +44,6 @@ def test_a_case_with_them_survives_being_written():
         ("convection_W_m2K = 0.0", "thermal.upper.convection_W_m2K", "must be greater than 0"),
         ("convection_W_m2K = 1.0\nthermal_resistance_K_W = 1.0", "thermal.upper.thermal_resistance_K_W", "together with"),
         ("", "thermal.upper.recirculate", "must be cooled"),
-        ("convection_W_m2K = 1.0\nwidth_mm = 0.1", "thermal.upper.width_mm", "below that of the contact"),
         ("convection_W_m2K = 1.0\npasses_per_revolution = 0", "thermal.upper.passes_per_revolution", "greater than 0"),
         ("convection_W_m2K = 1.0\npasses_per_revolution = 1.5", "thermal.upper.passes_per_revolution", "whole number"),
         ("convection_W_mK = 1.0", "thermal.upper.convection_W_mK", "unknown key"),
@@ -72,6 +76,15 @@ def test_what_must_hold_beside_it(old, new, key, message):
 def test_a_table_must_be_a_table():
     (found,) = findings(SPHERES + "upper = 3.0\n")
     assert found.key == "thermal.upper" and "table" in found.message
+
+
+def test_a_track_may_be_narrower_than_the_contact_by_less_than_an_element():
+    width = 2e3 * DerivedQuantities(Case.parse(SPHERES + COOLED).problem).scales.semi_axis_y
+    elements = Case.parse(SPHERES + COOLED).problem.numerics.grid[1]
+    for short, fits in ((0.9, True), (1.5, False)):
+        case = Case.parse(SPHERES + COOLED + f"width_mm = {width * (1.0 - 1.1 * short / elements)!r}\n")
+        with contextlib.nullcontext() if fits else pytest.raises(Unsolvable, match="below that of the contact"):
+            make_plan(case.problem)
 
 
 @pytest.mark.parametrize("key", ["convection_W_m2K = 30.0", "thermal_resistance_K_W = 1.0", "width_mm = 12.0",

@@ -13,7 +13,7 @@ from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
 from thermoroll_cli.numerics.grid import between_sides, peak_value
 from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Profile
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import TEMPERATURES, absolute_error, error_scale
 from thermoroll_cli.refinement.solve import solve
@@ -145,6 +145,37 @@ def test_the_ends_of_a_roller_are_not_where_it_is_hottest(grid: int) -> None:
     reported, error = result.coupled.scalars["heat_flux_max_W_mm2"], result.error["heat_flux_max_W_mm2"]
     assert reported == pytest.approx(middle, rel=0.02)
     assert reported == pytest.approx(0.09997, rel=error)  # on 256 × 256 elements
+
+
+def test_mean_and_centre_of_a_hertzian_source_at_rest() -> None:
+    """kT/(q₀a) is π/4 at the centre and 3π/16 in the mean; the pressure at the centre is p₀."""
+    problem = rolling(grid=48, creepage=(0.5, 0.0), speed=1e-4, heating=Heating(deformation=False, peclet="stationary"))
+    result = solve(problem)
+    scalars, hertz = result.coupled.scalars, result.hertz
+    flux = 0.5 * problem.friction.coefficient * hertz["hertz_p0_MPa"] * 1e6 * 1e-4 * 0.5
+    unit = flux * hertz["hertz_a_mm"] * 1e-3 / STEEL.conductivity
+    for body in ("lower", "upper"):
+        assert scalars[f"temperature_rise_centre_{body}_K"] / unit == pytest.approx(0.25 * math.pi, rel=2e-3)
+        assert scalars[f"temperature_rise_mean_{body}_K"] / unit == pytest.approx(3.0 * math.pi / 16.0, rel=2e-3)
+    assert scalars["pressure_centre_MPa"] == pytest.approx(hertz["hertz_p0_MPa"], rel=5e-4)
+    for name in ("temperature_rise_mean_lower_K", "temperature_rise_centre_lower_K", "pressure_centre_MPa"):
+        assert 0.0 < result.error[name] < 5e-3
+
+
+def test_two_patches_have_no_centre() -> None:
+    ridges = Profile(((-2e-3, -2e-5), (-1e-3, 0.0), (0.0, -2e-5), (1e-3, 0.0), (2e-3, -2e-5)))
+    geometry = Geometry(math.inf, math.inf, 0.02, math.inf, upper_profile=ridges)
+    scalars = solve(rolling(grid=32, geometry=geometry, load=20.0, creepage=(5e-3, 0.0), heating=Heating())).coupled.scalars
+    assert math.isnan(scalars["pressure_centre_MPa"]) and math.isnan(scalars["temperature_rise_centre_lower_K"])
+    assert scalars["temperature_rise_mean_lower_K"] > 0.0
+
+
+def test_bodies_that_do_not_expand() -> None:
+    """The state with heat is that without thermal deformation, and no warning doubts the constant."""
+    rigid = replace(STEEL, expansion=0.0)
+    result = solve(replace(HOT, lower=rigid, upper=rigid, numerics=Numerics(grid=(16, 16))))
+    assert result.converged and not result.warnings and result.coupled is result.isothermal
+    assert result.coupled.scalars["thermal_displacement_max_um"] == 0.0
 
 
 def test_a_patch_of_few_elements_keeps_its_top() -> None:

@@ -65,7 +65,7 @@ class MaterialConstants(Table):
     youngs_modulus_GPa: float = quantity("GPa", "Young's modulus", ge=1e-9, le=1e6)
     poisson_ratio: float = quantity("1", "Poisson's ratio", ge=0, le=0.5)
     conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
-    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=1e-6, le=1e6)
+    expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=0, le=1e6)
     diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
 
 

@@ -79,6 +79,18 @@ def interpolation_matrix(source: Array, target: Array) -> Array:
     return matrix
 
 
+def value_at(grid: Grid, field: Array, x: float, y: float) -> float:
+    """The value of a `field` (nx, ny) at one place in m, by cubics through four elements along each direction."""
+    weights = []
+    for points, place in ((grid.x, x), (grid.y, y)):
+        first = int(np.clip(np.searchsorted(points, place) - 2, 0, max(len(points) - 4, 0)))
+        near = points[first : first + 4]
+        line = np.zeros(len(points))
+        line[first : first + 4] = [np.prod([(place - b) / (a - b) for b in near if b != a]) for a in near]
+        weights.append(line)
+    return float(weights[0] @ field @ weights[1])
+
+
 def _reached(source: Array, size: float, target: Array) -> Mask:
     """Mask of the points `target` that lie in an element of `size` about one of `source`, within rounding."""
     reach = 0.501 * size

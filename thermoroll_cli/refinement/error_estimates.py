@@ -56,7 +56,7 @@ INTEGRALS = ("Q_F_W", "T_gamma_N", "T_gamma_without_spin_N", "heat_into_lower_W"
              *RESULTANTS)
 AREAS, STICK = ("gamma_c", "contact_area_mm2"), ("gamma_st", "stick_area_mm2")
 MAXIMA = ("shear_max_MPa", "heat_flux_max_W_mm2")
-PRESSURES = ("gamma_p", "pressure_max_MPa", "approach_um")
+PRESSURES = ("gamma_p", "pressure_max_MPa", "pressure_centre_MPa", "approach_um")
 EXPANSIONS = ("thermal_displacement_max_um", "recirculation_bulge_um")
 EXCHANGED = ("partition_mean", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
 
@@ -191,7 +191,8 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
     if name in MAXIMA:
         return resolution.narrow
     if name in TEMPERATURES or name.startswith("wear_depth"):
-        return SPREAD * resolution.narrow
+        over_area = name.startswith("temperature_rise_mean") and not plan.hertzian
+        return SPREAD * resolution.narrow + (resolution.border if over_area else 0.0)
     if name in RESULTANTS and not resolution.sticking and any(derived.kinematics.creepage_variation):
         # Slip turns around the place without rigid slip: what sticks there changes its direction.
         return SPREAD * unseen

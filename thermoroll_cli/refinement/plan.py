@@ -92,6 +92,9 @@ def _deformation(derived: DerivedQuantities) -> str:
         return "switched off"
     if derived.problem.heating.deformation == "always":
         return ""
+    bodies = derived.problem.lower, derived.problem.upper
+    if not any(body.expansion or any(layer.expansion for layer in body.layers) for body in bodies):
+        return "the bodies do not expand"
     negligible, effect = derived.problem.numerics.negligible, deformation_effect(derived)
     return "" if effect >= negligible else (
         f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out")

@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.heat.frictional_heat import Heat, divide
-from thermoroll_cli.numerics.grid import between_sides, peak_inside, peak_value
+from thermoroll_cli.numerics.grid import Grid, between_sides, peak_inside, peak_value, value_at
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES, Heating, Problem, WornBody
@@ -172,6 +172,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars = dict.fromkeys(SCALARS, math.nan)
     scalars |= scalars_of(discretisation, contact, fields["stick_share"]) | _friction_scalars(discretisation, contact)
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
+    centre = Centre(grid, normal.covered)
+    scalars["pressure_centre_MPa"] = centre.of(normal.pressure) * 1e-6
     scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
     if temperatures:
         heat, heating = discretisation.heat(contact), problem.heating
@@ -185,6 +187,8 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         ):
             fields[f"temperature_rise_{body}"] = rise
             scalars[f"temperature_rise_max_{body}_K"] = _hottest(rise)
+            scalars[f"temperature_rise_mean_{body}_K"] = float((rise * normal.covered).sum() / normal.covered.sum())
+            scalars[f"temperature_rise_centre_{body}_K"] = centre.of(rise)
             scalars[f"surface_temperature_max_{body}_K"] = bulk + _hottest(rise)
             if inner is not None:
                 scalars[f"temperature_interface_max_{body}_K"] = bulk + _hottest(inner)
@@ -195,6 +199,19 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
         fields["displacement_thermal"] = expansion
         scalars["thermal_displacement_max_um"] = float(np.ptp(expansion[inside])) * 1e6
     return State(fields, scalars, grid.x, grid.y)
+
+
+class Centre:
+    """The centroid of the contact; nan for every field where that lies outside, as between patches."""
+
+    def __init__(self, grid: Grid, covered: Array) -> None:
+        self._grid, shares = grid, covered / covered.sum()
+        self._x, self._y = float(shares.sum(axis=1) @ grid.x), float(shares.sum(axis=0) @ grid.y)
+        self._inside = value_at(grid, covered, self._x, self._y) > 0.5
+
+    def of(self, field: Array) -> float:
+        """The value of a field (nx, ny) there."""
+        return value_at(self._grid, field, self._x, self._y) if self._inside else math.nan
 
 
 def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:

@@ -156,7 +156,7 @@ def _constants(problem: Problem) -> Iterator[str]:
     for material, whose in _materials(problem):
         for attribute, (name, unit, unit_name, smallest, largest) in SOLIDS.items():
             value = getattr(material, attribute)
-            if value is not None and not smallest <= value / unit <= largest:
+            if value and not smallest <= value / unit <= largest:  # no expansion at all is an assumption
                 yield (f"{name} of {whose} is {value / unit:.4g} {unit_name}: that of solids lies between {smallest:g} and "
                        f"{largest:g}; a mistaken unit?")
         if material.conductivity is not None and material.diffusivity is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -97,6 +98,7 @@ def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> 
     except Unsolvable as cause:
         yield cause
         return
-    if 1e3 * track.width < contact:
+    # A contact is known to an element: that of a profile comes from a coarse solution.
+    if 1e3 * track.width < contact * (1.0 - DOMAIN_OVER_CONTACT / (problem.numerics.grid or COARSE_GRID)[1]):
         yield Unsolvable(f"a width of {1e3 * track.width:g} mm is below that of the contact, {contact:.4g} mm",
                          f"{table}.width_mm", f"at least {contact:.4g} mm")
