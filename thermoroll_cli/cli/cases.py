@@ -52,7 +52,7 @@ def validate(
     for path in cases:
         error, warnings = None, []
         try:
-            case = Case.read(path, overrides)
+            case = options.read_case(path, overrides)
             with options.solvable(case, str(path)):
                 warnings = doubts(case)
         except CaseError as cause:

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 import typer
 from numpy.typing import NDArray
 
+from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.commands import HELP_OPTIONS
 from thermoroll_cli.cli.progress import PointsProgress
@@ -22,6 +23,7 @@ from thermoroll_cli.problem.friction import FrictionLaw
 from thermoroll_cli.sweeps.points import Axis
 from thermoroll_cli.tasks.runner import Workers
 
+Given = TypeVar("Given")
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 
 table = typer.Typer(help="Build a table of creep forces for vehicle and bearing dynamics, or query one.", rich_markup_mode=None,
@@ -79,15 +81,17 @@ def query(
     lateral: Annotated[str, typer.Option("--lateral", metavar="VALUES", help=f"Creepage. {RANGE}")] = "0",
     spin: Annotated[str, typer.Option("--spin-rad-mm", metavar="VALUES", help=f"Spin. {RANGE}")] = "0",
     semi_axes: Annotated[str, typer.Option("--semi-axes-mm", metavar="A,B", help="a along rolling, b.")] = "",
-    modulus: Annotated[float, typer.Option("--shear-modulus-GPa", help="Combined shear modulus.")] = math.nan,
-    friction: Annotated[float, typer.Option("--friction", help="Coefficient of friction, without slip.")] = math.nan,
-    load: Annotated[float, typer.Option("--normal-N", help="Normal force.")] = math.nan,
+    modulus: Annotated[float | None, typer.Option("--shear-modulus-GPa", help="Combined shear modulus.")] = None,
+    friction: Annotated[float | None, typer.Option("--friction", help="Coefficient of friction, without slip.")] = None,
+    load: Annotated[float | None, typer.Option("--normal-N", help="Normal force.")] = None,
     law: Annotated[LawChoice | None, typer.Option("--law", help="Friction that falls with slip; approximately.")] = None,
-    limit: Annotated[float, typer.Option("--limit-coefficient", help="Coefficient of the law at large slip.")] = math.nan,
-    half_slip: Annotated[float, typer.Option("--half-slip-m-s", help="Slip speed at half of the loss.")] = math.nan,
-    speed: Annotated[float, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = math.nan,
+    limit: Annotated[float | None, typer.Option("--limit-coefficient", help="Coefficient of the law at large slip.")] = None,
+    half_slip: Annotated[float | None, typer.Option("--half-slip-m-s", help="Slip speed at half of the loss.")] = None,
+    speed: Annotated[float | None, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = None,
     outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = "error",
-    csv: Annotated[Path | None, typer.Option("--csv", metavar="FILE", help="Write the whole table as CSV.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write the forces as CSV; without --semi-axes-mm the table.")
+    ] = None,
     as_json: options.AsJson = False,
 ) -> None:
     """Print the forces at given creepages: every combination, the last one varying fastest.
@@ -96,26 +100,39 @@ def query(
     asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
     """
     found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
-    if csv is not None:
+    if csv is not None and not semi_axes:
         write_csv(csv, found.values)
-        if not semi_axes:
-            raise typer.Exit
-    axes = options.numbers(semi_axes, 2, "two numbers A,B", "--semi-axes-mm")
+        raise typer.Exit
+    axes = options.numbers(_given("--semi-axes-mm", semi_axes or None), 2, "two numbers A,B", "--semi-axes-mm")
+    contact = _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load)
     try:
-        falling = None if law is None else _law(law, limit / friction, half_slip)
-        columns = _forces(found, (longitudinal, lateral, spin), axes, (modulus, friction, load), outside, falling, speed)
+        falling = None if law is None else _law(
+            law, _given("--limit-coefficient", limit), contact[1], _given("--half-slip-m-s", half_slip))
+        rolling = math.nan if law is None else _given("--speed-m-s", speed)
+        columns = _forces(found, (longitudinal, lateral, spin), axes, contact, outside, falling, rolling)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
         raise typer.Exit(ExitCode.INVALID_CASE) from None
     except ValueError as cause:
         raise typer.BadParameter(f"{cause}: --semi-axes-mm, --shear-modulus-GPa, --friction, --normal-N, --law") from None
+    rows = list(zip(*(values.tolist() for values in columns.values()), strict=True))
+    if csv is not None:
+        lines = (columns, *([repr(value) for value in row] for row in rows))
+        write_bytes(csv, "".join(f"{','.join(line)}\n" for line in lines).encode())
     if not as_json:
         streams.write("\t".join(columns))
-    for row in zip(*(values.tolist() for values in columns.values()), strict=True):
+    for row in rows:
         if as_json:
             streams.write_json(dict(zip(columns, row, strict=True)))
         else:
             streams.write("\t".join(f"{value:.6g}" for value in row))
+
+
+def _given(option: str, value: Given | None) -> Given:
+    """The value of an option that is needed. Ends the program (usage) where it is missing."""
+    if value is None:
+        raise typer.BadParameter("is missing", param_hint=option)
+    return value
 
 
 def _build(plan: TablePlan, path: Path, workers: Workers, *, resume: bool, quiet: bool) -> TableValues:
@@ -165,11 +182,11 @@ def _report(built: TableValues, path: Path) -> Iterator[str]:
     yield f"  wrote {path}"
 
 
-def _law(kind: LawChoice, limit: float, half_slip: float) -> FrictionLaw:
+def _law(kind: LawChoice, limit: float, friction: float, half_slip: float) -> FrictionLaw:
     """The law of `kind`. Raises ValueError for constants that it cannot have."""
-    if not (0.0 <= limit <= 1.0 and 0.0 < half_slip < math.inf):
-        raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s")
-    return FrictionLaw(kind, limit, half_slip)
+    if not (0.0 <= limit <= friction and 0.0 < friction and 0.0 < half_slip < math.inf):
+        raise ValueError("a law needs --limit-coefficient from 0 to --friction, and --half-slip-m-s above 0")
+    return FrictionLaw(kind, limit / friction, half_slip)
 
 
 def _forces(

@@ -14,7 +14,8 @@ from typing import Annotated, Any
 import typer
 
 from thermoroll_cli.cli import streams
-from thermoroll_cli.files.case import Case, CaseError, Override
+from thermoroll_cli.files import case_source
+from thermoroll_cli.files.case import Case, CaseError, Override, case_name
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.problem.geometry import Unsolvable
 
@@ -27,8 +28,8 @@ class ImageFormat(StrEnum):
     pdf = "pdf"
 
 
-Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files; - is standard input.")]
-OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file; - is standard input.")]
+Cases = Annotated[list[Path], typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")]
+OneCase = Annotated[Path, typer.Argument(metavar="CASE", help="Case file, or a result; - is standard input.")]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -40,6 +41,8 @@ Settings = Annotated[
 ]
 Output = Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results.")]
 RESULTS = Path("results")
+RESULT_SUFFIX = ".h5"
+"""A file with this ending is a result, which carries its case."""
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object per line on standard output, nothing else.")]
 NoPlots = Annotated[bool, typer.Option("--no-plots", help="Draw no pictures.")]
 Threads = Annotated[int, typer.Option("--threads", min=1, metavar="N", help="Threads of the transforms.")]
@@ -78,6 +81,21 @@ def check_standard_input(cases: Sequence[Path]) -> None:
     """End the program (usage) where several of `cases` are standard input, of which there is only one."""
     if sum(str(path) == "-" for path in cases) > 1:
         raise typer.BadParameter("standard input can be read only once", param_hint="CASE...")
+
+
+def read_source(path: Path, overrides: Sequence[Override] = ()) -> CaseSource:
+    """The text of a case: of its file, or of the case that a result carries. Raises CaseError, OSError."""
+    if path.suffix != RESULT_SUFFIX:
+        return case_source.read_source(path, overrides)
+    from thermoroll_cli.files.result.hdf5 import read_result
+
+    stored = Case.from_json(read_result(path, with_fields=False).case_json, name=str(path))
+    return case_source.parse_source(stored.to_toml(), str(path), overrides)
+
+
+def read_case(path: Path, overrides: Sequence[Override] = ()) -> Case:
+    """The case of a file or of a result. Raises CaseError, OSError."""
+    return Case.from_source(read_source(path, overrides), case_name(path))
 
 
 def parse_overrides(settings: Sequence[str] | None) -> list[Override]:

@@ -16,7 +16,7 @@ from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.files.result.hdf5 import read_result, write_result
+from thermoroll_cli.files.result.hdf5 import write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
@@ -39,7 +39,7 @@ class _Wishes:
 
 
 def run(
-    cases: Annotated[list[Path] | None, typer.Argument(metavar="CASE...", help="Case files; - is standard input.")] = None,
+    cases: Annotated[list[Path] | None, typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")] = None,
     output: options.Output = options.RESULTS,
     settings: options.Settings = None,
     as_json: options.AsJson = False,
@@ -81,9 +81,9 @@ def _read_all(
 ) -> list[Case]:
     """All cases, checked. Ends the program (invalid case) where one cannot be solved, with the errors of all."""
     valid, errors = [], {}
-    for path, read in [*((path, Case.read) for path in paths), *((path, _stored_case) for path in result_paths)]:
+    for path in (*paths, *result_paths):
         try:
-            valid.append(read(path, overrides))
+            valid.append(options.read_case(path, overrides))
         except CaseError as cause:
             errors[path] = cause
     if errors:
@@ -91,11 +91,6 @@ def _read_all(
             streams.write_json(options.invalid_record(str(path), error))
         raise typer.Exit(streams.report_invalid(list(errors.values())))
     return valid
-
-
-def _stored_case(path: Path, overrides: Sequence[Override]) -> Case:
-    """The case in a result file."""
-    return Case.from_json(read_result(path, with_fields=False).case_json, name=path.stem, overrides=overrides)
 
 
 def _attempt(case: Case, wishes: _Wishes) -> int:

@@ -49,7 +49,7 @@ def show(
     run, stages that are skipped and why, expected memory and time.
     """
     try:
-        read = Case.read(case, options.parse_overrides(settings))
+        read = options.read_case(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
             plan = make_plan(read.problem)
     except CaseError as invalid:

@@ -14,7 +14,6 @@ from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
 from thermoroll_cli.files.case import CaseError, Override, case_name
-from thermoroll_cli.files.case_source import read_source
 from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
@@ -69,7 +68,7 @@ def sweep(
     if threads > 1 and (jobs > 1 or dask):
         raise typer.BadParameter("several processes have one thread each", param_hint="--threads")
     with options.recorded(case, as_json):
-        source = read_source(case)
+        source = options.read_source(case)
     points = Points(source.text, source.name, case_name(case), axes, tuple(overrides), listed is not None,
                     "--points" if listed else "--over")  # fmt: skip
     wanted = Sweep(points, output, options.command_line(), Workers(jobs, dask, dask_wait), resume, scalars_only, threads)

@@ -17,7 +17,7 @@ import math
 import os
 import pathlib
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -92,8 +92,11 @@ class CreepForceTable:
         With a `law` of friction that falls with slip `friction` is μ₀, and the table is asked with the coefficient μ at the
         slip speed V sqrt(ξ_x² + ξ_y² + ξ_φ²(a² + b²)/5), V = `speed` in m/s: an approximation, which `error` includes.
 
-        Raises ValueError for quantities that must be positive and finite and are not, and for a law with memory; OutsideTable.
+        A creepage that is nan has forces that are nan. Raises ValueError for quantities that must be positive and finite and
+        are not, and for a law with memory; OutsideTable.
         """
+        if outside not in get_args(Outside):
+            raise ValueError(f"outside is one of {', '.join(get_args(Outside))}, not {outside!r}")
         if law is not None and law.memory:
             raise ValueError("no table knows friction with memory, nor a layer between the bodies: solve such cases by "
                              "thermoroll run or sweep")
@@ -105,8 +108,10 @@ class CreepForceTable:
         for name, values in given.items():
             if not (np.all(values > 0.0) and np.all(np.isfinite(values))):
                 raise ValueError(f"{name} must be positive and finite")
-        if not (np.isfinite(xi).all() and np.isfinite(eta).all() and np.isfinite(phi).all()):
+        if np.isinf(xi).any() or np.isinf(eta).any() or np.isinf(phi).any():
             raise ValueError("creepages must be finite")
+        unknown = np.isnan(xi) | np.isnan(eta) | np.isnan(phi)
+        xi, eta, phi = (np.where(unknown, 0.0, v) for v in (xi, eta, phi))
         # One ellipse for all is the usual case, and cheaper.
         same = all(np.asarray(v).size == 1 for v in semi_axes)
         a, b = (v.ravel()[:1] if same else v.ravel() for v in (a, b))
@@ -125,7 +130,7 @@ class CreepForceTable:
         values = self._values(np.clip(ratio, *self._range), np.stack([xi * unit, eta * unit, phi * unit * mean]), inside)
         force_x, force_y, moment = values[0] * limit, values[1] * limit, values[2] * limit * mean
         found = force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error
-        return TableForces(*(v.reshape(shape) for v in found))
+        return TableForces(*(np.where(unknown, math.nan, v).reshape(shape) for v in found))
 
     @property
     def _range(self) -> tuple[float, float]:
