@@ -19,6 +19,7 @@ from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars, scalar_text
 from thermoroll_cli.refinement import solve as refinement
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
 from thermoroll_cli.worn.follow import Evolution, follow
 
@@ -27,6 +28,7 @@ __all__ = ["Result", "Solver", "read_result", "solve", "sweep", "wear"]
 if TYPE_CHECKING:
     import xarray
 
+AnyCase = Case | Mapping[str, Any] | str | os.PathLike[str]
 Report = Callable[[str, Mapping[str, Any]], None]
 COMMAND_LINE = "Python"
 """Stands in files written from Python in place of a command line."""
@@ -38,6 +40,12 @@ class Result(results.Result):
     @classmethod
     def of(cls, result: results.Result) -> Self:
         return cls(**{field.name: getattr(result, field.name) for field in dataclasses.fields(result)})
+
+    @property
+    def scalars(self) -> Mapping[str, float]:
+        """All numbers of the coupled state, of Hertz's contact and below the surface by their public names; nan where not
+        computed."""
+        return {name: value for name, value in self.summary().items() if isinstance(value, float)}
 
     def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
         """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all, and return the path.
@@ -68,7 +76,8 @@ class Result(results.Result):
     def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> pictures.Figure:
         """A picture as a matplotlib figure: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as
         `thermoroll run` draws them, or a map of any field. `normalised` draws the article's dimensionless quantities, `cut_y`
-        (m) is the line of the picture "centreline". `figure.savefig` writes it.
+        (m) is the line of the picture "centreline". `figure.savefig` writes it. For axes of your own:
+        `result.to_xarray()["pressure"].plot(ax=axes)`.
 
         Raises ValueError for an unknown kind (the message lists them), a cut outside the domain, and where there is nothing to
         show, as the temperature of a problem without heat."""
@@ -90,11 +99,21 @@ class Result(results.Result):
 
 
 class Solver(refinement.Solver):
-    """Solves problem after problem: each starts from the one before it where kernels and grids are the same."""
+    """Solves problem after problem: each starts from the one before it where kernels and grids are the same. Raises ValueError
+    for `threads` below 1."""
 
-    def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
+    def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
+        if threads < 1:
+            raise ValueError(f"threads must be 1 or more, not {threads!r}")
+        super().__init__(threads, options)
+
+    def solve(self, case: AnyCase | Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
-        return Result.of(super().solve(problem, report=report))
+        if isinstance(case, Problem):
+            return Result.of(super().solve(case, report=report))
+        case = Case.of(case)
+        result = Result.of(super().solve(case.problem, report=report))
+        return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
 
 
 def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
@@ -105,9 +124,7 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
     return Result.of(hdf5.read_result(path, with_fields=with_fields))
 
 
-def solve(
-    case: Case | Mapping[str, Any] | str | os.PathLike[str] | Problem, *, threads: int = 1, report: Report | None = None
-) -> Result:
+def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = None) -> Result:
     """Solve a case: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`); or a
     `Problem` in SI units. Returns both states with fields in SI units, scalars in the units of their names.
 
@@ -116,15 +133,11 @@ def solve(
     that did not converge says so in `converged` and `reason`. Raises CaseError for an invalid case, ValueError where no steady
     state can exist.
     """
-    if isinstance(case, Problem):
-        return Solver(threads).solve(case, report=report)
-    case = Case.of(case)
-    result = Solver(threads).solve(case.problem, report=report)
-    return dataclasses.replace(result, case_text=case.text, case_json=case.to_json())
+    return Solver(threads).solve(case, report=report)
 
 
 def wear(
-    case: Case | Mapping[str, Any] | str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, *,
+    case: AnyCase, folder: str | os.PathLike[str] | None = None, *,
     resume: bool = False, threads: int = 1, report: Callable[[int, Mapping[str, Any]], None] | None = None,
 ) -> Evolution:
     """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that

@@ -91,7 +91,9 @@ def test_everything_a_template_offers_in_comments_works(template: str, tmp_path:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
     for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "temperature_slope_1_K", '"matched"',
-                   "[subsurface]", *(["[thermal.upper]"] if 'peclet = "rolling"' in text and "twin" not in template else [])):
+                   "[subsurface]",
+                   *(["[strength.upper]", "[wear.upper]", "limit_coefficient", "[[material.upper.layers]]"] if "twin" not in template else []),
+                   *(["[thermal.upper]"] if 'peclet = "rolling"' in text and "twin" not in template else [])):
         assert re.search(rf"^# .*{re.escape(wanted)}", text, re.MULTILINE), wanted
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", text, flags=re.MULTILINE)
     offered = offered.replace("[material]\n", "[material.lower]\n")
@@ -248,6 +250,22 @@ def test_a_problem_that_the_plan_refuses_is_an_invalid_case(tmp_path: Path) -> N
         assert "26:12: error: thermal.upper.width_mm = 0.1: a width of 0.1 mm is below that of the contact" in done.stderr
         (record,) = (json.loads(line) for line in call(*command, path, "--json").stdout.splitlines())
         assert [error["line"] for error in record["errors"]] == [26] and record["valid"] is False
+
+
+def test_a_result_is_a_case_to_every_command(case: Path, tmp_path: Path) -> None:
+    assert call("run", case, "--no-plots", "-q", "-o", tmp_path).returncode == 0
+    result = tmp_path / f"{case.stem}.h5"
+    assert call("show", result, "--json").stdout == call("show", case, "--json").stdout
+    assert call("validate", result).stdout.splitlines() == [f"{result}: valid"]
+    sweep = ("sweep", result, "--over", "load.normal_N=50,60", "--no-plots", "--json", "-o", tmp_path)
+    assert [json.loads(line)["name"] for line in call(*sweep).stdout.splitlines()] == [f"{case.stem}_000{n}" for n in (1, 2)]
+    assert "load.normal_N = -1" in call("validate", result, "--set", "load.normal_N=-1").stderr
+
+
+def test_constants_of_both_bodies_and_a_coating_of_one(case: Path, tmp_path: Path) -> None:
+    coating = '[[material.upper.layers]]\nthickness_um = 3.0\nyoungs_modulus_GPa = 280.0\npoisson_ratio = 0.21\n'
+    problem = Case.parse(MECHANICAL.replace("[geometry]", coating + "[geometry]")).problem
+    assert len(problem.upper.layers) == 1 and problem.lower == dataclasses.replace(problem.upper, layers=())
 
 
 def test_run_json_of_invalid_cases(case: Path, invalid: Path, tmp_path: Path) -> None:

@@ -342,6 +342,8 @@ def test_query_and_export(tiny: Path, tmp_path: Path) -> None:
     lines = csv.read_text().splitlines()
     assert len(lines) == 1 + 2 * 6 * 5 * 7
     assert lines[0].startswith("aspect_ratio,xi,eta,phi,magnitude")
+    assert call("table", "query", tiny, "--longitudinal", "0:0.01:3", *CONTACT, "--csv", csv).returncode == 0
+    assert [line.split(",")[0] for line in csv.read_text().splitlines()] == ["creepage_longitudinal", "0.0", "0.005", "0.01"]
 
 
 def test_the_table_that_comes_with_the_program_answers_for_any_ellipse() -> None:
@@ -408,7 +410,17 @@ def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
                     for words in ((*falling, "0.1"), falling[:2]))
     assert found["force_x_N"] < plain["force_x_N"] and found["force_error_N"] > plain["force_error_N"]
     with pytest.raises(ValueError, match="creepages must be finite"):
-        circle.forces(math.nan, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
+        circle.forces(math.inf, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
+    with pytest.raises(ValueError, match="outside is one of error, saturation"):
+        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, outside="nearest")
+    # One unknown creepage leaves the other answers as they are.
+    both = circle.forces([1e-3, math.nan], 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
+    assert both.force_x[0] == circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL).force_x and np.isnan(both.force_x[1])
+    for missing in ("--semi-axes-mm", "--shear-modulus-GPa", "--friction", "--normal-N"):
+        words = dict(zip(contact[::2], contact[1::2], strict=True)) | {"--semi-axes-mm": "1,1"}
+        del words[missing]
+        done = call("table", "query", tiny, *(word for pair in words.items() for word in pair))
+        assert (done.returncode, missing in done.stderr, "is missing" in done.stderr) == (2, True, True)
 
 
 def test_bad_files(tiny: Path, tmp_path: Path) -> None:

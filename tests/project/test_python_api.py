@@ -19,6 +19,7 @@ from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
 from thermoroll_cli.sweeps.points import MOST_POINTS
 
+MECHANICAL_CASE = Case.parse(MECHANICAL)
 ROOT = Path(thermoroll_cli.__file__).parent.parent
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
 
@@ -169,6 +170,8 @@ def test_a_sweep_gives_the_rows_of_the_command(tmp_path: Path) -> None:
     [
         ({"load.normal_N": []}, ValueError, "no values"),
         ({"load.normal_N": [1.0, 1.0]}, ValueError, "more than once"),
+        ({"load.normal_N": 5}, ValueError, r"load.normal_N needs a list of values, as \[5\]"),
+        ({"thermal.peclet": "rolling"}, ValueError, "needs a list of values"),
         ({"load.normal_N": [1.0, -1.0]}, CaseError, "^sweep over load.normal_N=-1.0: .*greater than 0"),
         ({"load.normal_N": range(1, MOST_POINTS + 2)}, ValueError, "too many"),
     ],
@@ -176,6 +179,32 @@ def test_a_sweep_gives_the_rows_of_the_command(tmp_path: Path) -> None:
 def test_wrong_sweeps_say_why(over: dict, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         thermoroll_cli.sweep(Case.parse(MECHANICAL), over)
+
+
+def test_wrong_cases_and_options_say_why(hot: Result) -> None:
+    with pytest.raises(TypeError, match="a mapping of tables, not int"):
+        solve(5)  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="threads must be 1 or more"):
+        solve(Case.parse(THERMAL), threads=0)
+    again = thermoroll_cli.Solver().solve(Case.parse(THERMAL, name="hot"))
+    assert again.scalars["Q_F_W"] == hot.coupled.scalars["Q_F_W"] and again.case_json == hot.case_json
+    assert {"hertz_a_mm", "T_gamma_N"} <= again.scalars.keys()
+
+
+def test_a_sweep_over_a_data_frame() -> None:
+    pandas = pytest.importorskip("pandas")
+    points = pandas.DataFrame({"load.normal_N": [50.0, 60.0], "creepage.longitudinal": [0.001, 0.002]})
+    rows = thermoroll_cli.sweep(MECHANICAL_CASE, points)
+    assert [row["load.normal_N"] for row in rows] == [50.0, 60.0]
+    assert repr(rows) == "<sweep over load.normal_N, creepage.longitudinal: 2 points, 2 converged>"
+
+
+def test_a_script_without_main_guard_is_told(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(MECHANICAL)
+    (tmp_path / "script.py").write_text('import thermoroll_cli\n'
+                                        'thermoroll_cli.sweep("case.toml", {"load.normal_N": [50, 60]}, jobs=2)\n')
+    done = subprocess.run([sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
+    assert done.stderr.count("Traceback") == 1 and done.stderr.endswith('put its work behind if __name__ == "__main__":\n')
 
 
 def test_files_tell_what_computed_them(hot: Result, tmp_path: Path) -> None:

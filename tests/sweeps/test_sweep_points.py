@@ -176,7 +176,7 @@ def test_stretches_are_short_neighbouring_and_never_cross_a_row(lengths: tuple[i
 
 def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     listed = tmp_path / "points.csv"
-    text = "\ufeffload.normal_N; thermal.heat ;rolling.speed_m_s\n60;false;1\n\n65; false;2.5\n60;false;2\n"
+    text = "\ufeffload.normal_N; thermal.heat ;rolling.speed_m_s\n60;false;1\n\n65; false;2,5\n60;false;2\n;;\n"
     listed.write_text(text, encoding="utf-8")
     axes = read_points(listed)
     assert [axis.key for axis in axes] == ["load.normal_N", "thermal.heat", "rolling.speed_m_s"]

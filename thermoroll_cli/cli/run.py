@@ -39,7 +39,9 @@ class _Wishes:
 
 
 def run(
-    cases: Annotated[list[Path] | None, typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")] = None,
+    cases: Annotated[
+        list[Path] | None, typer.Argument(metavar="CASE...", help="Case files, or results; - is standard input.")
+    ] = None,
     output: options.Output = options.RESULTS,
     settings: options.Settings = None,
     as_json: options.AsJson = False,

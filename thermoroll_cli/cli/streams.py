@@ -50,6 +50,8 @@ def write(*lines: str) -> None:
         sys.stdout.flush()
     except BrokenPipeError:
         raise ClosedOutput from None
+    except OSError as cause:
+        raise OSError(f"cannot write to standard output: {cause.strerror or cause}") from None
 
 
 def note(text: str) -> None:

@@ -76,9 +76,11 @@ class Case:
 
     @classmethod
     def of(cls, case: Case | Mapping[str, Any] | str | os.PathLike[str]) -> Case:
-        """`case` itself, or the case of a file, or of a mapping of tables and keys. Raises CaseError."""
+        """`case` itself, or the case of a file, or of a mapping of tables and keys. Raises CaseError, TypeError."""
         if isinstance(case, Case):
             return case
+        if not isinstance(case, Mapping | str | os.PathLike):
+            raise TypeError(f"a case is a Case, the path of a file, or a mapping of tables, not {type(case).__name__}")
         return cls.from_dict(case) if isinstance(case, Mapping) else cls.read(case)
 
     @classmethod

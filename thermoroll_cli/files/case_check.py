@@ -100,6 +100,13 @@ class _Checker:
         if not own:
             return self._table(("material",), model.MaterialTable, given)
         allowed = "constants in [material] for both bodies, or in [material.lower] and [material.upper]"
+        constants = {key: value for key, value in given.items() if key not in BODIES}
+        only_layers = all(isinstance(given[body], dict) and given[body].keys() == {"layers"} for body in own)
+        if constants and "layers" not in constants and only_layers:
+            # Both bodies are of one material, and what is their own is a coating.
+            if self._table(("material",), model.MaterialTable, constants) is None:
+                return None
+            return self._table(("material",), model.TwoMaterials, {body: constants | given.get(body, {}) for body in BODIES})
         if shared := [key for key in given if key in model.MaterialTable.model_fields]:
             message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own[0]}]"
             self._note(("material", own[0]), message, allowed=allowed, at_key=True)

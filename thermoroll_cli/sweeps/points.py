@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 
+from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
 from thermoroll_cli.problem.problem import Problem
@@ -38,6 +39,9 @@ MOST_POINTS = 100_000
 """A COUNT with too many zeros should not fill the memory or the folder first."""
 MOST_ROWS = 2_000_000
 """The same where points get no files of their own."""
+
+LARGEST_POINTS = 2**29
+"""Bytes of a list of points."""
 
 FORMS = "KEY=START:STOP:COUNT, KEY=START:STOP:COUNT:log or KEY=v1,v2,…"
 
@@ -88,12 +92,15 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path`: a header of keys, then a line per point; comma or semicolon.
+    """The columns of the CSV file at `path`: a header of keys, then a line per point; comma, or semicolon, with which numbers
+    may have a decimal comma.
 
     Raises ValueError (not such a file, the same key or the same point twice), OSError.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_bytes(path, LARGEST_POINTS, "a list of points").decode("utf-8-sig")
+    except ReadError as cause:
+        raise ReadError(f"{path}: {cause}") from None
     except UnicodeDecodeError:
         raise ValueError(f"{path}: not UTF-8 text") from None
     delimiter = ";" if ";" in text.partition("\n")[0] else ","
@@ -108,11 +115,15 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
         place = f"{path}, line {number}"
         if len(cells) != len(keys):
             raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys")
-        values = tuple(_value(place, cell) for cell in cells)
+        values = tuple(_value(place, _decimal_point(cell) if delimiter == ";" else cell) for cell in cells)
         if values in seen:
             raise ValueError(f"{place}: the same point as in line {seen[values]}")
         seen[values] = number
     return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+
+
+def _decimal_point(cell: str) -> str:
+    return cell.replace(",", ".") if re.fullmatch(r"[-+]?\d+,\d+([eE][-+]?\d+)?", cell) else cell
 
 
 def _check_keys(keys: Sequence[str]) -> None:

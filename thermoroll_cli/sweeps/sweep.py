@@ -10,7 +10,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
@@ -21,7 +21,10 @@ from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
-from thermoroll_cli.tasks.runner import Item, Workers, run
+from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
+
+if TYPE_CHECKING:
+    import pandas
 
 TABLE_NAME, ARRAYS_NAME, JOURNAL_NAME = "sweep.csv", "sweep.h5", "sweep.jsonl"
 JOURNAL_FORMAT = 1
@@ -229,29 +232,36 @@ class Sweep:
 
 
 def solve_sweep(
-    case: Case,
-    over: Mapping[str, Iterable[Value]] | Sequence[Mapping[str, Value]],
+    case: Case | Mapping[str, Any] | str | os.PathLike[str],
+    over: Mapping[str, Iterable[Value]] | Sequence[Mapping[str, Value]] | pandas.DataFrame,
     folder: str | os.PathLike[str] | None = None,
     *,
     jobs: int = 1,
+    dask: str = "",
     resume: bool = False,
     report: Callable[[dict[str, Any]], None] | None = None,
 ) -> SweepTable:
     """Solve `case` for every combination of the values of some keys, for example `{"rolling.speed_m_s": [1, 2, 5]}`, or for a
-    list of points, mappings from the same keys to values, as `thermoroll sweep` does: neighbours start from each other, the
-    last key varies fastest.
+    list of points, mappings from the same keys to values or the rows of a `DataFrame`, as `thermoroll sweep` does: neighbours
+    start from each other, the last key varies fastest.
 
     Returns a list with a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as
     mappings, and `file`, the path of its result; `to_dataframe` and `to_xarray` have the numbers in flat columns. `folder`
     receives these files and sweep.csv, and `resume` leaves out points that it has already; without a folder nothing is kept and
-    `file` is None. `jobs` processes share the work (a script then needs `if __name__ == "__main__":`). `report` is called with
-    each row as soon as it is known.
+    `file` is None. `jobs` processes share the work (a script then needs `if __name__ == "__main__":`), or the Dask cluster
+    whose scheduler is at `dask`. `report` is called with each row as soon as it is known.
 
-    Raises CaseError (all errors of all points), ValueError (no values, the same value or point twice), OSError.
+    Raises CaseError (all errors of all points), ValueError (no list of values, the same value or point twice), OSError;
+    RuntimeError for a script without that line.
     """
+    case = Case.of(case)
+    if jobs > 1:
+        check_main_guard()
+    if not isinstance(over, Mapping) and hasattr(over, "to_dict"):
+        over = over.to_dict("records")
     listed = not isinstance(over, Mapping)
     columns = _columns_of(over) if not isinstance(over, Mapping) else over
-    axes = tuple(Axis(key, tuple(v.item() if hasattr(v, "item") else v for v in values)) for key, values in columns.items())
+    axes = tuple(Axis(key, _values_of(key, values)) for key, values in columns.items())
     for axis in axes:
         if not axis.values or (not listed and len(set(axis.values)) < len(axis.values)):
             raise ValueError(f"{axis.key} has no values, or the same value more than once")
@@ -261,13 +271,19 @@ def solve_sweep(
     with contextlib.ExitStack() as stack:
         place = pathlib.Path(folder or stack.enter_context(tempfile.TemporaryDirectory(prefix="thermoroll-")))
         place.mkdir(parents=True, exist_ok=True)
-        wanted = Sweep(points, place, "Python", Workers(jobs), resume, scalars_only=folder is None)
+        wanted = Sweep(points, place, "Python", Workers(jobs, dask), resume, scalars_only=folder is None)
 
         def reported(row: Row, solved: bool) -> None:
             if report is not None:
                 report(row.flat())
 
         return SweepTable(wanted.run(report=reported, note=lambda text: None))
+
+
+def _values_of(key: str, values: Iterable[Value]) -> tuple[Value, ...]:
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise ValueError(f"{key} needs a list of values, as [{values!r}], not {values!r} alone")
+    return tuple(value.item() if hasattr(value, "item") else value for value in values)
 
 
 def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, list[Value]]:

@@ -306,6 +306,10 @@ class SweepTable(list[dict[str, Any]]):
         self.points = rows.points
         self._table = columns_of(rows)
 
+    def __repr__(self) -> str:
+        converged = self._table.columns["status"].count(CONVERGED)
+        return f"<sweep over {', '.join(self._table.keys)}: {len(self)} points, {converged} converged>"
+
     def _numbers(self) -> dict[str, Sequence[Any]]:
         return {"converged": [status == CONVERGED for status in self._table.columns["status"]], **self._table.numbers}
 

@@ -8,6 +8,7 @@ import multiprocessing
 import os
 import pathlib
 import signal
+import sys
 import threading
 import time
 from collections import Counter, deque
@@ -69,6 +70,23 @@ def check_dask() -> None:
     """Raises ImportError, which says what to install, if clusters cannot be used."""
     if importlib.util.find_spec("distributed") is None:
         raise ImportError("needs Dask's package distributed, which is not installed: pip install 'thermoroll[dask]'")
+
+
+UNGUARDED = 70
+"""Exit code of a process that runs into its parent's call, because the script's `__main__` is not guarded."""
+
+
+def check_main_guard() -> None:
+    """Raises RuntimeError if processes started from this script would start the same work again, as they import it."""
+    if getattr(multiprocessing.current_process(), "_inheriting", False):
+        os._exit(UNGUARDED)
+    if not hasattr(sys.modules["__main__"], "__file__"):  # a notebook, or an interpreter
+        return
+    probe = multiprocessing.get_context("spawn").Process(target=one_thread)
+    probe.start()
+    probe.join()
+    if probe.exitcode == UNGUARDED:
+        raise RuntimeError('several processes import this script: put its work behind if __name__ == "__main__":')
 
 
 def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
