@@ -83,19 +83,20 @@ def check_standard_input(cases: Sequence[Path]) -> None:
         raise typer.BadParameter("standard input can be read only once", param_hint="CASE...")
 
 
-def read_source(path: Path, overrides: Sequence[Override] = ()) -> CaseSource:
-    """The text of a case: of its file, or of the case that a result carries. Raises CaseError, OSError."""
-    if path.suffix != RESULT_SUFFIX:
+def read_source(path: Path, overrides: Sequence[Override] = (), *, stored: bool = False) -> CaseSource:
+    """The text of a case: of its file, or of the case that a result carries (if `stored`, whatever it is called). Raises
+    CaseError, OSError."""
+    if not (stored or path.suffix == RESULT_SUFFIX):
         return case_source.read_source(path, overrides)
     from thermoroll_cli.files.result.hdf5 import read_result
 
-    stored = Case.from_json(read_result(path, with_fields=False).case_json, name=str(path))
-    return case_source.parse_source(stored.to_toml(), str(path), overrides)
+    carried = Case.from_json(read_result(path, with_fields=False).case_json, name=str(path))
+    return case_source.parse_source(carried.to_toml(), str(path), overrides)
 
 
-def read_case(path: Path, overrides: Sequence[Override] = ()) -> Case:
-    """The case of a file or of a result. Raises CaseError, OSError."""
-    return Case.from_source(read_source(path, overrides), case_name(path))
+def read_case(path: Path, overrides: Sequence[Override] = (), *, stored: bool = False) -> Case:
+    """The case of a file or of a result, as by `read_source`."""
+    return Case.from_source(read_source(path, overrides, stored=stored), case_name(path))
 
 
 def parse_overrides(settings: Sequence[str] | None) -> list[Override]:

@@ -83,9 +83,9 @@ def _read_all(
 ) -> list[Case]:
     """All cases, checked. Ends the program (invalid case) where one cannot be solved, with the errors of all."""
     valid, errors = [], {}
-    for path in (*paths, *result_paths):
+    for path, stored in (*((path, False) for path in paths), *((path, True) for path in result_paths)):
         try:
-            valid.append(options.read_case(path, overrides))
+            valid.append(options.read_case(path, overrides, stored=stored))
         except CaseError as cause:
             errors[path] = cause
     if errors:
