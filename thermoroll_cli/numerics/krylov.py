@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -107,13 +108,27 @@ DEPENDENT_SINGULAR_VALUE = 1e-8
 """Singular value over the largest one below which differences of residuals count as dependent: they have half of the digits."""
 
 
-class Anderson:
-    """Mixes the last `depth` iterates (Anderson 1965; Walker & Ni 2011, type II)."""
+Secants = tuple[Array, Array]
+"""Pairs of changes of g(x) and of g(x) − x, from one x to another: two arrays (pairs, *shape of x)."""
 
-    def __init__(self, depth: int = 4, first_damping: float = 1.0) -> None:
+
+class Anderson:
+    """Mixes the last `depth` iterates (Anderson 1965; Walker & Ni 2011, type II), and `known` secants of the same or a similar
+    problem."""
+
+    def __init__(self, depth: int = 4, first_damping: float = 1.0, known: Secants | None = None) -> None:
         self.depth, self.first_damping = depth, first_damping
+        self._known: Secants = ((), ()) if known is None else known  # type: ignore[assignment]
         self._values: list[Array] = []
         self._residuals: list[Array] = []
+
+    @property
+    def secants(self) -> Secants | None:
+        """Those of the last iterates, newest first, and then the known ones, at most `depth`; None if there are none."""
+        values, residuals = (
+            [*reversed([b - a for a, b in pairwise(fields)]), *known]
+            for fields, known in zip((self._values, self._residuals), self._known, strict=True))
+        return (np.stack(values[:self.depth]), np.stack(residuals[:self.depth])) if values else None
 
     def next(self, x: Array, value: Array) -> Array:
         """The next iterate from the current `x` and `value` = g(x), arrays of one shape."""
@@ -122,11 +137,12 @@ class Anderson:
         self._residuals.append(residual)
         if len(self._values) > self.depth + 1:
             del self._values[0], self._residuals[0]
-        if len(self._values) == 1:
+        differences = [*(r - residual for r in self._residuals[:-1]), *self._known[1]]
+        if not differences:
             return x + self.first_damping * residual
-        differences = np.stack([(r - residual).ravel() for r in self._residuals[:-1]], axis=1)
-        weights, *_ = np.linalg.lstsq(differences, residual.ravel(), rcond=DEPENDENT_SINGULAR_VALUE)
+        columns = np.stack([d.ravel() for d in differences], axis=1)
+        weights, *_ = np.linalg.lstsq(columns, residual.ravel(), rcond=DEPENDENT_SINGULAR_VALUE)
         mixed = value.copy()
-        for w, v in zip(weights, self._values[:-1], strict=True):
-            mixed -= w * (v - value)
+        for w, change in zip(weights, [*(v - value for v in self._values[:-1]), *self._known[0]], strict=True):
+            mixed -= w * change
         return mixed

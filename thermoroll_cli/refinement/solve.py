@@ -133,7 +133,8 @@ class Solver:
             starts = Starts(discretisation, coarser, neighbours, predicted)
             tolerances = tolerances_on(shape, plan, derived, self.options)
             with timed(seconds, "isothermal"):
-                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances, predicted=neighbours is not None)
+                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances,
+                                         learnt=starts.learnt(discretisation, coupled=False))
             report("tangential", {"grid": list(shape), "applications": isothermal.applications,
                                   "residual": isothermal.contact.tangential.residual})
             followed = None

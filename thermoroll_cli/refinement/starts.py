@@ -26,7 +26,7 @@ from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.neighbours import Neighbours, Prediction
 from thermoroll_cli.refinement.outcome import FollowedState, RefinementLevel
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
-from thermoroll_cli.steady_state.fixed_point import Fields, SteadyState, fixed_point, unknowns_of
+from thermoroll_cli.steady_state.fixed_point import HEAT, MIXING_DEPTH, Fields, Learnt, SteadyState, fixed_point, unknowns_of
 from thermoroll_cli.steady_state.iteration import friction_before_heat
 
 LEAST_COVER = 0.3
@@ -34,6 +34,10 @@ LEAST_COVER = 0.3
 element more readily than it drops one."""
 FIRST_GUESS = 1e-2
 """Residual at which tractions under the isothermal pressure are good enough for what acts back to start from."""
+
+
+PREDICTED = 1e-3
+"""Residual of a start predicted from neighbouring problems: a loose first iteration would lose its accuracy."""
 
 
 @dataclass(frozen=True)
@@ -83,6 +87,20 @@ class Starts:
         last = None if self.neighbours is None else self.neighbours.last
         known = [level for level in (self.coarser, last) if level is not None and level.coupled is not None]
         return min(known, key=lambda level: level.coupled is None or not level.coupled.converged, default=None)
+
+    def learnt(self, home: Discretisation, *, coupled: bool, balanced: bool = False) -> Learnt | None:
+        """What is known of the iteration of a state on `home` from the neighbours that predict its start, or else from the
+        coarser grid if that has converged."""
+        predicted = (self.predicted_coupled if coupled else self.predicted) is not None
+        source = self.neighbours.last if predicted and self.neighbours is not None else self.coarser
+        state = None if source is None else source.coupled if coupled else source.isothermal
+        if source is None or state is None or not state.converged or state.iterations > MIXING_DEPTH:
+            return None
+        secants, unknowns = None, {*_unheated(home), *(["expansion"] if coupled else [])}
+        if state.secants is not None and state.balanced == balanced and set(unknowns_of(state.contact)) == unknowns:
+            prolong = Prolongation((source.home if coupled else source.discretisation).grid, home.grid)
+            secants = prolong(state.secants[0]), prolong(state.secants[1])
+        return Learnt(PREDICTED if predicted else state.history[0] / HEAT.tangential_share, secants)
 
     @staticmethod
     def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:
@@ -147,7 +165,7 @@ def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState
     balanced = (before is not None and before.balanced and before.converged
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
     state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced,
-                        predicted=starts.predicted_coupled is not None)
+                        learnt=starts.learnt(home, coupled=True, balanced=balanced))
     smaller = settled = False
     for _ in range(home.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.

@@ -28,7 +28,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.heated_contact import HeatedContact, HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
-from thermoroll_cli.numerics.krylov import Anderson
+from thermoroll_cli.numerics.krylov import Anderson, Secants
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
@@ -72,10 +72,8 @@ class Pace:
     """Expected convergence of an iteration, which determines its mixing, the tolerances of its problems, and when it is given
     up."""
 
-    first_damping: float
-    """Share of the first change that is applied."""
     first_residual: float
-    """Residual assumed for the tolerances of the first iteration."""
+    """Residual assumed for the tolerances of the first iteration if nothing is learnt."""
     tangential_share: float
     """Residual of the tractions over that of the fixed point."""
     possibly_last: int
@@ -87,14 +85,14 @@ class Pace:
     least one before them."""
 
 
-HEAT = Pace(first_damping=0.7, first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=20, recent=12, gain=0.5)
-"""Heat may move the surfaces by half of the approach; bulge and pressure overshoot, so the first change is damped. A start from
-a coarser grid has a residual below 1, and mixing needs iterations solved more accurately than they change: with 1 the exact
-case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the tractions, so their residual must be
-well below the change in an iteration. Close to the thermo-elastic limit a dozen iterations may pass without any gain."""
-PREDICTED = replace(HEAT, first_damping=1.0, first_residual=1e-3)
-"""A start predicted from neighbouring problems has such a residual: a loose first iteration would lose its accuracy."""
-SHEAR = Pace(first_damping=1.0, first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
+FIRST_DAMPING = 0.7
+"""Share of the first change of heat that is applied if nothing is learnt: bulge and pressure overshoot."""
+HEAT = Pace(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=20, recent=12, gain=0.5)
+"""Heat may move the surfaces by half of the approach. Mixing needs iterations solved more accurately than they change: with a
+first residual of 1 the exact case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the
+tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit a dozen iterations
+may pass without any gain."""
+SHEAR = Pace(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
 """Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: each iteration gains a factor
 of ten or more, its tractions are needed to a few per cent, and an iteration that has not converged after a dozen steps
 alternates between border elements."""
@@ -109,6 +107,15 @@ UNKNOWNS: dict[str, Callable[[DerivedQuantities], float]] = {
 }
 """Fields of `Contact` that an iteration computes, each with the scale of its changes. A further unknown is a field there, a
 line in `iterate` and a line here."""
+
+
+@dataclass(frozen=True)
+class Learnt:
+    """What is known of an iteration before it starts: the `residual` that its first tractions are solved for, and `secants` of
+    a similar iteration on this grid, over the scales of the unknowns."""
+
+    residual: float
+    secants: Secants | None = None
 
 
 @dataclass(frozen=True)
@@ -128,6 +135,7 @@ class SteadyState:
     history: tuple[float, ...]
     balanced: bool = False
     heat_reached: float = 1.0
+    secants: Secants | None = None
 
     @property
     def acts_back(self) -> bool:
@@ -141,7 +149,8 @@ def unknowns_of(contact: Contact) -> Fields:
 
 
 def fixed_point(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False, predicted: bool = False
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, *, balanced: bool = False,
+    learnt: Learnt | None = None,
 ) -> SteadyState:
     """Iterate from `start` until the fields that act back no longer change.
 
@@ -149,11 +158,11 @@ def fixed_point(
     residual is below the tolerance and its own problems are solved. If mixing alone does not converge because of the heat, the
     fixed point is restarted with iterations that each begin from a pressure in balance with its own heat (`heated_step`):
     this is more work, but also solves strong heat, if the contact slides. With `balanced` it starts this way at once. If
-    nothing converges the best state is returned. `predicted` says whether the start was predicted from neighbouring problems.
+    nothing converges the best state is returned. `learnt` comes from a coarser grid or from neighbouring problems.
     """
     heated = start.expansion is not None or start.friction is not None
-    pace = (PREDICTED if predicted else HEAT) if heated else SHEAR
-    first = _iterated(discretisation, start, tolerances, pace, balanced)
+    pace = HEAT if heated else SHEAR
+    first = _iterated(discretisation, start, tolerances, pace, balanced, learnt if heated else None)
     if first.converged or first.touches_rim or start.expansion is None:
         return first
     second = _iterated(discretisation, start, tolerances, HEAT, not balanced)
@@ -165,16 +174,17 @@ def fixed_point(
 
 
 def _iterated(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, pace: Pace, balanced: bool
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, pace: Pace, balanced: bool,
+    learnt: Learnt | None = None,
 ) -> SteadyState:
     limit = tolerances.tangential if start.expansion is None else tolerances.coupling
-    mixing = _Mixing(discretisation, pace, balanced)
+    mixing = _Mixing(discretisation, balanced, learnt, damped=pace is HEAT)
     state = best = start
     residual = least = math.inf
     rim, history = False, list[float]()
     counts = np.zeros(3, dtype=int)
     while len(history) < MOST_ITERATIONS and mixing.dampings <= MOST_DAMPINGS and can_transmit(discretisation, state):
-        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, pace))
+        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, pace, learnt))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
         changes = _changes(discretisation, state, after)
@@ -198,14 +208,17 @@ def _iterated(
         _without_mean(discretisation, best), iterations=len(history), residual=residual, converged=least <= limit,
         touches_rim=rim,
         normal_iterations=int(counts[0]), applications=int(counts[1]), newton_steps=int(counts[2]), history=tuple(history),
-        balanced=balanced, heat_reached=mixing.heat_reached)
+        balanced=balanced, heat_reached=mixing.heat_reached, secants=mixing.secants)
 
 
-def _inside(state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace) -> Tolerances:
+def _inside(
+    state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace, learnt: Learnt | None
+) -> Tolerances:
     """Tolerances of the problems inside the next iteration."""
     if not unknowns_of(state):
         return tolerances
-    outer = history[-1] if history else pace.first_residual
+    known = pace.first_residual if learnt is None else min(learnt.residual, pace.first_residual)
+    outer = history[-1] if history else known
     last = outer <= NEARLY_CONVERGED * limit or len(history) >= pace.possibly_last
     tangential = tolerances.tangential if last else max(pace.tangential_share * outer, tolerances.tangential)
     normal = max(NORMAL_SHARE * outer, tolerances.normal)
@@ -276,14 +289,20 @@ def _without_mean(discretisation: Discretisation, contact: Contact) -> Contact:
 class _Mixing:
     """Anderson's mixing of all unknowns, each relative to its scale; friction is kept within its limits."""
 
-    def __init__(self, discretisation: Discretisation, pace: Pace, balanced: bool) -> None:
+    def __init__(self, discretisation: Discretisation, balanced: bool, learnt: Learnt | None, *, damped: bool) -> None:
         self._discretisation = discretisation
-        # Steps to a balance of pressure and heat need no damping.
-        self._anderson = Anderson(MIXING_DEPTH, 1.0 if balanced else pace.first_damping)
+        # Steps to a balance of pressure and heat need no damping, and neither do good starts.
+        self._anderson = Anderson(MIXING_DEPTH, FIRST_DAMPING if damped and not balanced and learnt is None else 1.0,
+                                  None if learnt is None else learnt.secants)
         self._balanced = balanced
         self.dampings = 0
         self.heat_reached = 1.0
         self.unbalanced = self.raised = 0
+
+    @property
+    def secants(self) -> Secants | None:
+        """Those of the last iterations, over the scales of the unknowns."""
+        return self._anderson.secants
 
     def next(self, before: Contact, after: Contact, changes: Fields, residual: float) -> Contact:
         """State of the next iteration: mixed unknowns, and the pressure and tractions of the last."""
