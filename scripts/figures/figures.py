@@ -16,6 +16,7 @@ from scripts.figures import (
     figures_borders,
     figures_creep_table,
     figures_documents,
+    figures_frame,
     figures_numerics,
     figures_peers,
     figures_pictures,
@@ -25,7 +26,7 @@ from scripts.figures import (
 from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import applied
 
-MODULES = (figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_verification,
+MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_verification,
            figures_recirculation, figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 

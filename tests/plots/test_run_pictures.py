@@ -252,7 +252,7 @@ def test_wide_contacts_are_turned_and_long_ones_are_said_not_to_be_to_scale() ->
         result = synthetic.result((24, 24), aspect=aspect, deformation=False)
         picture = shown(result, "pressure")
         along = picture.axes[0].get_ylabel() if turned else picture.axes[0].get_xlabel()
-        assert along.startswith("x (") and ("material flow ↑" in picture.axes[0].get_xlabel()) == turned
+        assert along.startswith("x (") and ("material flow ↓" in picture.axes[0].get_xlabel()) == turned
         assert ("axes not to scale" in picture.get_suptitle()) == note
         assert picture.axes[0].get_box_aspect() <= 1.6
 

@@ -60,6 +60,24 @@ def test_contact_agrees(name):
             assert patch["normal_N"] == pytest.approx(0.5 * problem.normal_force, rel=1e-6)
 
 
+def test_kalkers_frame_by_rotation_and_by_mirror():
+    """A rotation about z turns lateral creepage and the profile, a mirror spin alone: both keep Kalker's signs of an asymmetric
+    contact if profile, creepage and spin go together. Spin reversed on the same profile is another problem."""
+    name, limit = "b_asymmetric_c3_2e-4", 0.3 * 2e4
+    turned = solved_by_contact(name, 48)
+    motion = turned.motion
+    mirrored = replace(turned, geometry=below(points(lambda y: egg(-y), -6.0, 6.0), 0.3),
+                       motion=replace(motion, creepage_y=-motion.creepage_y, spin=-motion.spin))
+    other = replace(turned, motion=replace(motion, spin=-motion.spin))
+    one, two, wrong = (solved(problem).coupled.scalars for problem in (turned, mirrored, other))
+    contact = {key: REFERENCES[name]["values"][key]["value"] for key in ("force_x_N", "force_y_N")}
+    assert one["force_x_N"] == pytest.approx(contact["force_x_N"], abs=1e-3 * limit)
+    assert one["force_y_N"] == pytest.approx(contact["force_y_N"], abs=1e-3 * limit)
+    for key, sign in (("force_x_N", 1.0), ("force_y_N", -1.0), ("spin_moment_Nmm", -1.0), ("Q_F_W", 1.0)):
+        assert two[key] == pytest.approx(sign * one[key], rel=1e-6)
+    assert abs(wrong["force_y_N"] - one["force_y_N"]) > 0.05 * limit
+
+
 def test_pressure_of_a_crowned_roller_along_its_length():
     """CONTACT's pressure on x = 0, every half millimetre; and none of the grids has a spike where the roller ends."""
     for grid in (32, 64):

@@ -113,7 +113,7 @@ def field_figure(frame: RunFrame, quantity: Quantity) -> Figure | None:
     bar = style.add_axes(figure, left + columns * (side + GAP) - GAP + 3.0 * style.MM, foot, 3.5 * style.MM, length)
     figure.colorbar(image, cax=bar, label=scale.label if length > SHORT_BAR else scale.brief)
     style.few_ticks(bar, y=6)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole))
     style.add_legend(figure, handles)
     return figure
 
@@ -149,10 +149,14 @@ def shape_of(frame: RunFrame, whole: bool) -> float:
     return min(max(1.0 / aspect if frame.turned else aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
 
 
-def scale_note(frame: RunFrame, whole: bool) -> str:
-    """A note where lengths along both axes of a map are not drawn alike."""
+FROM_BELOW = "seen from below"
+"""z points into the lower body: a map with x to the right and y upwards, or turned by 90°, is seen against z."""
+
+
+def map_note(frame: RunFrame, whole: bool) -> str:
+    """From which side a map is seen, and whether lengths along both axes are drawn alike."""
     alike = frame.normalised or 1.0 / LONGEST_ASPECT <= _aspect(frame, whole) <= LONGEST_ASPECT
-    return "" if alike else "axes not to scale"
+    return FROM_BELOW if alike else f"{FROM_BELOW}, axes not to scale"
 
 
 def _aspect(frame: RunFrame, whole: bool) -> float:
@@ -187,12 +191,12 @@ def draw_map(
         _draw_borders(axes, frame, state, "solid" if state is drawn else style.DASHED)
     left, right, bottom, top = _placed(frame, frame.domain if whole else frame.window)
     axes.set_xlim(left, right)
-    axes.set_ylim(bottom, top)
+    axes.set_ylim((top, bottom) if frame.turned else (bottom, top))
     shape = shape_of(frame, whole)
     axes.set_box_aspect(shape)
     style.few_ticks(axes, 5, 5 if shape > 0.3 else 3)
     x, y = frame.lengths
-    axes.set_xlabel(f"{y.label}, material flow ↑" if frame.turned else flow_label(frame))
+    axes.set_xlabel(f"{y.label}, material flow ↓" if frame.turned else flow_label(frame))
     axes.set_ylabel(x.label if frame.turned else y.label)
     return image
 
@@ -214,7 +218,7 @@ def flow_label(frame: RunFrame) -> str:
 
 
 def _in_metres(frame: RunFrame) -> Affine2D:
-    """From places in m to those on a map."""
+    """From places in m to those on a map; the vertical axis of a turned one points downwards."""
     x, y = frame.lengths
     return Affine2D([[0.0, y.factor, 0.0], [x.factor, 0.0, 0.0], [0.0, 0.0, 1.0]]) if frame.turned else (
         Affine2D().scale(x.factor, y.factor))
@@ -244,7 +248,7 @@ def draw_arrows(axes: Axes, frame: RunFrame, drawn: DrawnState, size: tuple[floa
     shown = ((length > FAINT * largest) & (covered > 0.5))[chosen]
     arrows = 0.9 * spacing * np.stack([part[chosen][shown] / largest[chosen][shown] for part in traction])
     places = np.stack(np.broadcast_arrays(state.x[chosen[0]], state.y[chosen[1]]), axis=-1)[shown]
-    axes.quiver(*_in_metres(frame).transform(places).T, *(arrows[::-1] if frame.turned else arrows), **ARROW)
+    axes.quiver(*_in_metres(frame).transform(places).T, *((arrows[1], -arrows[0]) if frame.turned else arrows), **ARROW)
 
 
 def extremes(panel: Panel, scale: AxisScale) -> str:

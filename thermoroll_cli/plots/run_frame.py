@@ -33,7 +33,7 @@ MARGIN = 0.06
 LONGEST_ASPECT = 5.0
 """Maps whose sides differ by more are drawn with this ratio instead of the true one."""
 TURNED_ASPECT = 1.6
-"""Contacts that are wider than long by more are drawn with y to the right."""
+"""Maps of contacts that are wider than long by more are turned by 90°: y to the right, x downwards."""
 NEGLIGIBLE = 1e-3
 """Share of the largest value below which a value is drawn as zero."""
 ALIKE = 5e-3
@@ -131,7 +131,7 @@ class RunFrame:
     """One result as its pictures see it. The last of `states` is the one with all that feeds back.
 
     `normalised` pictures have the article's dimensionless quantities. `cut_y` is the line (m) along which fields are drawn over
-    x. `turned` maps have y to the right and x upwards.
+    x. All maps are seen from below, against z; `turned` ones have y to the right and x downwards.
     """
 
     result: Result

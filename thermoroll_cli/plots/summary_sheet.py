@@ -20,7 +20,7 @@ from thermoroll_cli.plots.maps import (
     draw_map,
     flow_label,
     lives_everywhere,
-    scale_note,
+    map_note,
     shape_of,
 )
 from thermoroll_cli.plots.run_frame import (
@@ -92,7 +92,7 @@ def summary_figure(frame: RunFrame) -> Figure:
     style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
     style.add_legend(figure, lines, at=(0.5 * TABLE, height - below_cuts), width=TABLE)
     _write_table(figure, rows, remarks, height)
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, scale_note(frame, whole=False))
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole=False))
     return figure
 
 
