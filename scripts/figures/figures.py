@@ -26,8 +26,8 @@ from scripts.figures import (
 from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import applied
 
-MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_verification,
-           figures_recirculation, figures_creep_table)
+MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers,
+           figures_verification, figures_recirculation, figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 

@@ -10,8 +10,8 @@ creepage (no slip anywhere) an elliptic contact with semi-axes a (along rolling)
 in the conventions of this program: traction along the slip of body 1 relative to body 2, ṡ_x/V = ξ_x − ξ_φ y,
 ṡ_y/V = ξ_y + ξ_φ x, material flowing towards +x. Kalker has the leading edge at +x and the traction on body 1. His frame is
 this one rotated by 180° about z (docs/frames.md): ξ_x and ξ_y change sign and ξ_φ does not, hence the minus sign beside C23.
-(The mirror x → −x gives the same equations, since the ellipse is symmetric; profiles then must be mirrored, too.) G and ν are the
-combined constants of both bodies.
+(The mirror x → −x gives the same equations, since the ellipse is symmetric; profiles then must be mirrored, too.) G and ν are
+the combined constants of both bodies.
 
 The simplified theories that vehicle dynamics uses, FASTSIM (Kalker 1982) and Polach's formulas (1999), use the same
 coefficients for the elastic part and neglect heat. Both differ from the complete theory by up to about 15 %, more with much
