@@ -16,6 +16,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, planar
 from thermoroll_cli.refinement.scalars import sliding
@@ -49,7 +50,9 @@ def record_of(state: WearState) -> dict[str, Any]:
         row |= {f"depth_max_{body}_um": depth * 1e6, f"worn_area_{body}_mm2": area * 1e6}
         error |= {f"depth_max_{body}_um": doubts[0] / depth if depth else 0.0,
                   f"worn_area_{body}_mm2": doubts[1] / area if area else 0.0}
-    row |= {"half_width_mm": half_width(result) * 1e3, "line_load_max_N_mm": float(line_load(result).max()) * 1e-3,
+    load = line_load(result)[None]
+    largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
+    row |= {"half_width_mm": half_width(result) * 1e3, "line_load_max_N_mm": largest * 1e-3,
             **{name: scalars[name] for name in ("pressure_max_MPa", "T_gamma_N", "approach_um")}}
     row = {name: row[name] for name in COLUMNS} | {"error": {name: error[name] for name in ESTIMATED}}
     return {
