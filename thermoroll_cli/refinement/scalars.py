@@ -234,14 +234,12 @@ def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[
 def sliding(problem: Problem, fields: Mapping[str, AnyArray]) -> tuple[Array, Array]:
     """Local p|s|/V and T_γ/A = μp|s|/V in Pa, (nx, ny): load and work per area, times the distance slid over that rolled.
 
-    Where surfaces slide q = μ p |s|, and the heat flux q balances the power of the creep forces: its integral q/(μV) over the
-    contact sets the total, and p |s| how it is distributed."""
-    work = fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"])
-    at_rest = problem.friction.coefficient
+    Where surfaces slide p |s| = q/μ with the heat flux q, which has the slip of zones narrower than an element."""
+    work, at_rest = fields["heat_flux"] / problem.motion.speed, problem.friction.coefficient
+    if at_rest == 0.0:
+        return fields["pressure"] * np.hypot(fields["slip_x"], fields["slip_y"]) / problem.motion.speed, work
     friction = fields.get("friction_coefficient", np.full_like(work, at_rest))
-    if at_rest > 0.0 and work.any():
-        work *= float((fields["heat_flux"] / np.where(friction > 0.0, friction, at_rest)).sum() / work.sum())
-    return work / problem.motion.speed, friction * work / problem.motion.speed
+    return work / np.where(friction > 0.0, friction, at_rest), work
 
 
 def worn_per_passage(problem: Problem, worn: WornBody, fields: Mapping[str, AnyArray], dx: float) -> Array:

@@ -43,8 +43,8 @@ class WearState:
     """A moment of the evolution after so many `steps`: `distance` rolled (m), the `rows` with the `worn` depth of each body
     (m), those of them, `domain`, on which the contact is solved, with `grid` elements wanted along and across rolling, and the
     `result` of the contact with these profiles; None before it is solved. `rates` are the depths worn per metre rolled on each
-    row then. `doubts` of each body are the errors of its largest depth (m) and worn cross-section (m²), (2, 2): by the grid,
-    and by the steps, their difference to the trapezoidal rule."""
+    row then. `doubts` of each body are the errors of its largest depth (m) and worn cross-section (m²), (3, 2): by the grid,
+    by the steps, their difference to the trapezoidal rule, and by the shape of one passage's wear."""
 
     steps: int
     distance: float
@@ -139,7 +139,7 @@ def _unworn(problem: Problem, solver: Solver) -> WearState:
         grid = len(result.x), len(result.y)
     rows = FixedRows.over(*_across(problem), facing(planar(problem)), grid[1])
     return WearState(0, 0.0, rows, {body: np.zeros(rows.count) for body in BODIES}, rows, grid,
-                     {body: np.zeros((2, 2)) for body in BODIES})
+                     {body: np.zeros((3, 2)) for body in BODIES})
 
 
 def _across(problem: Problem) -> tuple[float, float]:
@@ -172,16 +172,18 @@ def _rates(wear: Wear, rows: FixedRows, result: Result) -> dict[BodyName, Array]
 
 
 def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
-    """The doubts of `state`, one step after `before`."""
+    """The doubts of `state`, one step after `before`. Errors of the worn area add up. A row that wears too much carries less
+    from then on, so that the depth has the error of the area and of one passage's shape, at most as deep as one step wears."""
     assert before.result is not None
     step, found = state.distance - before.distance, {}
     for body in BODIES:
         old, new = (np.array([rates.max(), rates.sum() * rows.size])
                     for rates, rows in ((before.rates[body], before.rows), (state.rates[body], state.rows)))
-        error = np.array([before.result.error.get(name, math.nan)
-                          for name in (f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2")])
-        grid = np.where(old > 0.0, step * old * error, 0.0)
-        found[body] = before.doubts[body] + np.array([grid, 0.5 * step * (new - old)])
+        shape, area = (before.result.error.get(name, math.nan) if old[0] else 0.0
+                       for name in (f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2"))
+        doubt = before.doubts[body] + np.array([step * old * area, 0.5 * step * (new - old), [0.0, 0.0]])
+        doubt[2, 0] = max(doubt[2, 0], step * old[0] * shape)
+        found[body] = doubt
     return found
 
 

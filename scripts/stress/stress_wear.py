@@ -1,0 +1,145 @@
+"""Wear random profiles, off-centre, offset and tilted, of one body or both, and check each evolution: `make stress`.
+
+`--seed N` wears the contact of one seed and tells what became of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import multiprocessing
+import pathlib
+import sys
+import time
+import traceback
+import warnings
+from dataclasses import replace
+
+import numpy as np
+
+from scripts.stress.stress import Outcome, table, told
+from thermoroll_cli.problem.friction import Friction
+from thermoroll_cli.problem.problem import (
+    BODIES,
+    Geometry,
+    Heating,
+    Material,
+    Motion,
+    Numerics,
+    Problem,
+    Profile,
+    Wear,
+    WornBody,
+)
+from thermoroll_cli.problem.surface import surfaces
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_geometry
+
+KINDS = ("cubic", "linear", "arcs", "crown", "radius")
+CASES = 40
+GRIDS = ((16, 16), (24, 24), (32, 32), (20, 33))
+MOST_STEPS = 150
+AREA, ROUGHNESS = 2e-3, 0.1
+"""Relative error of the worn area in full sliding; second difference of the line load inside the contact, over the largest."""
+
+
+def problem_of(seed: int) -> Problem:
+    """The contact of `seed`, always the same: its profile is of `KINDS[seed % 5]`."""
+    rng = np.random.default_rng([29, seed])
+    steel, half, kind = Material(210e9, 0.28), 10.0 ** rng.uniform(-3.0, -1.7), KINDS[seed % len(KINDS)]
+    radius_y = half * 10.0 ** rng.uniform(0.5, 1.5)
+    y = np.linspace(-1.0, 1.0, int(rng.integers(15, 120))) * half
+    shape = -(y**2) / (2.0 * radius_y)
+    if kind == "arcs":
+        shape -= np.maximum(y - 0.2 * half, 0.0) ** 2 / radius_y
+    points = tuple(zip(y.tolist(), shape.tolist(), strict=True))
+    offset, tilt = rng.uniform(-0.7, 0.7) * half, rng.uniform(-0.4, 0.4) * half / radius_y
+    profile = Profile(points, "linear" if kind == "linear" else "cubic", offset=offset, tilt=tilt)
+    if kind == "crown":
+        profile = Profile(length=2.0 * half, drop=half**2 / (2.0 * radius_y), offset=offset, tilt=0.3 * tilt)
+    radius_x, flat = half * 10.0 ** rng.uniform(0.0, 1.0), math.inf
+    geometry = Geometry(flat, flat, radius_x, flat, upper_profile=profile)
+    if kind == "radius":
+        geometry = Geometry(flat, flat, radius_x, radius_y)
+    elif rng.random() < 0.4:
+        geometry = Geometry(radius_x, flat, radius_x, -5.0 * radius_y if rng.random() < 0.5 else flat, lower_profile=profile)
+    motion = Motion(1.0, 0.05, differential_slip=False)
+    if rng.random() < 0.5:
+        lateral, curved = float(rng.choice([0.0, 1e-3])), bool(rng.random() < 0.5)
+        motion = Motion(1.0, 10.0 ** rng.uniform(-3.5, -2.0), lateral, differential_slip=curved)
+    load = steel.youngs_modulus * half**2 * 10.0 ** rng.uniform(-6.0, -4.5)
+    problem = Problem(steel, steel, geometry, load, Friction(float(rng.uniform(0.1, 0.5))), motion, Heating(heat=False),
+                      Numerics(GRIDS[int(rng.integers(len(GRIDS)))]))
+    depth = DerivedQuantities(problem).scales.approach * 10.0 ** rng.uniform(-0.7, 0.5)
+    lower, upper = ((1e-14, 1e-14), (0.0, 1e-14), (3e-15, 1e-14), (1e-14, 0.0))[int(rng.integers(4))]
+    return replace(problem, wear=Wear(WornBody(lower, 1.0), WornBody(upper, 2.0), depth=depth))
+
+
+def violations(problem: Problem, last: WearState) -> list[str]:
+    """What does not hold of the last state of an evolution."""
+    wear, result, found = problem.wear, last.result, []
+    assert wear is not None and result is not None
+    if last.steps < MOST_STEPS and not last.deepest >= (1.0 - 2.0 * REACHED) * wear.depth:
+        found.append(f"worn by {last.deepest:g} m, not {wear.depth:g} m")
+    geometry = worn_geometry(problem.geometry, last.rows, last.worn)
+    for body, before, after in zip(BODIES, surfaces(problem.geometry), surfaces(geometry), strict=True):
+        worn, rate = last.worn[body], getattr(wear, body).rate / getattr(wear, body).track_length
+        if worn.min() < 0.0 or worn.any() != (rate > 0.0):
+            found.append(f"{body}: depths from {worn.min():g} m")
+        sliding = 0.05 * problem.normal_force * rate * last.distance
+        if problem.motion.creepage_x == 0.05 and abs(last.worn_area(body) - sliding) > AREA * sliding:
+            found.append(f"{body}: worn area {last.worn_area(body):g}, in full sliding {sliding:g} m²")
+        if math.isfinite(before.ends[1]) and not np.allclose(before.ends, after.ends, atol=1e-8 * np.ptp(before.ends)):
+            found.append(f"{body}: profile from {after.ends[0]:g} to {after.ends[1]:g} m")
+        depths = before.height(last.rows.y) - after.height(last.rows.y)
+        if np.abs(depths - worn).max() > 1e-6 * wear.depth:
+            found.append(f"{body}: worn profile off by {np.abs(depths - worn).max():g} m")
+    load = line_load(result)
+    inside = load[load > 0.0][3:-3]
+    if not result.unbounded and len(inside) > 4 and np.abs(np.diff(inside, 2)).max() > ROUGHNESS * load.max():
+        found.append(f"line load rough by {np.abs(np.diff(inside, 2)).max() / load.max():.2g}")
+    return found
+
+
+def run_seed(seed: int) -> Outcome:
+    """Wear the contact of `seed`, for a bounded number of steps, and check the last state; warnings count as crashes."""
+    start, kind, last = time.perf_counter(), f"wear, {KINDS[seed % len(KINDS)]}", None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            problem = problem_of(seed)
+            for last in evolution(problem):
+                if last.steps >= MOST_STEPS:
+                    break
+        assert last is not None and last.result is not None
+        result = last.result
+        broken = tuple(violations(problem, last)) if result.converged else ()
+        work = result.work["levels"][-1]["applications"]
+        return Outcome(seed, kind, True, result.converged, result.reason, broken, work, time.perf_counter() - start)
+    except Exception as cause:
+        place = traceback.extract_tb(cause.__traceback__)[-1]
+        broken = (f"{type(cause).__name__}: {cause} ({pathlib.Path(place.filename).name}:{place.lineno})",)
+        return Outcome(seed, kind, True, False, "", broken, 0, time.perf_counter() - start, crashed=True)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seed", type=int, help="the contact of this seed only")
+    parser.add_argument("--first", type=int, default=0, help="the first of all seeds")
+    parser.add_argument("--cases", type=int, default=CASES)
+    parser.add_argument("--jobs", type=int, default=2)
+    wishes = parser.parse_args()
+    if wishes.seed is not None:
+        print(problem_of(wishes.seed), told(run_seed(wishes.seed)), sep="\n")
+        return 0
+    with multiprocessing.get_context("spawn").Pool(wishes.jobs) as pool:
+        outcomes = pool.map(run_seed, range(wishes.first, wishes.first + wishes.cases), chunksize=1)
+    print(table(outcomes))
+    for outcome in outcomes:
+        if outcome.broken or not outcome.converged:
+            print(told(outcome), file=sys.stderr)
+    return int(any(o.broken or not o.converged for o in outcomes))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
