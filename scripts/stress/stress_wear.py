@@ -19,19 +19,8 @@ import numpy as np
 
 from scripts.stress.stress import Outcome, table, told
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.problem import (
-    BODIES,
-    Geometry,
-    Heating,
-    Material,
-    Motion,
-    Numerics,
-    Problem,
-    Profile,
-    Wear,
-    WornBody,
-)
-from thermoroll_cli.problem.surface import surfaces
+from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
+from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_geometry
 
