@@ -139,9 +139,8 @@ def test_files_that_are_no_results(command: list[str], results: Path, tmp_path: 
 
 
 def test_several_formats_are_written_by_one_command(results: Path, tmp_path: Path) -> None:
-    done = call("export", results / "a.h5", "--format", "latex", "--format", "csv", "--format", "csv", "-o", tmp_path)
-    assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / "a.tex"), str(tmp_path / "a.csv")])
-    assert r"longitudinal creep force & $18.8" in (tmp_path / "a.tex").read_text()
+    done = call("export", results / "a.h5", "--format", "xdmf", "--format", "csv", "--format", "csv", "-o", tmp_path)
+    assert (done.returncode, done.stdout.split()) == (0, [str(tmp_path / "a.xdmf"), str(tmp_path / "a.csv")])
 
 
 @pytest.mark.parametrize("command", ["plot a.toml", "export a.toml --format csv", "compare a.h5 a.toml"])

@@ -111,24 +111,6 @@ def test_signs_are_those_of_the_rolling_cases(name):
         assert np.sign(round(found, 6)) == np.sign(round(expected, 6)), key
 
 
-@pytest.mark.parametrize("name", ["article_3_1_case_1", "article_3_1_case_2"])
-def test_saturated_forces_are_close_without_spin(name):
-    case = ROLLING[name]
-    linear = linear_forces(case)
-    limit = case["input"]["friction_coefficient"] * case["input"]["normal_N"]
-    size = math.hypot(linear.force_x, linear.force_y)
-    found = kalker.saturated_force(size, limit)
-    expected = math.hypot(case["extrapolated"]["force_x_N"], case["extrapolated"]["force_y_N"])
-    assert found == pytest.approx(expected, rel=0.03)
-
-
-def test_saturation_law_ends():
-    assert kalker.saturated_force(1e-6, 10.0) == pytest.approx(1e-6, rel=1e-6)
-    assert kalker.saturated_force(-30.0, 10.0) == kalker.saturated_force(1e9, 10.0) == 10.0
-    with pytest.raises(ValueError, match="limit"):
-        kalker.saturated_force(1.0, 0.0)
-
-
 @pytest.mark.parametrize("curvatures", [(1.0, 1.0), (30.0, 2.0), (0.01, 5.0)])
 def test_full_slip_creepage(curvatures):
     """For ν = 0 and E* = G a tangential traction displaces as a pressure does: ξ = μ κ_x a0."""

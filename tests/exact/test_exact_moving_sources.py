@@ -17,7 +17,6 @@ from thermoroll_cli.exact.moving_sources import (
     ellipse_maximum,
     ellipse_temperature,
     find_maximum,
-    point_source_temperature,
     rectangle_maximum,
     rectangle_temperature,
     rim_temperature,
@@ -84,22 +83,6 @@ def test_halves_add_up_to_the_whole(peclet):
     front = rectangle_temperature(x + 0.5, y, 0.5, 0.7, 1.0, 1.0, 1.0, peclet)
     back = rectangle_temperature(x - 0.5, y, 0.5, 0.7, 1.0, 1.0, 1.0, peclet)
     np.testing.assert_allclose(front + back, whole, atol=1e-14 * whole.max())
-
-
-@pytest.mark.parametrize("peclet", [0.0, 2.0])
-def test_far_rectangle_is_a_point_source(peclet):
-    x, y = np.array([-3.0, 30.0, 400.0, 10.0]), np.array([100.0, 1.0, 2.0, -50.0])
-    box = rectangle_temperature(x, y, 0.01, 0.01, 5.0, 3.0, 2.0, peclet)
-    point = point_source_temperature(x, y, 0.0, 5.0 * 0.02**2, 3.0, 2.0, peclet)
-    # the box smears the exponential by (v l)²: 1e-5
-    np.testing.assert_allclose(box, point, rtol=1e-5)
-
-
-def test_point_source_keeps_its_digits_in_the_plume():
-    """At y ≪ x the exponent −v y²/(4x) is a difference of nearly equal numbers."""
-    found = point_source_temperature(1.0, 1e-9, 0.0, 1.0, 1.0, 1.0, 1e18)
-    assert found == pytest.approx(math.exp(-0.25) / (2 * math.pi), rel=1e-9)
-    assert point_source_temperature(0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0) == math.inf
 
 
 def test_units_and_shapes():
@@ -191,9 +174,6 @@ def test_band_maxima(shape):
     peak = find_maximum(lambda x: float(moving_sources.band_temperature(x, 1.0, 1.0, 1.0, 1.0, 1.0, shape)), 0.0, 1.5)
     assert theta == pytest.approx(peak.temperature, rel=1e-8 if shape == "uniform" else 1e-9)
     assert position == pytest.approx(peak.x, abs=1e-6)
-    found = moving_sources.band_maximum(2.0, 7.0, 3.0, 0.25, 50.0, shape)
-    assert found.temperature == pytest.approx(7.0 / 6.0 * 0.2 * theta)
-    assert found.x == 2 * position
     published = {"uniform": 2 * math.sqrt(2 / math.pi), "hertz": 1.23462}[shape]
     assert theta == pytest.approx(published, abs=5e-6)
 
@@ -234,7 +214,7 @@ def test_wheel_on_rail_of_ertz_and_knothe():
     a, b, conductivity, speed = 5.88e-3, 10.54e-3, 50.0, 30.0
     diffusivity = conductivity / (450.0 * 7850.0)
     flux = 0.5 * 0.3 * 1.5 * 100e3 / (math.pi * a * b) * 1.0
-    band = moving_sources.band_maximum(a, flux, conductivity, diffusivity, speed, "hertz").temperature
+    band = float(band_temperature(0.652 * a, a, flux, conductivity, diffusivity, speed, "hertz"))
     assert band == pytest.approx(150.3, abs=0.05)
     ellipse = ellipse_maximum(a, b, flux, conductivity, diffusivity, speed, "hertz")
     assert ellipse.temperature == pytest.approx(band, rel=1e-3)
@@ -294,12 +274,10 @@ def test_far_from_the_source_only_the_mean_is_left():
     ("function", "arguments", "named"),
     [
         (rectangle_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, -1.0), "speed"),
-        (point_source_temperature, (1.0, 0.0, 0.0, 1.0, 1.0, 0.0, 1.0), "diffusivity"),
         (rectangle_temperature, (0.0, 0.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0), "half_width"),
         (ellipse_temperature, (1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), "not inside"),
         (ellipse_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, "gauss"), "shape"),
         (circle_mean_temperature, (0.0, 1.0, 1.0, 1.0, 1.0), "radius"),
-        (moving_sources.band_maximum, (1.0, 1.0, 1.0, 1.0, 0.0), "speed"),
         (moving_sources.band_temperature, (0.0, 1.0, 1.0, 1.0, 1.0, 1.0, "paraboloid"), "shape"),
         (moving_sources.tian_kennedy_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, "band"), "shape"),
         (rim_temperature, (0.0, HALF, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY, 1.0, 0.0), "convection"),

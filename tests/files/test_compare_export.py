@@ -7,7 +7,6 @@ import dataclasses
 import math
 import os
 import pathlib
-import re
 from xml.etree import ElementTree
 
 import h5py
@@ -16,7 +15,7 @@ import pytest
 
 from tests.support import synthetic
 from thermoroll_cli.files.result.compare import Comparison, Pair, compare_results
-from thermoroll_cli.files.result.export import export_csv, export_latex, export_xdmf
+from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.problem.result import Result
@@ -198,21 +197,7 @@ def test_xdmf_points_into_the_result_in_the_order_of_its_fields(
     np.testing.assert_allclose(xyz[..., 1], np.broadcast_to(reference.y, (20, 16)), rtol=1e-6)
 
 
-def test_latex_is_a_table_of_scalars_with_their_errors(tmp_path: pathlib.Path, path: pathlib.Path, reference: Result) -> None:
-    export_latex(path, tmp_path / "a.tex")
-    lines = (tmp_path / "a.tex").read_text().splitlines()
-    assert lines[:2] == ["% Synthetic", r"\begin{tabular}{lrrl}"] and lines[-1] == r"\end{tabular}"
-    rows = {cells[0]: cells[1:] for line in lines if len(cells := line.removesuffix(r" \\").split(" & ")) == 4}
-    assert rows[""] == ["coupled", "isothermal", "unit"]
-    value, error = re.fullmatch(r"\$([0-9.]+) \\pm ([0-9.]+)\$", rows["maximum pressure"][0]).groups()
-    pressure = reference.coupled.scalars["pressure_max_MPa"]
-    assert float(value) == pytest.approx(pressure, abs=float(error))
-    assert float(error) == pytest.approx(1.3e-4 * pressure, rel=0.05)
-    assert rows["maximum pressure"][2] == "MPa" and rows[r"P\'eclet number v a0/$\kappa$, lower body"][1] == ""
-    assert "lateral creep force" not in rows  # zero by symmetry
-
-
-@pytest.mark.parametrize("export", [export_csv, export_latex, export_xdmf])
+@pytest.mark.parametrize("export", [export_csv, export_xdmf])
 def test_export_of_what_is_no_result_writes_nothing(tmp_path: pathlib.Path, export: object) -> None:
     (tmp_path / "a.h5").write_text("no")
     with pytest.raises(ResultFileError, match="not an HDF5 file"):

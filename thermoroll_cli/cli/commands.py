@@ -23,7 +23,7 @@ COMMANDS = {
     "schema": ("cases", "Print the JSON schema of case files."),
     "plot": ("results", "Draw the pictures of results and sweeps again."),
     "compare": ("results", "Compare two results."),
-    "export": ("results", "Export a result to XDMF, CSV or LaTeX."),
+    "export": ("results", "Export a result to XDMF or CSV."),
     "table": ("creep_table", "Build a table of creep forces, or query one."),
 }
 """The module of each command, which is a function or a group of commands of its name there, and the line about it in --help."""

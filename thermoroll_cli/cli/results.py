@@ -29,7 +29,6 @@ class ExportFormat(StrEnum):
 
     xdmf = "xdmf"
     csv = "csv"
-    latex = "latex"
 
 
 def plot(
@@ -116,10 +115,10 @@ def export(
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
-    """Export a result to XDMF, CSV or LaTeX.
+    """Export a result to XDMF or CSV.
 
-    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets; LaTeX is a table of the scalars. With
-    --history the CSV file has the stress history of a material point below the surface instead (NAME_history.csv).
+    XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --history the CSV file has the
+    stress history of a material point below the surface instead (NAME_history.csv).
     """
     _check_no_cases([result])
     line = None if history is None else _line(history, formats)

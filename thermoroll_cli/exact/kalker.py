@@ -139,19 +139,6 @@ def linear_creep_forces(
     )
 
 
-def saturated_force(linear_force: float, limit: float) -> float:
-    """Magnitude of the creep force from the linear one: μW [1 − (1 − ε/3)³], ε = |F_lin|/(μW), μW from ε = 3 on.
-
-    Vermeulen & Johnson (1964) with Kalker's coefficients (Shen, Hedrick & Elkins 1983); exact in no limit but the ends,
-    typically within 10 % without spin. `limit` is μW (N).
-
-    Raises ValueError if `limit` is not positive.
-    """
-    check_positive(limit=limit)
-    share = min(abs(linear_force) / (3.0 * limit), 1.0)
-    return limit * (1.0 - (1.0 - share) ** 3)
-
-
 def full_slip_creepages(
     contact: HertzContact, friction: float, shear_modulus: float, poisson_ratio: float
 ) -> tuple[float, float]:
@@ -307,5 +294,3 @@ def polach(
     bend = turned * (delta**3 / 3.0 - delta**2 / 2.0 + 1.0 / 6.0) - (1.0 - delta**2) ** 1.5 / 3.0
     by_spin = 9.0 / 16.0 * a * limit * bend * shape * spin / total
     return CreepForces(force * creepage_x / total, force * creepage_y / total + by_spin, math.nan)
-
-

@@ -1,9 +1,9 @@
-"""Steady surface temperature under moving heat sources: points, rectangles, ellipses and fast bands on an insulated half-space,
+"""Steady surface temperature under moving heat sources: rectangles, ellipses and fast bands on an insulated half-space,
 a band on a cooled cylinder that turns.
 
 The material moves with speed V towards +x under a source at rest; conductivity k, diffusivity κ, v = V/κ.
 
-**Points and rectangles** (Jaeger 1942; Carslaw & Jaeger, Conduction of Heat in Solids, 1959, Sec. 10.7). A point source of
+**Rectangles** (Jaeger 1942; Carslaw & Jaeger, Conduction of Heat in Solids, 1959, Sec. 10.7). A point source of
 power Q gives
 
     T = Q/(2πkr) exp[−v(r − x)/2],    r² = x² + y² + z².
@@ -71,25 +71,6 @@ class TemperatureMaximum:
 
     temperature: float
     x: float
-
-
-def point_source_temperature(
-    x: ArrayLike, y: ArrayLike, z: ArrayLike, power: float, conductivity: float, diffusivity: float, speed: float
-) -> Array:
-    """Temperature rise of a point source on the surface z = 0 (equation in the module's docstring), infinite at r = 0.
-
-    Parameters: positions (m, broadcast), power Q (W), conductivity (W/mK), diffusivity (m²/s), speed V ≥ 0 (m/s).
-
-    Raises ValueError for a conductivity or diffusivity that is not positive, or a negative speed.
-    """
-    check_medium(conductivity, diffusivity, speed)
-    px, py, pz = np.asarray(x, dtype=float), np.asarray(y, dtype=float), np.asarray(z, dtype=float)
-    across = py**2 + pz**2
-    r = np.sqrt(px**2 + across)
-    # r − x cancels downstream, where r + x does not
-    behind = np.where(px > 0.0, across / np.where(px > 0.0, r + px, 1.0), r - px)
-    with np.errstate(divide="ignore"):
-        return np.asarray(power / (2.0 * math.pi * conductivity * r) * np.exp(-0.5 * speed / diffusivity * behind))
 
 
 def rectangle_temperature(
@@ -355,19 +336,6 @@ def band_temperature(
         raise ValueError(f"shape must be 'uniform' or 'hertz', got {shape!r}")
     scale = peak_flux / effusivity(conductivity, diffusivity) * math.sqrt(half_length / speed)
     return np.asarray(np.where(position > -1.0, scale * theta, 0.0))
-
-
-def band_maximum(
-    half_length: float, peak_flux: float, conductivity: float, diffusivity: float, speed: float, shape: BandShape = "uniform"
-) -> TemperatureMaximum:
-    """Maximum temperature rise of a fast band source; parameters and errors as for `band_temperature`."""
-    check_medium(conductivity, diffusivity, speed)
-    check_positive(half_length=half_length, speed=speed)
-    if shape not in BAND_MAXIMUM:
-        raise ValueError(f"shape must be 'uniform' or 'hertz', got {shape!r}")
-    theta, position = BAND_MAXIMUM[shape]
-    scale = peak_flux / effusivity(conductivity, diffusivity) * math.sqrt(half_length / speed)
-    return TemperatureMaximum(temperature=scale * theta, x=position * half_length)
 
 
 def tian_kennedy_maximum(

@@ -108,21 +108,6 @@ def carter(contact: LineContact, friction: float, creepage: float) -> CarterCont
     return CarterContact(contact, friction, creepage)
 
 
-def carter_from_force(contact: LineContact, friction: float, force: float) -> CarterContact:
-    """Tractive rolling under a given tangential force per length (N/m): ξ = (μa/R) [1 − sqrt(1 − |F|/(μN))].
-
-    Raises ValueError if the friction coefficient is not positive or |F| exceeds μN.
-    """
-    check_positive(friction=friction)
-    limit = friction * contact.load_per_length
-    if not abs(force) <= limit:
-        raise ValueError(f"force = {force!r} exceeds the friction limit {limit!r}: the cylinders slide")
-    share = abs(force) / limit
-    # 1 − sqrt(1 − share) without cancellation for small forces
-    creepage = saturation_creepage(contact, friction) * share / (1.0 + math.sqrt(1.0 - share))
-    return CarterContact(contact, friction, math.copysign(creepage, force))
-
-
 def saturation_creepage(contact: LineContact, friction: float) -> float:
     """Creepage μa/R from which on the whole contact slips."""
     return friction * contact.half_width * contact.curvature

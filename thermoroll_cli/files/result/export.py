@@ -1,4 +1,4 @@
-"""Results for other programs: XDMF for ParaView and VisIt, CSV for spreadsheets, LaTeX for papers."""
+"""Results for other programs: XDMF for ParaView and VisIt, CSV for spreadsheets."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from scipy.interpolate import BSpline, make_interp_spline
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
-from thermoroll_cli.problem.names import ALL_SCALARS, COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
+from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers
-from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, scalar_text
 
 Path = str | os.PathLike[str]
 
@@ -170,53 +169,11 @@ def _write_csv(out: pathlib.Path, columns: Mapping[str, AnyArray]) -> None:
         np.savetxt(temporary, table, fmt="%.10g", delimiter=",", header=",".join(columns), comments="")
 
 
-# --- LaTeX -----------------------------------------------------------------------------------------------------------
-
-
-def export_latex(result_path: Path, out: Path) -> list[pathlib.Path]:
-    """Write the scalars as a LaTeX table (`tabular`, with the rules of the package booktabs) to `out`: meaning, value with its
-    estimated error, unit; and the value without thermal deformation, where that state is another one. Digits follow the error.
-
-    Returns the files written. Raises ResultFileError, WriteError.
-    """
-    result = read_result(result_path, with_fields=False)
-    summary, both = result.summary(), result.isothermal is not result.coupled
-    heading = ["", "coupled", "isothermal", "unit"] if both else ["", "value", "unit"]
-    lines = [rf"\begin{{tabular}}{{l{'r' * (len(heading) - 2)}l}}", r"\toprule", " & ".join(heading) + r" \\", r"\midrule"]
-    for name, scalar in ALL_SCALARS.items():
-        if not computed(summary.get(name)) or is_noise(name, summary):
-            continue
-        cells = [scalar_text(name, summary)]
-        if both:
-            cells.append(isothermal_text(name, summary))
-        meaning = scalar.meaning_of(hertz=result.problem.has_hertz_solution)
-        lines.append(" & ".join([_latex(meaning), *(_latex_number(cell) for cell in cells), _latex(scalar.unit)]) + r" \\")
-    lines += [r"\bottomrule", r"\end{tabular}"]
-    title = f"% {result.problem.title}\n" if result.problem.title else ""
-    write_bytes(out, (title + "\n".join(lines) + "\n").encode())
-    return [pathlib.Path(out)]
-
-
-def _latex_number(text: str) -> str:
-    """A number of our tables in mathematics: `(6.186 ± 0.013)e-4` with a power of ten."""
-    mantissa, power, exponent = text.partition("e")
-    shown = mantissa.replace("±", r"\pm") + (rf" \cdot 10^{{{int(exponent)}}}" if power else "")
-    return f"${shown}$" if text and text != "–" else text
-
-
-_LATEX = {"γ": r"$\gamma$", "σ": r"$\sigma$", "μ": r"$\mu$", "µ": r"\textmu{}", "κ": r"$\kappa$", "²": r"$^2$", "_": r"\_",
-          "é": r"\'e", "%": r"\%"}  # fmt: skip
-
-
-def _latex(text: str) -> str:
-    return "".join(_LATEX.get(character, character) for character in text)
-
-
 def _states(result: Result) -> list[tuple[str, str, State]]:
     """HDF5 group, prefix of the names and fields of each state; only one where nothing feeds back."""
     states = [("/fields", "", result.coupled)]
     return states if result.isothermal is result.coupled else [*states, ("/isothermal", "isothermal_", result.isothermal)]
 
 
-EXPORTS = {"xdmf": (export_xdmf, ".xdmf"), "csv": (export_csv, ".csv"), "latex": (export_latex, ".tex")}
+EXPORTS = {"xdmf": (export_xdmf, ".xdmf"), "csv": (export_csv, ".csv")}
 """Format → function that writes it, and the ending of its files."""

@@ -214,10 +214,7 @@ def create(
     group: h5py.Group, name: str, content: AnyArray, scales: Sequence[h5py.Dataset] = (), field: Field | None = None,
     **options: Any,
 ) -> h5py.Dataset:
-    """A dataset over `scales`, labelled as its `field`, that does not depend on the time of writing and whose damage is noticed
-    on reading."""
-    checked = content.ndim > 0 and content.size > 0
-    options = {"chunks": content.shape if checked else None, "fletcher32": checked, **options}
+    """A dataset over `scales`, labelled as its `field`, that does not depend on the time of writing."""
     dataset = group.create_dataset(name, data=content, dtype=content.dtype, track_times=False, **options)
     for dimension, scale in zip(dataset.dims, scales, strict=bool(scales)):
         dimension.attach_scale(scale)
