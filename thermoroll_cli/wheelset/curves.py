@@ -16,6 +16,8 @@ KINK = np.pi / 6.0
 """Turn between two neighbouring chords (rad) from which on a profile has a corner there and no continuous slope."""
 STEP = 2e-5
 """Distance of samples in m. Between them an arc of 10 mm radius departs from its chord by 5 nm."""
+SMOOTHABLE = 5
+"""Points that a smoothing spline needs."""
 SMALLEST_STEP = 1e-9
 """Points of a profile closer than this (m) are the same point."""
 
@@ -120,3 +122,18 @@ def outline(y: Array, z: Array, at: Array, *, lowest: bool) -> Outline:
         places = np.flatnonzero(inside)[nearer]
         seen[places], number[places] = heights[nearer], index[places]
     return Outline(at, seen, number)
+
+
+def smoothed(points: Points, wavelength: float) -> Points:
+    """`points` on a smoothing spline over arc length that leaves half of the amplitude at a `wavelength` L (m):
+    λ = (points per length) (L/2π)⁴ in Σ (f − y)² + λ ∫ f″² ds."""
+    places, chords = ProfileCurve(points)._distinct
+    if len(places) < SMOOTHABLE:
+        return points
+    length = np.concatenate(([0.0], np.cumsum(np.hypot(*chords.T))))
+    # The spacing of the points is one in the spline's own coordinate: powers of metres would lose digits.
+    scale = length[-1] / (len(places) - 1)
+    stiffness = (wavelength / (2.0 * np.pi * scale)) ** 4
+    smooth = [scipy.interpolate.make_smoothing_spline(length / scale, column, lam=stiffness)(length / scale)
+              for column in places.T]
+    return tuple(zip(*(column.tolist() for column in smooth), strict=True))

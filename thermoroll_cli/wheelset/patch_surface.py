@@ -224,6 +224,12 @@ class PatchSurface:
         return self._base(s)[0]
 
     @property
+    def rolling_radius(self) -> float:
+        """Radius of the wheel at the region's place in m."""
+        facing, place = self.facing, self.region.place
+        return float(facing.wheel.samples[1][int(np.nanargmin(np.hypot(facing.locus[1] - place.y, facing.locus[2] - place.z)))])
+
+    @property
     def free_ends(self) -> tuple[bool, bool]:
         """Whether the lower and the upper limit are the end of a surface, and no ridge."""
         ridges = self._across(self.region.ridges)
