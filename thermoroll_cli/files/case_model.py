@@ -12,6 +12,7 @@ from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from thermoroll_cli.files.case_table import LARGEST_PROFILE, Allowed, Pair, Table, quantity
+from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
 from thermoroll_cli.problem.problem import BODIES
 
 THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s")
@@ -133,7 +134,7 @@ class GeometryTable(Table):
 class LoadTable(Table):
     """Normal load, and the coefficient of friction."""
 
-    normal_N: float = quantity("N", "Normal load", ge=1e-15, le=1e15)
+    normal_N: float | None = quantity("N", "Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
     friction_coefficient: float = quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
 
 
@@ -327,7 +328,9 @@ class Settings(Head):
     """A whole case, in the units of its keys."""
 
     material: MaterialTable | TwoMaterials = Field(description="One material for both bodies, or one for each")
-    geometry: GeometryTable
+    geometry: GeometryTable | None = None
+    track: TrackTable | None = None
+    wheelset: WheelsetTable | None = None
     load: LoadTable
     rolling: RollingTable
     friction: FrictionTable = FrictionTable.model_construct()
@@ -359,6 +362,8 @@ EXCLUSIVE = (
     *((f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
+    ("wheelset.vertical_N", "wheelset.height_mm", "a vertical load, or a height"),
+    ("wheelset.angular_velocity_rad_s", "wheelset.traction_N", "an angular velocity, or a traction from which it is found"),
 )  # fmt: skip
 """Two keys, or a key and a table, of which a case has one at most, and what is allowed. With --set the one that is set
 replaces the other."""
