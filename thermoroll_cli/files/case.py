@@ -25,9 +25,15 @@ from thermoroll_cli.files.case_source import (
     parse_source,
     read_source,
 )
+from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.problem import problem as si
+from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
+
+INFINITE = ("geometry", "track")
+"""Tables with radii that may be infinite, which JSON does not know."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +70,8 @@ class Case:
         """The case that `to_json` wrote, of this version or an earlier one. Raises CaseError."""
         try:
             content = json.loads(text)
-            geometry = content["geometry"]
-            content["geometry"] = {key: math.inf if value == "inf" else value for key, value in geometry.items()}
+            for name in (name for name in INFINITE if name in content):
+                content[name] = {key: math.inf if value == "inf" else value for key, value in content[name].items()}
             for old, new in model.MOVED.items():
                 (table, key), (new_table, new_key) = old.split("."), new.split(".")
                 if key in content[table]:
@@ -104,8 +110,18 @@ class Case:
 
     @property
     def problem(self) -> si.Problem:
-        """The problem in SI units."""
+        """The problem of one contact in SI units. Raises Unsolvable for a wheelset, which has several: see `task`."""
+        if self.settings.wheelset is not None:
+            raise Unsolvable("a wheelset has several contacts: run, show, validate and sweep take it", "wheelset")
         return problem_of(self.settings)
+
+    @property
+    def task(self) -> si.Problem | WheelsetProblem:
+        """What is to be solved, in SI units: one contact, or a wheelset."""
+        track, wheelset = self.settings.track, self.settings.wheelset
+        if track is None or wheelset is None:
+            return self.problem
+        return wheelset_of(track, wheelset, problem_of(self.settings))
 
     @property
     def inputs(self) -> tuple[Input, ...]:
@@ -119,8 +135,8 @@ class Case:
     def to_json(self) -> str:
         """The case with all defaults filled in, as strict JSON; infinite radii are "inf"."""
         content = self._content()
-        for key, value in content["geometry"].items():
-            content["geometry"][key] = "inf" if isinstance(value, float) and math.isinf(value) else value
+        for name in (name for name in INFINITE if name in content):
+            content[name] = {key: "inf" if value == math.inf else value for key, value in content[name].items()}
         return json.dumps(content, ensure_ascii=False, allow_nan=False)
 
     def __hash__(self) -> int:

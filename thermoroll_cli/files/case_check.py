@@ -20,11 +20,14 @@ from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
-from thermoroll_cli.files.profile_file import ProfileError, read_profile
+from thermoroll_cli.files.profile_file import ProfileError, read_outline, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
+from thermoroll_cli.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
 
+OUTLINES = {"track": "rail_profile", "wheelset": "wheel_profile"}
+"""Tables with outlines, and the key of these, also in the tables of their sides."""
 LEFT_OUT_MATTERS = ("thermal", "subsurface")
 """Tables that mean something by not being there."""
 
@@ -62,6 +65,7 @@ class _Checker:
         for name, field in Settings.model_fields.items():
             if name not in model.Head.model_fields:
                 self._section(name, field)
+        self._one_contact_or_a_wheelset()
         self._exclusive()
         self._lateral_shapes()
         for conflict in conflicts(self.sections):
@@ -86,6 +90,8 @@ class _Checker:
         if isinstance(given, dict):
             valid = self._material(given) if name == "material" else self._table((name,), _kind(field), given)
             valid = self._with_profiles(valid) if isinstance(valid, model.GeometryTable) else valid
+            if name in OUTLINES and valid is not None:
+                valid = self._with_outlines((name,), valid, OUTLINES[name])
             if valid is not None:
                 self.sections[name] = valid
         elif name in self.content:
@@ -134,6 +140,40 @@ class _Checker:
                 self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
                 return None
         return geometry.model_copy(update=points)
+
+    def _with_outlines(self, path: KeyPath, table: Table, name: str) -> Table | None:
+        """A table of a wheelset with the points of its files, and its sides with theirs; None where a file has none."""
+        changes: dict[str, Any] = {}
+        for side in (side for side in SIDES if getattr(table, side, None) is not None):
+            changes[side] = self._with_outlines((*path, side), getattr(table, side), name)
+        outline = getattr(table, name)
+        if outline is not None and outline.file is not None and outline.points_mm is None:
+            try:
+                points = read_outline(os.path.join(os.path.dirname(self.source.name), outline.file))
+                changes[name] = outline.model_copy(update={"points_mm": points, "file": None})
+            except ProfileError as fault:
+                self._note((*path, name, "file"), str(fault), allowed=allowed_values((*path, name, "file")), hint=fault.hint)
+                return None
+        return None if None in changes.values() else table.model_copy(update=changes)
+
+    def _one_contact_or_a_wheelset(self) -> None:
+        """A case has a geometry and a load, or a track and a wheelset."""
+        given = {*self.content, *self._meant((), self.content)}
+        if not {"track", "wheelset"} & given:
+            if "geometry" not in given:
+                self._note(("geometry",), "the table [geometry] is missing", hint=f"add {', '.join(known_keys(('geometry',)))}; or "
+                           "[track] and [wheelset]")
+            load = self.content.get("load")
+            if isinstance(load, dict) and "normal_N" not in {*load, *self._meant(("load",), load)}:
+                self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
+            return
+        for table in ("track", "wheelset"):
+            if table not in given:
+                self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
+        for path in (("geometry",), ("load", "normal_N"), ("creepage",), ("force",)):
+            if self.source.get(path) is not None:
+                self._note(path, "cannot be given together with [wheelset], from which it follows", allowed="[track] and [wheelset] "
+                           "without it, or one contact without them", at_key=True)
 
     def _exclusive(self) -> None:
         for first, second, allowed in EXCLUSIVE:
@@ -196,7 +236,7 @@ class _Checker:
         numerics, creepage, force = sections["numerics"], sections["creepage"], sections["force"]
         if numerics.grid is None and numerics.accuracy is None:
             sections["numerics"] = numerics.model_copy(update={"accuracy": STANDARD_ACCURACY})
-        for way in ("longitudinal", "lateral"):
+        for way in ("longitudinal", "lateral") if sections["wheelset"] is None else ():
             if getattr(creepage, way) is None and getattr(force, f"{way}_N") is None:
                 creepage = creepage.model_copy(update={way: 0.0})
         sections["creepage"] = creepage

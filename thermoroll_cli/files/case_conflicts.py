@@ -14,8 +14,10 @@ from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_errors import KeyPath
 from thermoroll_cli.files.case_model import THERMAL_CONSTANTS, MaterialTable, ProfileTable, TwoMaterials
 from thermoroll_cli.files.case_problem import profile_of
-from thermoroll_cli.files.profile_file import point_fault
+from thermoroll_cli.files.case_wheelset import TrackTable, WheelsetTable
+from thermoroll_cli.files.profile_file import outline_fault, point_fault
 from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
 Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
@@ -91,6 +93,34 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
     if not low < high:
         yield Conflict(("geometry", name), f"the profiles never face each other: one ends at y = {high:g} mm, the other begins "
                        f"at {low:g} mm", "profiles that touch", at_key=True)
+
+
+def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
+    """Outlines of all sides, and quantities that are found or given."""
+    sides = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
+    for table, path, name in ((track, "track", "rail_profile"), (wheelset, "wheelset", "wheel_profile")):
+        own = [side for side in SIDES if getattr(getattr(table, side), name, None) is not None]
+        if getattr(table, name) is None:
+            yield from (Conflict((path, name), f"is missing: the {side} side has none of its own", "a table: points_mm or file",
+                                 at_key=True) for side in sides if side not in own)
+        for place in ((path, name), *((path, side, name) for side in own)):
+            outline = getattr(table if len(place) == 2 else getattr(table, place[1]), name)
+            if outline is None:
+                continue
+            if outline.points_mm is None:
+                yield Conflict(place, "has neither points_mm nor file", "one of points_mm and file", at_key=True)
+                continue
+            sign = -1.0 if outline.mirror else 1.0
+            fault, hint = outline_fault([[sign * y, z] for y, z in outline.points_mm], wheel=path == "wheelset")
+            if fault:
+                yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
+    if wheelset.vertical_N is None and wheelset.height_mm is None:
+        yield Conflict(("wheelset", "vertical_N"), "is missing", "a vertical load, or height_mm", at_key=True)
+    if wheelset.height_mm is not None and wheelset.roll_mrad is None and len(sides) == 2:
+        yield Conflict(("wheelset", "roll_mrad"), "is missing: it is found from the loads of both wheels, and height_mm gives none",
+                       "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
+    if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
+        yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")
 
 
 def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:

@@ -356,6 +356,8 @@ EXCLUSIVE = (
     ("numerics.grid", "numerics.accuracy", "a grid, or an accuracy for which a grid is picked"),
     *((f"creepage.{way}", f"force.{way}_N", "a force, or a creepage, in each direction")
       for way in ("longitudinal", "lateral")),
+    *((f"{table}.points_mm", f"{table}.file", "points, or a file of them")
+      for table in ("track.rail_profile", "wheelset.wheel_profile")),
     *((f"geometry.{body}_radius_y_mm", f"geometry.{body}_profile", "a lateral radius or a profile") for body in BODIES),
     *((f"geometry.{body}_profile.{first}", f"geometry.{body}_profile.{second}", "one of points_mm, file and kind")
       for body in BODIES for first, second in (("points_mm", "file"), ("points_mm", "kind"), ("file", "kind"))),

@@ -98,7 +98,9 @@ def _schema() -> Entry:
     geometry["allOf"] = [{"if": {"not": {"required": [f"{body}_profile"]}}, "then": {"required": [f"{body}_radius_y_mm"]}}
                          for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
-    schema["allOf"] = []
+    schema["allOf"] = [{"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
+                        "then": {"required": ["geometry"], "properties": {"load": {"required": ["normal_N"]}}},
+                        "else": {"required": ["track", "wheelset"]}}]
     for one, two, _ in EXCLUSIVE:
         (*table, first), (*other, second) = one.split("."), two.split(".")
         if table == other:
