@@ -13,6 +13,7 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Progress
+from thermoroll_cli.cli.run_wheelset import run_wheelset
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
@@ -22,6 +23,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
 
@@ -115,7 +117,10 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
 
 
 def _run_case(case: Case, wishes: _Wishes) -> int:
-    problem = case.problem
+    problem = case.task
+    if isinstance(problem, WheelsetProblem):
+        return run_wheelset(case, problem, wishes.folder, drawing=wishes.drawing, threads=wishes.threads,
+                            as_json=wishes.as_json, quiet=wishes.quiet, verbose=wishes.verbose)
     progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose, steps=lambda: make_plan(problem).steps,
                         at_most=problem.numerics.accuracy is not None)  # fmt: skip
     with progress:

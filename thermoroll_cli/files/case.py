@@ -27,7 +27,7 @@ from thermoroll_cli.files.case_source import (
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.problem import problem as si
-from thermoroll_cli.problem.problem import Unsolvable
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 __all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
@@ -70,8 +70,8 @@ class Case:
         """The case that `to_json` wrote, of this version or an earlier one. Raises CaseError."""
         try:
             content = json.loads(text)
-            for name in (name for name in INFINITE if name in content):
-                content[name] = {key: math.inf if value == "inf" else value for key, value in content[name].items()}
+            for radii in (table for table in INFINITE if table in content):
+                content[radii] = {key: math.inf if value == "inf" else value for key, value in content[radii].items()}
             for old, new in model.MOVED.items():
                 (table, key), (new_table, new_key) = old.split("."), new.split(".")
                 if key in content[table]:
@@ -158,7 +158,9 @@ class Case:
         content = self.settings.model_dump(exclude_none=True)
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
-        return {key: value for key, value in content.items() if value not in ("", {})}
+        # Of a wheelset the creepages follow, and their defaults are none of its keys.
+        follow = ("creepage", "force") if self.settings.wheelset is not None else ()
+        return {key: value for key, value in content.items() if value not in ("", {}) and key not in follow}
 
 
 @dataclass(frozen=True)

@@ -22,9 +22,9 @@ from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.profile_file import ProfileError, read_outline, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
-from thermoroll_cli.wheelset.wheelset_problem import SIDES
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
+from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
 OUTLINES = {"track": "rail_profile", "wheelset": "wheel_profile"}
 """Tables with outlines, and the key of these, also in the tables of their sides."""
@@ -63,9 +63,10 @@ class _Checker:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
         self._table((), model.Head, {"title": self.content.get("title", "")})
         for name, field in Settings.model_fields.items():
+            if name == "load":
+                self._one_contact_or_a_wheelset()
             if name not in model.Head.model_fields:
                 self._section(name, field)
-        self._one_contact_or_a_wheelset()
         self._exclusive()
         self._lateral_shapes()
         for conflict in conflicts(self.sections):
@@ -161,8 +162,8 @@ class _Checker:
         given = {*self.content, *self._meant((), self.content)}
         if not {"track", "wheelset"} & given:
             if "geometry" not in given:
-                self._note(("geometry",), "the table [geometry] is missing", hint=f"add {', '.join(known_keys(('geometry',)))}; or "
-                           "[track] and [wheelset]")
+                self._note(("geometry",), "the table [geometry] is missing",
+                           hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]")
             load = self.content.get("load")
             if isinstance(load, dict) and "normal_N" not in {*load, *self._meant(("load",), load)}:
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
@@ -172,8 +173,8 @@ class _Checker:
                 self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
         for path in (("geometry",), ("load", "normal_N"), ("creepage",), ("force",)):
             if self.source.get(path) is not None:
-                self._note(path, "cannot be given together with [wheelset], from which it follows", allowed="[track] and [wheelset] "
-                           "without it, or one contact without them", at_key=True)
+                self._note(path, "cannot be given together with [wheelset], from which it follows",
+                           allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)
 
     def _exclusive(self) -> None:
         for first, second, allowed in EXCLUSIVE:

@@ -44,7 +44,7 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
         _convexity, _profiles, _friction_law, _layer, _thermal_constants, _layers, _bulk_temperatures, _recirculation,
-        _strength, _subsurface, _wear)  # fmt: skip
+        _strength, _subsurface, _wear, _wheelset)  # fmt: skip
     for check in checks:
         tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
         if None not in tables:
@@ -117,7 +117,8 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
     if wheelset.vertical_N is None and wheelset.height_mm is None:
         yield Conflict(("wheelset", "vertical_N"), "is missing", "a vertical load, or height_mm", at_key=True)
     if wheelset.height_mm is not None and wheelset.roll_mrad is None and len(sides) == 2:
-        yield Conflict(("wheelset", "roll_mrad"), "is missing: it is found from the loads of both wheels, and height_mm gives none",
+        yield Conflict(("wheelset", "roll_mrad"),
+                       "is missing: it is found from the loads of both wheels, and height_mm gives none",
                        "roll_mrad beside height_mm, or vertical_N", at_key=True, other=("wheelset", "height_mm"))
     if (wheelset.angular_velocity_rad_s or 1.0) < 0.0:
         yield Conflict(("wheelset", "angular_velocity_rad_s"), "the wheelset turns backwards", "a positive number: forward")

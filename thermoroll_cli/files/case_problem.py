@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 from thermoroll_cli.files import case_model as model
+from thermoroll_cli.files.case_wheelset import WheelsetTable
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
@@ -14,15 +15,16 @@ from thermoroll_cli.problem.geometry import Geometry, Profile
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
-    """The problem that a case describes."""
+    """The problem that a case describes; of a wheelset that of any patch, without its geometry, load and creepages."""
     load, friction, layer = settings.load, settings.friction, settings.layer
+    geometry = settings.geometry or _wheel_on_rail(settings.wheelset)
     creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
     lower, upper = (material_of(material) for material in settings.materials.values())
     return si.Problem(
         lower=lower,
         upper=upper,
-        geometry=_common_surface(settings.geometry, lower, upper),
-        normal_force=load.normal_N,
+        geometry=_common_surface(geometry, lower, upper),
+        normal_force=1.0 if load.normal_N is None else load.normal_N,
         friction=_friction(friction, load.friction_coefficient),
         motion=si.Motion(
             **settings.rolling.in_si(),
@@ -39,8 +41,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
             partition=thermal.partition,
             bulk_lower=thermal.bulk_temperature_lower_K,
             bulk_upper=thermal.bulk_temperature_upper_K,
-            lower_track=_recirculation(thermal.lower, settings.geometry.si("lower_radius_x_mm")),
-            upper_track=_recirculation(thermal.upper, settings.geometry.si("upper_radius_x_mm")),
+            lower_track=_recirculation(thermal.lower, geometry.si("lower_radius_x_mm")),
+            upper_track=_recirculation(thermal.upper, geometry.si("upper_radius_x_mm")),
         ),
         numerics=si.Numerics(
             grid=(numerics.grid, numerics.grid) if isinstance(numerics.grid, int) else numerics.grid,
@@ -48,10 +50,17 @@ def problem_of(settings: model.Settings) -> si.Problem:
             extent=numerics.extent,
         ),
         title=settings.title,
-        wear=_wear(settings.wear, settings.geometry),
+        wear=_wear(settings.wear, geometry),
         interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
     )
+
+
+def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:
+    """A wheel on a rail, as far as they turn."""
+    assert wheelset is not None
+    return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_y_mm=math.inf,
+                               upper_radius_x_mm=wheelset.nominal_radius_mm)
 
 
 def material_of(table: model.MaterialTable) -> si.Material:

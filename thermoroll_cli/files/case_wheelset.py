@@ -1,6 +1,7 @@
 """A wheelset on a track as tables of a case, and the problem that they describe.
 
-Profiles are outlines here, in the frame of railway programs: points [y, z] in order along the surface, y to the field side, z down."""
+Profiles are outlines here, in the frame of railway programs: points [y, z] in order along the surface, y to the field side, z
+down."""
 
 from __future__ import annotations
 
@@ -48,7 +49,8 @@ class OutlineTable(Table):
         max_length=1000,
     )
     mirror: bool = Field(default=False, description="Change the sign of y, of a profile of the other side")
-    smoothing_mm: float = quantity("mm", "Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0, le=1e3)
+    smoothing_mm: float = quantity("mm", "Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0,
+                                   le=1e3)
 
 
 Outline = Annotated[OutlineTable, Allowed("a table: points_mm or file")]
@@ -68,9 +70,10 @@ class TrackTable(Table):
 
     rail_profile: Outline | None = Field(default=None, description="Outline of both rails")
     gauge_mm: float = quantity("mm", "Distance between the rails", 1435.0, ge=100, le=1e4)
-    gauge_height_mm: float = quantity("mm", "Depth below the top of the rails at which the gauge is measured", 14.0, ge=0, le=100)
+    gauge_height_mm: float = quantity("mm", "Depth below the top of the rails at which the gauge is measured", 14.0, ge=0,
+                                      le=100)
     cant: float = quantity("1", "Inclination of the rails inwards, 0.025 for 1:40", 0.0, ge=-0.5, le=0.5)
-    curve_radius_m: CurveRadius = quantity("m", "Radius of the curve, positive to the right", math.inf)
+    curve_radius_m: CurveRadius | None = quantity("m", "Radius of the curve, positive to the right; straight if left out", None)
     left: TrackSideTable | None = Field(default=None, description="The left rail, where it differs")
     right: TrackSideTable | None = Field(default=None, description="The right rail, where it differs")
 
@@ -92,21 +95,23 @@ class WheelsetTable(Table):
     wheels: Literal["both", "left", "right"] = Field(default="both", description="Wheels that are solved")
     lateral_shift_mm: float = quantity("mm", "Shift of the wheelset to the right", 0.0, ge=-1e3, le=1e3)
     yaw_mrad: float = quantity("mrad", "Yaw, right wheel backwards", 0.0, ge=-500, le=500)
-    roll_mrad: float | None = quantity("mrad", "Roll, right wheel down; of both wheels found if left out", None, ge=-500, le=500)
+    roll_mrad: float | None = quantity("mrad", "Roll, right wheel down; of both wheels found if left out", None, ge=-500,
+                                       le=500)
     vertical_N: float | None = quantity("N", "Vertical load of the wheelset, or of the wheel if there is one", None, ge=1e-6,
                                         le=1e9)
-    height_mm: float | None = quantity("mm", "Height of the axle below its nominal one, down; instead of the load", None, ge=-1e3,
-                                       le=1e3)
+    height_mm: float | None = quantity("mm", "Height of the axle below its nominal one, down; instead of the load", None,
+                                       ge=-1e3, le=1e3)
     angular_velocity_rad_s: float | None = quantity("rad/s", "Angular velocity, forward; found if left out", None, ge=-1e6,
                                                     le=1e6)
-    traction_N: float | None = quantity("N", "Force of the rails on the wheelset, forward; without it no torque acts about the axle",
+    traction_N: float | None = quantity("N", "Force of the rails on the wheelset, forward; left out: no torque about the axle",
                                         None, ge=-1e9, le=1e9)  # fmt: skip
     lateral_velocity_mm_s: float = quantity("mm/s", "Velocity of the wheelset to the right", 0.0, ge=-1e6, le=1e6)
     vertical_velocity_mm_s: float = quantity("mm/s", "Velocity of the wheelset down", 0.0, ge=-1e6, le=1e6)
     roll_rate_mrad_s: float = quantity("mrad/s", "Rate of the roll", 0.0, ge=-1e6, le=1e6)
     yaw_rate_mrad_s: float = quantity("mrad/s", "Rate of the yaw", 0.0, ge=-1e6, le=1e6)
     patches: Literal["curved", "planar"] = Field(
-        default="curved", description="Patches follow the surface; or each lies in its own plane and is alone, as in other programs"
+        default="curved",
+        description="Patches follow the surface; or each lies in its own plane and is alone, as in other programs",
     )
     left: WheelTable | None = Field(default=None, description="The left wheel, where it differs")
     right: WheelTable | None = Field(default=None, description="The right wheel, where it differs")
@@ -125,7 +130,7 @@ def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) ->
         motion=MotionOfWheelset(
             contact.motion.speed, math.nan if found else -(wheelset.angular_velocity_rad_s or 0.0),
             wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s"), wheelset.si("roll_rate_mrad_s"),
-            wheelset.si("yaw_rate_mrad_s"), 1.0 / track.curve_radius_m),
+            wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf)),
         vertical=wheelset.vertical_N,
         finds_roll=wheelset.roll_mrad is None and len(names) == 2,
         finds_speed=found,

@@ -1,0 +1,180 @@
+"""A wheelset solved: forces beside CONTACT's, mirrored sides, what is found, through the command a user calls."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from tests.support.wheelsets import ROOT, case_named, facing_beside
+from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.problem.friction import Friction
+from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.wheelset.placement import Position
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
+
+TEXT = f"""
+title = "Manchester"
+[material]
+youngs_modulus_GPa = 209.92
+poisson_ratio = 0.28
+[track]
+rail_profile = {{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}
+[wheelset]
+wheel_profile = {{ file = "{ROOT}/cases/MBench_S1002_v3.prw" }}
+nominal_radius_mm = 460.0
+lateral_shift_mm = 4.0
+yaw_mrad = 9.6
+vertical_N = 20e3
+patches = "planar"
+[load]
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 2.0
+[numerics]
+grid = 24
+"""
+
+
+def beside(case: dict, *, grid: int = 24, curved: bool = False) -> WheelsetProblem:
+    """One wheel of CONTACT's cases."""
+    i = case["input"]
+    facing, _ = facing_beside(case)
+    body = Material(2e6 * i["G"] * (1.0 + i["nu"]), i["nu"])
+    contact = Problem(body, body, Geometry(math.inf, math.inf, 0.46, math.inf), 1.0, Friction(i["mu"]), Motion(1e-3 * i["vs"]),
+                      Heating(heat=False, deformation=False), Numerics((grid, grid)))  # fmt: skip
+    position = Position(1e-3 * i["y"], 1e-3 * (i["z"] or 0.0), i["roll"], i["yaw"])
+    motion = facing_beside(case)[1]
+    return WheelsetProblem(contact, {i["side"]: facing.rail}, {i["side"]: facing.wheel}, position,
+                           motion.mirrored if i["side"] == "left" else motion, i["fz"] if i["z"] is None else None,
+                           curved=curved)  # fmt: skip
+
+
+def force(result: WheelsetResult) -> np.ndarray:
+    return np.array([result.scalars[f"track_force_{axis}_N"] for axis in "xyz"])
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [
+    ("A2.2 left y=4.0", 1e-3), ("A2.2 right y=8.0", 1.5e-3), ("worn heavy haul right y=14.74", 1.5e-3),
+    ("B gauge 1450 cant 1:40 right y=12", 1.5e-3), ("A2.2 right y=5.0 apart", 1e-3),
+])  # fmt: skip
+def test_planar_patches_are_those_of_contact(name, tolerance):
+    case = case_named(name)
+    result = solve_wheelset(beside(case))
+    theirs = case["contact"]
+    assert result.converged, result.reason
+    assert result.scalars["height_mm"] == pytest.approx(theirs["z_ws_mm"], abs=3e-4)
+    np.testing.assert_allclose(force(result), theirs["force_rail_track_N"], atol=tolerance * case["input"]["fz"])
+    assert result.scalars["power_balance_error"] < 2e-3
+    for ours, patch in zip(result.patches, sorted(theirs["patches"], key=lambda patch: patch["y_tr"]), strict=True):
+        small = 0.01 if patch["Fn"] < 0.2 * case["input"]["fz"] else 0.003
+        assert ours.record["normal_N"] == pytest.approx(patch["Fn"], rel=small)
+        assert ours.record["pressure_max_MPa"] == pytest.approx(patch["pmax"], rel=0.015)
+        assert ours.record["creepage_x"] == pytest.approx(patch["cksi"], abs=1.2e-5)
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [
+    ("A2.2 right y=5.0 joined, conformal", 1.5e-3), ("A2.2 right y=8.0 conformal", 6e-3),
+])  # fmt: skip
+def test_curved_patches_press_each_other_apart(name, tolerance):
+    """CONTACT solves both patches in one domain; here each knows the other's displacement."""
+    case = case_named(name, "conformal")
+    result = solve_wheelset(beside(case, curved=True))
+    np.testing.assert_allclose(force(result), case["contact"]["force_rail_track_N"], atol=tolerance * case["input"]["fz"])
+
+
+def test_a_mirrored_wheelset_has_mirrored_forces():
+    """The left wheel of a wheelset at −y is the right one at y, to the last bit but for the sum of forces."""
+    right = beside(case_named("A2.2 right y=8.0"), grid=16)
+    position, motion = right.position.mirrored, right.motion.mirrored
+    left = replace(right, rails={"left": right.rails["right"]}, wheels={"left": right.wheels["right"]}, position=position,
+                   motion=motion)
+    here, there = solve_wheelset(right), solve_wheelset(left)
+    np.testing.assert_array_equal(force(here), force(there) * [1.0, -1.0, 1.0])
+    assert here.scalars["height_mm"] == there.scalars["height_mm"]
+    for name in ("y_mm", "angle_mrad", "force_s_N", "moment_n_Nmm", "creepage_s", "spin_rad_mm"):
+        assert here.patches[0].record[name] == -there.patches[0].record[name]
+
+
+def test_a_run_finds_roll_and_angular_velocity(tmp_path):
+    """Both wheels through `run`: the values of CONTACT's table, files of patches that are ordinary results, JSON and CSV."""
+    (tmp_path / "m.toml").write_text(TEXT)
+    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--json", "-q")
+    assert run.returncode == 0, run.stderr
+    record = json.loads(run.stdout)
+    table = case_named("A2.2 left y=4.0")["input"]
+    assert record["roll_mrad"] == pytest.approx(1e3 * table["roll"], abs=5e-4)
+    assert record["angular_velocity_rad_s"] == pytest.approx(-table["omega"], abs=5e-5)
+    for side in ("left", "right"):
+        theirs = case_named(f"A2.2 {side} y=4.0")["contact"]["force_rail_track_N"]
+        ours = [record[f"track_force_{axis}_{side}_N"] for axis in "xyz"]
+        assert ours == pytest.approx(theirs, abs=15.0)
+    assert [(patch["side"], patch["number"]) for patch in record["patches"]] == [("left", 1), ("right", 1)]
+    for patch in record["patches"]:
+        found = read_result(tmp_path / "out" / patch["file"])
+        assert found.coupled.scalars["pressure_max_MPa"] == patch["pressure_max_MPa"]
+    assert json.loads((tmp_path / "out" / "m.json").read_text())["patches"] == record["patches"]
+    with open(tmp_path / "out" / "m.csv", encoding="utf-8") as stream:
+        assert [float(row["normal_N"]) for row in csv.DictReader(stream)] == [p["normal_N"] for p in record["patches"]]
+    assert {path.suffix for path in (tmp_path / "out").glob("m_*.png")} == {".png"}
+    plotted = call("plot", tmp_path / "out" / "m_right_1.h5", "-o", tmp_path / "out")
+    assert plotted.returncode == 0, plotted.stderr
+    again = call("run", "--from", tmp_path / "out" / "m_right_1.h5", "-o", tmp_path / "again", "--no-plots", "-q")
+    assert again.returncode == 0, again.stderr
+    assert json.loads((tmp_path / "again" / "m_right_1.json").read_text())["patches"][0]["normal_N"] == (
+        record["patches"][0]["normal_N"])
+
+
+@pytest.mark.parametrize(("change", "key", "words"), [
+    (("vertical_N = 20e3", "vertical_N = 20e3\nheight_mm = 0.1"), "wheelset.height_mm", "cannot be given together with"),
+    (("vertical_N = 20e3", "height_mm = 0.1"), "wheelset.roll_mrad", "found from the loads of both wheels"),
+    (("vertical_N = 20e3", "vertical_N = 20e3\ntraction_N = 1.0\nangular_velocity_rad_s = 4.0"), "wheelset.traction_N",
+     "cannot be given together with wheelset.angular_velocity_rad_s"),
+    (("[load]", "[load]\nnormal_N = 1.0"), "load.normal_N", "cannot be given together with [wheelset]"),
+    (("[load]", "[creepage]\nlongitudinal = 0.1\n[load]"), "creepage", "cannot be given together with [wheelset]"),
+    (("UIC60_v3.prr\"", "UIC60_v3.prr\", mirror = true"), "", ""),
+    (("S1002_v3.prw\"", "S1002_v3.prw\", mirror = true"), "wheelset.wheel_profile", "the flange lies on the field side"),
+    (("rail_profile", "gauge_mm"), "track.gauge_mm", "must be a number"),
+])  # fmt: skip
+def test_what_cannot_be_given_together_is_said(change, key, words):
+    text = TEXT.replace(*change)
+    assert text != TEXT
+    if not key:  # a rail is nearly symmetric
+        Case.parse(text, name="case.toml")
+        return
+    with pytest.raises(CaseError) as caught:
+        Case.parse(text, name="case.toml")
+    assert key in [finding.key for finding in caught.value.findings]
+    assert any(words in finding.message for finding in caught.value.findings)
+
+
+@pytest.mark.parametrize(("points", "words", "hint"), [
+    ([[-0.03, 0.03], [-0.02, 0.0], [0.02, 0.0], [0.03, 0.03]], "the profile is 0.103 mm long", "in metres"),
+    ([[-30.0, -30.0], [-20.0, -1.0], [0.0, 0.0], [10.0, 0.5], [20.0, 0.0], [30.0, -30.0]], "the profile is upside down",
+     "z points down"),
+])  # fmt: skip
+def test_profiles_in_another_frame_are_recognised(points, words, hint):
+    text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")
+    with pytest.raises(CaseError) as caught:
+        Case.parse(text, name="case.toml")
+    (finding,) = caught.value.findings
+    assert words in finding.message and hint in finding.hint
+
+
+def test_a_wheel_beside_its_rail_is_invalid(tmp_path):
+    (tmp_path / "m.toml").write_text(TEXT)
+    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--set", "wheelset.lateral_shift_mm=-120", "--no-plots")
+    assert run.returncode == 3 and "misses its rail by" in run.stderr and "wheelset.lateral_shift_mm" in run.stderr
+
+
+def test_a_case_survives_its_json():
+    case = Case.parse(TEXT, name="case.toml")
+    assert Case.from_json(case.to_json()).task == case.task

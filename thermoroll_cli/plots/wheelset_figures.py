@@ -1,0 +1,203 @@
+"""Pictures of a wheelset: its cross-section to scale with the pressure as combs, the maps of its patches side by side to
+scale, and the quantities of a sweep over its shift."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.plots import style
+from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch
+from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
+from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResult
+
+WINDOW = (56.0, -26.0, 40.0)
+"""Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
+COMB = 14.0
+"""Length of the longest tooth of a comb in mm."""
+TEETH = 24
+"""Teeth of a comb, at most."""
+ROOM = 1.5
+"""Room around the contact on a map in mm."""
+TALLEST_MAP = 75.0 * style.MM
+LEFT, BAR, FOOT, HEAD, BETWEEN = (size * style.MM for size in (14.0, 22.0, 11.0, 14.0, 12.0))
+"""Room for the label of x, the colour bar, the axis, words and title, and between maps."""
+LARGEST_SCALE = 8.0 * style.MM
+"""Inches a millimetre of a map is wide at most."""
+WINDOWS = 3.2
+"""Height over width of the pictures of a sweep, three diagrams, over that of one."""
+
+
+def draw_wheelset(
+    result: WheelsetResult, stem: pathlib.Path, title: str, *, formats: Sequence[str] = ("png",), dpi: float | None = None
+) -> list[pathlib.Path]:
+    """Write STEM_section.png and, where there are patches, STEM_patches.png, in each of the `formats`. Raises OSError."""
+    with style.applied():
+        figures = {"section": section_figure(result, title)}
+        if result.patches:
+            figures["patches"] = patches_figure(result, title)
+        return [style.save(figure, stem.with_name(f"{stem.name}_{kind}.{ending}"), dpi)
+                for kind, figure in figures.items() for ending in formats]
+
+
+def section_figure(result: WheelsetResult, title: str) -> Figure:
+    """Rails and wheels across the track, to scale, and the largest pressure on each line of rolling as a comb on the rail."""
+    sides = result.problem.sides
+    width, high, low = WINDOW
+    figure = style.new_figure(style.DOUBLE, style.DOUBLE * (low - high) / (2.0 * width * len(sides)) + 26.0 * style.MM)
+    peak = max((patch.result.coupled.scalars["pressure_max_MPa"] for patch in result.patches), default=1.0)
+    for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
+        _draw_section(axes, result, side, peak)
+    style.add_headline(figure, title, result.converged, f"longest tooth {peak:.0f} MPa" if result.patches else "")
+    style.add_legend(figure, figure.axes[0].get_legend_handles_labels()[0])
+    return figure
+
+
+def _draw_section(axes: Axes, result: WheelsetResult, side: SideName, peak: float) -> None:
+    width, high, low = WINDOW
+    sign, problem = sign_of(side), result.problem
+    scalars = result.scalars
+    facing = problem.facing(side, 1e-3 * scalars["roll_mrad"])
+    facing = facing.lowered(1e-3 * scalars["height_mm"] - facing.position.z)
+    rail, locus, position = 1e3 * facing.rail.samples[:2], 1e3 * facing.locus[1:3], facing.position
+    y, r = facing.wheel.samples[:2]
+    section = position.rotation @ np.array([0.0 * y, y, r]) + position.origin(facing.wheel.radius)[:, None]
+    wheel = np.where(np.isnan(locus), 1e3 * section[1:], locus)
+    axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
+    axes.plot(sign * wheel[0], wheel[1], color=style.AFTER, label="wheel")
+    words = []
+    for patch in (patch for patch in result.patches if patch.side == side):
+        solved = next(found for found in result.solved.patches if found.result is patch.result) if result.solved else None
+        if solved is not None:
+            tip = _draw_comb(axes, solved, sign, peak)
+            axes.annotate(str(patch.number), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
+        record = patch.record
+        words.append(f"{patch.number}: {1e-3 * record['normal_N']:.4g} kN, {record['pressure_max_MPa']:.0f} MPa, "
+                     f"{record['angle_mrad']:.0f} mrad".replace("-", "−"))
+    middle = sign * 0.5 * (rail[0].min() + rail[0].max())
+    axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)",
+             ylabel="z (mm)" if side == problem.sides[0] else "")
+    axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact"])]))
+    axes.grid(visible=True)
+    style.few_ticks(axes, 6, 5)
+
+
+def _draw_comb(axes: Axes, patch: SolvedPatch, sign: float, peak: float) -> tuple[float, float]:
+    """Teeth along the normals into the wheel, as long as the largest pressure of each line of rolling; the tip of the
+    longest."""
+    state = patch.result.coupled
+    highest = 1e-6 * np.asarray(state.fields["pressure"]).max(axis=0)
+    loaded = np.flatnonzero(highest > 0.0)
+    chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, TEETH).astype(int))]
+    s = -state.y[chosen]
+    surface = patch.bearing.patch
+    foot, angle = 1e3 * surface.places(s)[:, 1:], surface.inclination(s)
+    length = COMB * highest[chosen] / peak
+    tip = foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)
+    mirror = np.array([sign, 1.0])
+    axes.add_collection(LineCollection(np.stack((foot * mirror, tip * mirror), axis=1).tolist(), colors="0.35", linewidths=0.6))
+    envelope = tip * mirror
+    named = len(axes.get_legend_handles_labels()[0]) > 2
+    axes.plot(*envelope.T, color="0.35", linewidth=0.8, label="_" if named else "largest pressure")
+    longest = int(np.argmax(length))
+    return float(envelope[longest, 0]), float(envelope[longest, 1])
+
+
+def patches_figure(result: WheelsetResult, title: str) -> Figure:
+    """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
+    surface."""
+    shown = [_cropped(patch) for patch in result.patches]
+    widths, heights = ([float(np.ptp(axis)) for axis in axes] for axes in zip(*((y, x) for x, y, _, _ in shown), strict=True))
+    across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
+    per_mm = min(across / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
+    tall = per_mm * max(heights)
+    figure = Figure(figsize=(style.DOUBLE, FOOT + tall + HEAD))
+    peak = max(float(pressure.max()) for _, _, pressure, _ in shown)
+    norm = Normalize(0.0, peak)
+    colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
+    left = LEFT + 0.5 * max(across - per_mm * sum(widths), 0.0)
+    for patch, (x, y, pressure, stick), width, height in zip(result.patches, shown, widths, heights, strict=True):
+        axes = style.add_axes(figure, left, FOOT + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
+        axes.pcolormesh(y, x, pressure, norm=norm, cmap=colours.cmap, shading="nearest", rasterized=True)
+        axes.contour(y, x, pressure > 0.0, levels=[0.5], colors="black", linewidths=0.8)
+        if stick.any() and not stick.all():
+            axes.contour(y, x, stick, levels=[0.5], colors="white", linewidths=0.8)
+        wide = per_mm * width > 34.0 * style.MM
+        axes.set(xlim=(y.min(), y.max()), ylim=(x.min(), x.max()), xlabel="y along the surface (mm)" if wide else "y (mm)")
+        axes.set_title(f"{patch.side} {patch.number}")
+        _few_places(axes, "x", y, per_mm)
+        _few_places(axes, "y", x, per_mm)
+        left += per_mm * width + BETWEEN
+    figure.axes[0].set_ylabel("x along travel (mm)" if per_mm * heights[0] > 32.0 * style.MM else "x (mm)")
+    bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, FOOT, 3.5 * style.MM, tall)
+    figure.colorbar(colours, cax=bar, label="pressure (MPa)" if tall > 32.0 * style.MM else "MPa")
+    style.add_headline(figure, title, result.converged, "white: border of stick" if any(s.any() for *_, s in shown) else "")
+    return figure
+
+
+def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: float) -> None:
+    """Ticks that leave room for their labels: on a narrow map two, at about the same distance from the middle."""
+    length = per_mm * float(np.ptp(places))
+    if length > 22.0 * style.MM:
+        style.few_ticks(axes, **{name: max(int(length / (11.0 * style.MM)), 2)})
+        return
+    half = 0.45 * float(np.ptp(places))
+    digit = 10.0 ** np.floor(np.log10(half))
+    getattr(axes, f"set_{name}ticks")([-np.floor(half / digit) * digit, np.floor(half / digit) * digit])
+
+
+def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Array]:
+    """x and y (mm, about the centre of pressure), pressure (MPa) and stick of a patch around its contact, seen from above."""
+    state, sign = patch.result.coupled, sign_of(patch.side)
+    x, y = -1e3 * state.x, -1e3 * sign * state.y
+    pressure = 1e-6 * np.asarray(state.fields["pressure"])
+    stick = np.asarray(state.fields["stick_share"]) > 0.5
+    centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
+    x, y = x - centre[0], y - centre[1]
+    rows, columns = (np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0))
+    keep_x = (x > x[rows].min() - ROOM) & (x < x[rows].max() + ROOM)
+    keep_y = (y > y[columns].min() - ROOM) & (y < y[columns].max() + ROOM)
+    order = np.argsort(y[keep_y])
+    up = np.argsort(x[keep_x])
+    parts = (field[keep_x][:, keep_y][up][:, order] for field in (pressure, stick))
+    return x[keep_x][up], y[keep_y][order], *parts
+
+
+def wheelset_sweep_figure(over: str, values: Sequence[float], rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
+    """Over a swept key: places of the contacts on both rails, difference of the rolling radii, and forces on both rails."""
+    order = np.argsort(values)
+    at = np.asarray(values, dtype=float)[order]
+    ordered = [rows[k] for k in order]
+    figure = style.new_figure(style.DOUBLE, 0.62 * WINDOWS * style.SINGLE)
+    places, radii, forces = figure.subplots(3, 1, sharex=True)
+    for side, colour, marker in zip(SIDES, (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
+        points = [(value, patch["y_rail_mm"], patch["normal_N"]) for value, row in zip(at, ordered, strict=True)
+                  for patch in row["patches"] if patch["side"] == side]
+        if not points:
+            continue
+        x, y, load = np.array(points).T
+        places.scatter(x, y, s=4.0 + 32.0 * load / load.max(), color=colour, marker=marker, label=f"{side} rail",
+                       linewidths=0.0)
+        for name, line in (("y", "-"), ("x", "--")):
+            values_of = [row[f"track_force_{name}_{side}_N"] for row in ordered]
+            forces.plot(at, 1e-3 * np.array(values_of, dtype=float), line, color=colour, label=f"{side}, along {name}")
+    radii.plot(at, np.array([row["rolling_radius_difference_mm"] for row in ordered], dtype=float), color="0.2")
+    places.set_ylabel("y on the rail (mm),\narea: load")
+    radii.set_ylabel("difference of\nrolling radii (mm)")
+    forces.set(ylabel="force on the rail (kN)", xlabel=over)
+    for axes in (places, radii, forces):
+        axes.grid(visible=True)
+        style.few_ticks(axes, 10, 5)
+    style.add_headline(figure, title, all(row["status"] == "converged" for row in ordered))
+    style.add_legend(figure, [*places.get_legend_handles_labels()[0], *forces.get_legend_handles_labels()[0]])
+    return figure

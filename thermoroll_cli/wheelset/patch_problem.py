@@ -1,0 +1,153 @@
+"""A loaded patch as a problem of the contact solver, and its forces back in the axes of the track.
+
+The solver's axes have x backwards and y to the left, with the rail as the lower body and the origin at the reference place:
+x_t = x_ref − x and s = −y. Creepages of the rail relative to the wheel are ξ_x = −c_x, ξ_y = −c_s, ξ_φ = c_φ; forces on the
+rail are F_x and F_s as the solver gives them, and the moment about the normal is −M_z. """
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.curved_patch import CurvedPatch
+from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
+from thermoroll_cli.wheelset.one_wheel import Bearing
+from thermoroll_cli.wheelset.patch_surface import PatchSurface
+
+COLUMNS = 257
+"""Places across at which a patch is handed to the solver, which takes cubic splines between them: 0.1 mm apart on a worn
+tread."""
+ROOM = 0.35
+"""Room beside the overlap over its width. The elastic contact lies within the overlap."""
+ALONG = np.linspace(-1.0, 1.0, 12)
+"""Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
+
+
+@dataclass(frozen=True)
+class PatchMotion:
+    """The rigid motion over a patch: `slip` as a field, and the creepages c_x, c_s, c_φ (rad/m) at its reference place."""
+
+    slip: Slip
+    creepages: tuple[float, float, float]
+    points: Array
+    """Points of the wheel's undeformed surface at the places asked for, (n, 3)."""
+
+
+def motion_of(bearing: Bearing, motion: MotionOfWheelset, s: Array) -> PatchMotion:
+    """The motion over a patch of a right wheel; slip counts from the wheel's own undeformed surface."""
+    patch, facing = bearing.patch, bearing.patch.facing
+    place = patch.region.place
+    on_wheel = np.array([place.x, place.y, place.z]) + patch.overlap[0] * directions(place.angle)[2]
+    slip = Slip(motion, facing.position, facing.wheel.radius, (float(on_wheel[0]), float(on_wheel[1]), float(on_wheel[2])))
+    points = patch.wheel_points(s) + np.array([place.x, 0.0, 0.0])
+    return PatchMotion(slip, creepages(slip, on_wheel, place.angle), points)
+
+
+def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelset, load: float) -> Problem:
+    """`contact` with the geometry, the `load` (N) and the creepages of a patch of a right wheel."""
+    patch = bearing.patch
+    place = patch.region.place
+    s = _places(patch)
+    moves = motion_of(bearing, motion, s)
+    c_x, c_s, c_phi = moves.creepages
+    angle = patch.inclination(s)
+    turned = angle - place.angle
+    lowest, x_lowest, fitted = _along(patch, s)
+    lateral = patch.lateral(s)
+    w = moves.slip.velocity(moves.points)
+    along_s = np.cos(angle) * w[:, 1] + np.sin(angle) * w[:, 2]
+    spin = moves.slip.rotation @ np.array([np.zeros(len(s)), -np.sin(angle), np.cos(angle)])
+    # The departure of the slip from that of a plane with the creepages of the place.
+    slips = -w[:, 0] + c_x - c_phi * lateral, -along_s + c_s * np.cos(turned), spin - c_phi * np.cos(turned)
+    if not patch.curved:
+        slips = (np.zeros(len(s)),) * 3
+    # Against the track: y = −s.
+    columns = (-s, -lateral, turned, lowest, place.x - x_lowest, 2.0 * fitted[0], -fitted[1], fitted[2], *slips)
+    names = (field.name for field in fields(CurvedPatch))
+    rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in zip(names, columns, strict=False)}
+    low_free, high_free = patch.free_ends
+    low, high = patch.limits
+    geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,
+                           free_ends=(bool(high_free and s[-1] >= high), bool(low_free and s[0] <= low)))
+    moving = replace(contact.motion, speed=moves.slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
+    return replace(contact, geometry=geometry, normal_force=load, motion=moving)
+
+
+def _places(patch: PatchSurface) -> Array:
+    low, high = patch.overlapping
+    room = ROOM * (high - low)
+    return np.linspace(max(low - room, patch.limits[0]), min(high + room, patch.limits[1]), COLUMNS)
+
+
+def _along(patch: PatchSurface, s: Array) -> tuple[Array, Array, Array]:
+    """The smallest gap on each line along rolling (m), its x, and the coefficients of its second to fourth power of the
+    distance from there."""
+    x_lowest = patch.locus_x(s)
+    half = 1.2 * math.sqrt(2.0 * patch.facing.wheel.radius * patch.overlap[0])
+    lowest = patch.gap_on_locus(s)
+    gap = np.stack([patch.gap_at(x_lowest + half * share, s) for share in ALONG]) - lowest
+    powers = np.stack([ALONG**2, ALONG**3, ALONG**4], axis=1)
+    fitted = np.linalg.lstsq(powers, gap, rcond=None)[0]
+    return lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
+
+
+@dataclass(frozen=True)
+class PatchForces:
+    """What a patch of a right wheel does, in track axes seen from its side (m, N): its centre of pressure, the inclination
+    there (rad), the `force` on the rail, and the `torque` (N m) about the axle and the `power` (W) of its tractions on the
+    wheelset, which turns and moves; c_x, c_s, c_φ at the centre of pressure, or at the reference place of a plane."""
+
+    centre: tuple[float, float, float]
+    angle: float
+    force: tuple[float, float, float]
+    torque: float
+    power: float
+    creepages: tuple[float, float, float]
+
+    @property
+    def local(self) -> tuple[float, float, float]:
+        """Components of the force along the track, across and into the rail at the patch."""
+        across, normal = (np.array(e) for e in directions(self.angle)[1:])
+        return self.force[0], float(across @ np.array(self.force)), float(normal @ np.array(self.force))
+
+
+def forces_of(bearing: Bearing, motion: MotionOfWheelset, result: Result) -> PatchForces:
+    """Forces of a patch from its `result`. Those of the solver are extrapolated; its fields say where they act."""
+    patch, state = bearing.patch, result.coupled
+    place, scalars = patch.region.place, state.scalars
+    s = -state.y
+    moves = motion_of(bearing, motion, s)
+    area = float((state.x[1] - state.x[0]) * (state.y[1] - state.y[0]))
+    pressure, along, across = (np.asarray(state.fields[name]) * area for name in ("pressure", "shear_x", "shear_y"))
+    load = float(pressure.sum())
+    x_centre, s_centre = float(pressure.sum(axis=1) @ state.x) / load, float(pressure.sum(axis=0) @ s) / load
+    at = np.array([s_centre])
+    angle = float(patch.inclination(at)[0])
+    centre = patch.places(at)[0] + np.array([place.x - x_centre, 0.0, 0.0])
+    _, e_across, e_normal = directions(place.angle)
+    force = np.array([scalars["force_x_N"], 0.0, 0.0])
+    if patch.curved:
+        force = force + scalars["contact_force_y_N"] * e_across + scalars["contact_force_z_N"] * e_normal
+    else:
+        force = force + scalars["force_y_N"] * e_across + result.problem.normal_force * e_normal
+    # Tractions on the wheel, which act at its undeformed surface, as the slip does.
+    inclined = patch.inclination(s)
+    on_wheel = -np.stack((along, across * np.cos(inclined), across * np.sin(inclined)), axis=-1)
+    points = np.broadcast_to(moves.points, on_wheel.shape).copy()
+    points[..., 0] -= state.x[:, None]
+    arms = points - patch.facing.position.origin(patch.facing.wheel.radius)
+    moment = np.cross(arms, on_wheel).sum(axis=(0, 1))
+    axle = patch.facing.position.rotation[:, 1]
+    local = moves.creepages
+    if patch.curved:
+        there = patch.wheel_points(at)[0] + np.array([place.x - x_centre, 0.0, 0.0])
+        local = creepages(moves.slip, there, angle)
+    (x, y, z), (f_x, f_y, f_z) = centre.tolist(), force.tolist()
+    return PatchForces((x, y, z), angle, (f_x, f_y, f_z), float(axle @ moment),
+                       moves.slip.power(on_wheel.sum(axis=(0, 1)), moment), local)

@@ -1,0 +1,270 @@
+"""Solve a wheelset: rounds of placing it by what is known of its patches, and of solving these where it stands."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.problem import Numerics
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import error_scale
+from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.wheelset.curves import curve
+from thermoroll_cli.wheelset.one_wheel import SAME_PATCH, Bearing, NoHeight, Solved
+from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, problem_of_patch
+from thermoroll_cli.wheelset.standing import Standing, stand
+from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
+
+ROUGH_GRID = (24, 24)
+"""On which ratios of forces, roll and angular velocity are found before the wanted grid is solved."""
+ROUGH_ROUNDS, FINE_ROUNDS = 12, 6
+ROUGH_RATIO, RATIO = 1e-3, 1e-4
+"""Change of the vertical force over the load from round to round, rough and fine, with which a patch is known."""
+ROUGH_DRIVE, DRIVE = 1e-3, 2e-4
+"""Unbalanced torque about the axle over radius and friction limit (or traction over the limit), likewise."""
+DRIVES = 16
+"""Angular velocities tried where a wheelset stands."""
+FIRST_STEP, LARGEST_STEP = 1e-4, 4e-3
+"""First and largest step of the angular velocity, over itself."""
+
+Report = Callable[[str, Mapping[str, Any]], None]
+
+
+@dataclass(frozen=True)
+class SolvedPatch:
+    """A patch where the wheelset stands, with its problem's result and its forces, as of a right wheel."""
+
+    side: SideName
+    bearing: Bearing
+    result: Result
+    forces: PatchForces
+
+    @property
+    def solved(self) -> Solved:
+        """The ratios of its forces, for the next round."""
+        load, place = self.result.problem.normal_force, self.bearing.patch.region.place
+        approach = 1e-6 * self.result.coupled.scalars["approach_um"]
+        coarse = self.bearing.sunk / self.bearing.over_coarse
+        return Solved(place.y, self.forces.force[2] / load, approach / coarse)
+
+    @property
+    def in_profiles(self) -> tuple[float, float]:
+        """y of the centre of pressure in the profiles of the rail and of the wheel, in m."""
+        facing = self.bearing.patch.facing
+        (rail, _), (wheel, _) = self._nearest(facing.rail.samples[:2]), self._nearest(facing.locus[1:3])
+        return float(curve(facing.rail.profile).samples[0][rail]), float(curve(facing.wheel.profile).samples[0][wheel])
+
+    @property
+    def rolling_radius(self) -> float:
+        """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
+        facing = self.bearing.patch.facing
+        return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
+
+    @property
+    def force_error(self) -> float:
+        """Estimated error of the forces in N."""
+        names = ("force_x_N", *(("contact_force_y_N", "contact_force_z_N") if self.bearing.patch.curved else ("force_y_N",)))
+        summary = self.result.summary()
+        return math.hypot(*(self.result.error.get(name, math.nan) * error_scale(name, summary) for name in names))
+
+    def _nearest(self, places: Array) -> tuple[int, float]:
+        """Number of the sample (y, z) that lies nearest to the centre of pressure, and its distance."""
+        _, y, z = self.forces.centre
+        away = np.hypot(places[0] - y, places[1] - z)
+        number = int(np.nanargmin(away))
+        return number, float(away[number])
+
+
+@dataclass(frozen=True)
+class SolvedWheelset:
+    """Where a wheelset stands, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
+    why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
+    of the ratios of forces."""
+
+    problem: WheelsetProblem
+    standing: Standing
+    angular_velocity: float
+    patches: tuple[SolvedPatch, ...]
+    reason: str = ""
+    rounds: int = 0
+    drift: float = 0.0
+
+
+class WheelsetSolver:
+    """Solves wheelset after wheelset; each begins where the last one stood, and its patches from the last results."""
+
+    def __init__(self, threads: int = 1) -> None:
+        self.threads = threads
+        self._before: SolvedWheelset | None = None
+        self._solvers: dict[tuple[bool, SideName], list[tuple[float, Solver]]] = {}
+
+    def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> SolvedWheelset:
+        """The wheelset in balance. Raises Unsolvable where a wheel misses its rail."""
+        state = _Search(problem, self._before, report or (lambda stage, info: None), self)
+        rough = _rough(problem)
+        try:
+            if rough is not problem:
+                state.rounds_of(rough, ROUGH_ROUNDS, ROUGH_RATIO, ROUGH_DRIVE)
+            reason = state.rounds_of(problem, FINE_ROUNDS, RATIO, DRIVE)
+        except NoHeight as cause:
+            return state.without_height(cause)
+        assert state.standing is not None
+        found = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift)
+        self._before = found if not reason else None
+        return found
+
+    def solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
+        """The solver that has solved the patch nearest to `place` on a side before."""
+        known = self._solvers.setdefault((rough, side), [])
+        near = min(known, key=lambda entry: abs(entry[0] - place), default=None)
+        if near is not None and abs(near[0] - place) < SAME_PATCH:
+            known.remove(near)
+            solver = near[1]
+        else:
+            solver = Solver(self.threads)
+        known.append((place, solver))
+        return solver
+
+
+class _Drive:
+    """The angular velocity (rad/s), found by a secant in a bracket: what it leaves unbalanced falls with it."""
+
+    def __init__(self, value: float) -> None:
+        self.value = value
+        self._slope = 0.0
+        self.restart()
+
+    def restart(self) -> None:
+        """Another standing, or another grid: only the slope is still known."""
+        self._low, self._high = -math.inf, math.inf
+        self._last: tuple[float, float] | None = None
+
+    def move(self, unbalanced: float) -> None:
+        """Go on from what the value leaves unbalanced."""
+        if unbalanced > 0.0:
+            self._low = self.value
+        else:
+            self._high = self.value
+        if self._last is not None and self._last[0] != self.value:
+            self._slope = (unbalanced - self._last[1]) / (self.value - self._last[0])
+        self._last = self.value, unbalanced
+        largest = LARGEST_STEP * abs(self.value)
+        step = -unbalanced / self._slope if self._slope < 0.0 else math.copysign(FIRST_STEP * abs(self.value), unbalanced)
+        wanted = self.value + min(max(step, -largest), largest)
+        if not self._low < wanted < self._high:
+            wanted = 0.5 * (self._low + self._high)
+        self.value = wanted
+
+
+class _Search:
+    """One wheelset on the way to its balance."""
+
+    def __init__(self, problem: WheelsetProblem, before: SolvedWheelset | None, report: Report, solver: WheelsetSolver) -> None:
+        self.problem, self.report, self.solver = problem, report, solver
+        self.standing: Standing | None
+        self.solved: dict[SideName, tuple[Solved, ...]] = {}
+        self.patches: tuple[SolvedPatch, ...] = ()
+        self.rounds, self.drift = 0, math.inf
+        if before is not None:
+            self._know(before.patches)
+        self.drive = _Drive(problem.motion.angular_velocity)
+        self.standing = None if before is None else before.standing
+
+    def rounds_of(self, problem: WheelsetProblem, most: int, ratio: float, drive: float) -> str:
+        """Rounds until the ratios of forces and the drive no longer change; else why not."""
+        for _ in range(most):
+            self.standing = stand(self.problem, self.solved, self.standing)
+            self.drive.restart()
+            unbalanced = self._driven(problem, drive)
+            if self.drift <= ratio:
+                break
+        if self.drift > ratio:
+            return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
+        if abs(unbalanced) > drive:
+            return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
+        return ""
+
+    def _driven(self, problem: WheelsetProblem, tolerance: float) -> float:
+        """Solve the patches where the wheelset stands, at the angular velocity that balances it if that is to be found; what
+        remains unbalanced."""
+        if not problem.finds_speed:
+            self._solve_patches(problem)
+            return 0.0
+        if math.isnan(self.drive.value):
+            self.drive.value = -problem.motion.speed / self._rolling_radius()
+        for _ in range(DRIVES):
+            self._solve_patches(problem)
+            unbalanced = self._unbalanced()
+            if abs(unbalanced) <= tolerance:
+                break
+            self.drive.move(unbalanced)
+        return unbalanced
+
+    def _rolling_radius(self) -> float:
+        """Mean radius of the loaded places of the wheels in m."""
+        assert self.standing is not None
+        largest = [max(bearings, key=lambda bearing: bearing.load) for bearings in self.standing.bearings.values() if bearings]
+        return sum(bearing.patch.rolling_radius for bearing in largest) / len(largest)
+
+    def _solve_patches(self, problem: WheelsetProblem) -> None:
+        motion = replace(problem.motion, angular_velocity=self.drive.value)
+        patches, drift = [], 0.0
+        assert self.standing is not None
+        for side, bearings in self.standing.bearings.items():
+            mine = motion if side == "right" else motion.mirrored
+            for bearing in bearings:
+                rough = problem is not self.problem
+                place = bearing.patch.region.place.y
+                contact = problem_of_patch(problem.contact, bearing, mine, bearing.load)
+                result = self.solver.solver(side, place, rough=rough).solve(contact)
+                patch = SolvedPatch(side, bearing, result, forces_of(bearing, mine, result))
+                patches.append(patch)
+                drift += abs(patch.solved.vertical - bearing.vertical) * bearing.load
+                drift += abs(patch.solved.approach / bearing.over_coarse - 1.0) * bearing.load * (len(bearings) > 1)
+        self.patches = tuple(patches)
+        self.drift = drift / max(sum(patch.bearing.load for patch in patches), 1e-300)
+        self.rounds += 1
+        self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
+        self._know(self.patches)
+
+    def _know(self, patches: tuple[SolvedPatch, ...]) -> None:
+        self.solved = {side: tuple(patch.solved for patch in patches if patch.side == side) for side in self.problem.sides}
+
+    def _unbalanced(self) -> float:
+        """What the drive leaves, over the limit of friction, positive where the wheelset must turn more slowly backwards."""
+        limit = sum(patch.result.problem.traction_limit for patch in self.patches)
+        if self.problem.traction is not None:
+            forward = -sum(patch.forces.force[0] for patch in self.patches)
+            return (forward - self.problem.traction) / limit
+        radius = sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels)
+        return sum(patch.forces.torque for patch in self.patches) / (radius * limit)
+
+    def without_height(self, cause: NoHeight) -> SolvedWheelset:
+        """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
+        climbs."""
+        reason = f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, at any height"
+        friction = self.problem.contact.friction.coefficient
+        steep = [patch for patch in self.patches if math.tan(abs(patch.forces.angle)) > friction]
+        if steep:
+            patch = max(steep, key=lambda patch: abs(patch.forces.angle))
+            slope = math.tan(abs(patch.forces.angle))
+            _, lateral, vertical = patch.forces.force
+            reason += (f": the {patch.side} flange climbs, with Y/Q = {abs(lateral / vertical):.3g} where Nadal's limit is "
+                       f"{(slope - friction) / (1.0 + friction * slope):.3g} at {1e3 * abs(patch.forces.angle):.0f} mrad")
+        standing = self.standing or Standing(self.problem.position.roll, cause.facing.position.z, {})
+        return SolvedWheelset(self.problem, standing, self.drive.value, self.patches, reason, self.rounds, self.drift)
+
+
+def _rough(problem: WheelsetProblem) -> WheelsetProblem:
+    """`problem` on a rough grid, without heat unless friction depends on it; itself if it is as rough."""
+    contact, wanted = problem.contact, problem.contact.numerics
+    if wanted.grid is not None and max(wanted.grid) <= max(ROUGH_GRID):
+        return problem
+    heating = contact.heating if contact.friction_varies else replace(contact.heating, heat=False, deformation=False)
+    rough = replace(contact, numerics=Numerics(ROUGH_GRID, None, wanted.extent), heating=heating, subsurface=None, wear=None)
+    return replace(problem, contact=rough)

@@ -1,0 +1,186 @@
+"""The answer: a wheelset in balance with all its patches, as scalars in track axes with forces on the rails."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.result import Named, Result
+from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWheelset, WheelsetSolver
+from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
+
+FORCES = "xyz"
+STIFFENING = 1.5
+"""Exponent of the load over the overlap: an error of the height counts by so much in the shares of patches."""
+LARGEST_POWER_ERROR = 2e-3
+"""Heat of all patches against the power that the rails take from the wheelset."""
+PATCH_SCALARS = ("pressure_max_MPa", "contact_area_mm2", "approach_um", "gamma_st", "Q_F_W", "T_gamma_N", "shear_max_MPa",
+                 "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "wear_depth_max_lower_nm",
+                 "wear_depth_max_upper_nm")
+"""Scalars of a patch's result that stand beside its place and forces."""
+
+
+@dataclass(frozen=True)
+class WheelsetPatch:
+    """A patch: its `side`, its `number` from the left of the track on that side, its `record` in track axes, and its
+    `result`, in the axes of the contact solver."""
+
+    side: SideName
+    number: int
+    record: Mapping[str, Any]
+    result: Result
+
+    @property
+    def name(self) -> str:
+        """End of the names of its files."""
+        return f"{self.side}_{self.number}"
+
+
+@dataclass(frozen=True)
+class WheelsetResult:
+    """Outcome of a wheelset: `scalars` and estimated `error`s over their scales, and the `patches`. `case_text` and
+    `case_json` are the case that it was solved for."""
+
+    problem: WheelsetProblem
+    scalars: Mapping[str, float]
+    error: Mapping[str, float]
+    patches: tuple[WheelsetPatch, ...]
+    reason: str = ""
+    warnings: tuple[str, ...] = ()
+    solved: SolvedWheelset | None = None
+    case_text: str = ""
+    case_json: str = ""
+
+    @property
+    def converged(self) -> bool:
+        return not self.reason
+
+    @property
+    def status(self) -> str:
+        return "converged" if self.converged else "not_converged"
+
+    def summary(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
+        """All scalars under their public names, and the patches with the `files` of their results by name."""
+        patches = [{"side": patch.side, "number": patch.number, "file": (files or {}).get(patch.name, ""), **patch.record}
+                   for patch in self.patches]
+        return {"status": self.status, "reason": self.reason, "warnings": list(self.warnings), **self.scalars,
+                "error": dict(self.error), "patches": patches}
+
+
+def solve_wheelset(
+    problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None, solver: WheelsetSolver | None = None
+) -> WheelsetResult:
+    """Solve `problem`, from where `solver` stood last if it is given. `report` is called with a stage and a mapping as the
+    work goes on. Raises Unsolvable where a wheel misses its rail; everything else that goes wrong is said in `reason`."""
+    return result_of_wheelset((solver or WheelsetSolver(threads)).solve(problem, report=report))
+
+
+def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -> WheelsetResult:
+    """The result of a solved wheelset; not converged where it is not in balance, or where a patch is not."""
+    patches = []
+    for side in solved.problem.sides:
+        mine = sorted((patch for patch in solved.patches if patch.side == side),
+                      key=lambda patch: sign_of(patch.side) * patch.forces.centre[1])
+        patches += [WheelsetPatch(side, number, _record(patch), patch.result) for number, patch in enumerate(mine, 1)]
+    summed = _Sums(solved)
+    reasons = [solved.reason] if solved.reason else []
+    reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
+    scalars = summed.scalars
+    if scalars["power_balance_error"] > LARGEST_POWER_ERROR:
+        reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
+    found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.result.warnings)
+    return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
+                          (*warnings, *found), solved)
+
+
+def _record(patch: SolvedPatch) -> dict[str, Any]:
+    """Place, forces, creepages and the scalars of a patch in track axes, in the units of their names."""
+    sign, forces, scalars = sign_of(patch.side), patch.forces, patch.result.coupled.scalars
+    x, y, z = forces.centre
+    along, across, normal = forces.local
+    rail, wheel = patch.in_profiles
+    record = {
+        "x_mm": 1e3 * x, "y_mm": 1e3 * sign * y, "z_mm": 1e3 * z, "angle_mrad": 1e3 * sign * forces.angle,
+        "y_rail_mm": 1e3 * rail, "y_wheel_mm": 1e3 * wheel,
+        "normal_N": normal, "force_x_N": along, "force_s_N": sign * across,
+        "moment_n_Nmm": -sign * scalars["spin_moment_Nmm"],
+        "creepage_x": forces.creepages[0], "creepage_s": sign * forces.creepages[1],
+        "spin_rad_mm": 1e-3 * sign * forces.creepages[2],
+    }  # fmt: skip
+    known = {name: scalars[name] for name in PATCH_SCALARS if not math.isnan(scalars.get(name, math.nan))}
+    return record | known | {"status": patch.result.status, "error": dict(patch.result.error)}
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """Scalars of a whole wheelset, and their errors."""
+
+    solved: SolvedWheelset
+
+    def forces(self, side: SideName) -> Array:
+        """Force on a rail in N, in track axes."""
+        mirror = np.array([1.0, sign_of(side), 1.0])
+        return sum((mirror * patch.forces.force for patch in self.solved.patches if patch.side == side), np.zeros(3))
+
+    @cached_property
+    def scalars(self) -> dict[str, float]:
+        solved = self.solved
+        sides = solved.problem.sides
+        scalars = {"height_mm": 1e3 * solved.standing.height, "roll_mrad": 1e3 * solved.standing.roll,
+                   "angular_velocity_rad_s": -solved.angular_velocity}
+        for side in SIDES:
+            force = self.forces(side) if side in sides else np.full(3, math.nan)
+            scalars |= {f"track_force_{axis}_{side}_N": float(f) for axis, f in zip(FORCES, force, strict=True)}
+            scalars[f"lateral_over_vertical_{side}"] = float(force[1] / force[2]) if force[2] else math.nan
+            scalars[f"rolling_radius_{side}_mm"] = 1e3 * self.rolling_radius(side)
+        total = np.sum([self.forces(side) for side in sides], axis=0)
+        scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
+        scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
+        of_patches = [patch.result.coupled.scalars for patch in solved.patches]
+        heat = sum(values["Q_F_W"] for values in of_patches)
+        rises = [values[f"temperature_rise_max_{body}_K"] for values in of_patches for body in ("lower", "upper")]
+        power = sum(patch.forces.power for patch in solved.patches)
+        return scalars | {
+            "Q_F_W": heat, "T_gamma_N": sum(values["T_gamma_N"] for values in of_patches),
+            "temperature_rise_max_K": max((rise for rise in rises if not math.isnan(rise)), default=math.nan),
+            "pressure_max_MPa": max((values["pressure_max_MPa"] for values in of_patches), default=math.nan),
+            "power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0,
+        }
+
+    def rolling_radius(self, side: SideName) -> float:
+        """Distance of the patch with the largest load from the axle in m, nan without one."""
+        mine = [patch for patch in self.solved.patches if patch.side == side]
+        return max(mine, key=lambda patch: patch.bearing.load).rolling_radius if mine else math.nan
+
+    @property
+    def errors(self) -> dict[str, float]:
+        """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of others over
+        themselves.
+
+        Each patch has its own; an error of the height, by those of the approaches and of the ratios of forces, moves the load
+        of every patch beside others by `STIFFENING` times its share of the overlap."""
+        solved = self.solved
+        vertical = max(abs(self.scalars["track_force_z_N"]), 1e-300)
+        depth = max((patch.bearing.sunk for patch in solved.patches), default=math.nan)
+        height = sum(patch.bearing.sunk * (patch.result.error.get("approach_um", math.nan) + solved.drift)
+                     for patch in solved.patches)
+        forces = sum(patch.force_error for patch in solved.patches) / vertical
+        shared = [patch for patch in solved.patches if sum(p.side == patch.side for p in solved.patches) > 1
+                  or solved.problem.vertical is None]
+        moved = sum(STIFFENING * height / patch.bearing.sunk * patch.bearing.load for patch in shared) / vertical
+        names = (name for name in self.scalars if name.startswith("track_force"))
+        errors = dict.fromkeys(names, forces + moved + solved.drift)
+        errors["height_mm"] = height / depth
+        for name, of_patch in (("Q_F_W", "Q_F_W"), ("T_gamma_N", "T_gamma_N"), ("pressure_max_MPa", "pressure_max_MPa")):
+            found = (patch.result.error.get(of_patch, math.nan) for patch in solved.patches)
+            errors[name] = moved + max(found, default=math.nan)
+        rises = [patch.result.error.get(f"temperature_rise_max_{body}_K", math.nan) for patch in solved.patches
+                 for body in ("lower", "upper")]
+        errors["temperature_rise_max_K"] = moved + max((error for error in rises if not math.isnan(error)), default=math.nan)
+        return errors
