@@ -232,7 +232,7 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     done = call("run", tmp_path / "cut.toml", "-o", tmp_path)
     assert done.returncode == 0, done.stderr
     assert "contact area / cold area" in done.stdout and "Hertz" not in done.stdout
-    assert "no limit: a free end" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())
+    assert "no limit" in done.stdout and "no upper bound" in " ".join((done.stdout + done.stderr).split())
     assert (tmp_path / "cut_profile.png").read_bytes().endswith(b"IEND\xaeB`\x82")
     (tmp_path / "cut_profile.png").unlink()
     assert call("plot", tmp_path / "cut.h5", "-o", tmp_path, "--normalised").returncode == 0

@@ -113,7 +113,7 @@ def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
     alone = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "alone", "--json", "--scalars-only")
     assert [json.loads(line).get("unbounded", []) for line in alone.stdout.splitlines()] == told
     printed = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--resume").stdout
-    assert "no limit where the contact reaches the end of a profile: gamma_p" in " ".join(printed.split())
+    assert "no limit (an end or a kink of a profile): gamma_p" in " ".join(printed.split())
 
 
 def test_each_kind_of_warning_is_shown_once(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from thermoroll_cli.sweeps.points import Points
     from thermoroll_cli.sweeps.table import Row
 
-UNBOUNDED = "no limit: a free end"
+UNBOUNDED = "no limit"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
 
 _NARROWEST = 9
@@ -133,7 +133,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
         yield from folded(f"at all points: {values}", width)
     endless = sorted({name for row in rows for name in row.summary["unbounded"]})
     if endless:
-        yield from folded(f"no limit where the contact reaches the end of a profile: {', '.join(endless)}", width)
+        yield from folded(f"no limit (an end or a kink of a profile): {', '.join(endless)}", width)
     if left_out:
         yield from folded(f"more in the file: {', '.join(left_out)}", width)
 

@@ -263,6 +263,9 @@ def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Arr
     beside[:, -1] *= ends[1]
     low, high = (beside[:, side : side + pressure.shape[1]] < SMOOTH_BORDER_SHARE * pressure for side in (0, 2))
     steep = low ^ high
+    # At the end of a profile the pressure is highest in the last element.
+    steep[:, 0] &= not ends[0]
+    steep[:, -1] &= not ends[1]
     rising = np.diff(pressure, axis=1) > 0.0  # from each element to the next one
     towards = np.zeros_like(steep)
     towards[:, 1:-1] = ((steep & high)[:, 2:] & rising[:, :-1]) | ((steep & low)[:, :-2] & ~rising[:, 1:])

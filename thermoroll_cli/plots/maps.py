@@ -258,7 +258,7 @@ def extremes(panel: Panel, scale: AxisScale) -> str:
     parts += [("min", low)] if low < -ONE_SIDED * float(np.abs(panel.values).max()) else []
     shown = [f"{words} {value * scale.factor:.4g} {scale.unit}".rstrip() for words, value in reversed(parts)]
     text = style.readable(", ".join(shown))
-    return f"{text} (free end: no limit)" if panel.unbounded else text
+    return f"{text} (no limit)" if panel.unbounded else text
 
 
 def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:

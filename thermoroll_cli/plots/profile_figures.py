@@ -47,7 +47,7 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     style.few_ticks(bottom, 8, 4)
     figure.colorbar(image, ax=bottom, label=scale.label if map_height > SHORT_BAR else scale.brief, pad=0.02)
     notes = ["section seen along the flow", f"map {map_note(frame, whole=True)}",
-             "pressure has no limit at the end of a profile" if frame.result.unbounded else ""]
+             "the largest pressure has no limit" if frame.result.unbounded else ""]
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, ", ".join(filter(None, notes)))
     handles, _ = top.get_legend_handles_labels()
     style.add_legend(figure, handles)

@@ -245,7 +245,7 @@ def _draw_diagram(
             handles += [Line2D([], [], color="0.2", linestyle=style.DASHED, linewidth=0.9, label=WITHOUT)]
         if endless[rows].any():
             axes.plot(x[rows][endless[rows]], values[rows][endless[rows]], **ENDLESS, color=line.colour)
-            handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit: a free end")]
+            handles += [Line2D([], [], color="0.2", **ENDLESS, label="no limit")]
         if names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
             axes.plot(*place, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]

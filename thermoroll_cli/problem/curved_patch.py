@@ -99,6 +99,10 @@ class CurvedPatch:
     def slopes(self) -> tuple[Callable[[Array], Array], ...]:
         return ()
 
+    @property
+    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+        return ()
+
     def section(self, y: Array) -> tuple[Array, Array]:
         return np.zeros(np.shape(y)), self.across(y)
 

@@ -68,6 +68,15 @@ class Profile:
         low, high = (self.points[0][0], self.points[-1][0]) if self.points else (-half, half)
         return low + self.offset, high + self.offset
 
+    @property
+    def kinks(self) -> tuple[tuple[float, float], ...]:
+        """Place (m) and angle (rad) of each point at which straight lines meet in an edge that sticks out of the body."""
+        if self.interpolation == "cubic" or len(self.points) < 3:
+            return ()
+        y, z = np.array(self.points).T
+        turns = -np.diff(np.diff(z) / np.diff(y))
+        return tuple((float(at) + self.offset, float(turn)) for at, turn in zip(y[1:-1], turns, strict=True) if turn > 0.0)
+
 
 class ContactGeometry(Protocol):
     """What a contact asks of the surfaces in it. x is along rolling, y across it, along the common surface of both bodies
@@ -101,6 +110,10 @@ class ContactGeometry(Protocol):
     @property
     def slopes(self) -> tuple[Callable[[Array], Array], ...]:
         """Slope of each body's surface against a plane common surface, as functions of y; empty where that is curved."""
+
+    @property
+    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+        """Kinks that stick out of each body: its name, and place and angle (rad) of each."""
 
     def section(self, y: Array) -> tuple[Array, Array]:
         """Heights of the lower and the upper surface where they touch first, (m,)."""
@@ -195,6 +208,11 @@ class Geometry:
     @property
     def slopes(self) -> tuple[Callable[[Array], Array], ...]:
         return tuple(surface.slope for surface in surfaces(self))
+
+    @property
+    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+        both = ("lower", self.lower_profile), ("upper", self.upper_profile)
+        return tuple((body, profile.kinks) for body, profile in both if profile is not None)
 
     def section(self, y: Array) -> tuple[Array, Array]:
         place = np.array([closest_place(self)])
@@ -341,9 +359,19 @@ def _surface(radius: float, profile: Profile | None) -> Surface:
 
 def _interpolated(profile: Profile) -> Callable[[Array, int], Array]:
     y, z = np.array(profile.points).T
-    cubic = profile.interpolation == "cubic"
-    spline = scipy.interpolate.CubicSpline(y, z) if cubic else scipy.interpolate.make_interp_spline(y, z, k=1)
-    return lambda at, n: np.asarray(spline(at, n))
+    if profile.interpolation == "cubic":
+        spline = scipy.interpolate.CubicSpline(y, z)
+        return lambda at, n: np.asarray(spline(at, n))
+    slopes = np.diff(z) / np.diff(y)
+
+    def lines(at: Array, n: int) -> Array:
+        if n == 0:
+            return np.interp(at, y, z)
+        # At a kink the mean of both sides, the limit of kinks that are rounded ever less.
+        left, right = (np.clip(np.searchsorted(y, at, side) - 1, 0, len(slopes) - 1) for side in ("left", "right"))
+        return np.asarray(0.5 * (slopes[left] + slopes[right]))
+
+    return lines
 
 
 def _crown(profile: Profile) -> Callable[[Array, int], Array]:

@@ -77,9 +77,6 @@ SETTLED = 0.5
 WHOLE_ELEMENTS = 0.7
 """Error of an area of whole elements, times the elements over 1.1 diameters: 0.4 to 0.65 where layers have 1.4 elements."""
 
-UNBOUNDED = {"pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2"}
-"""Scalars that grow with every refinement where the contact reaches the end of a profile: there is no error to estimate."""
-
 
 def estimate(
     values: Sequence[float], scale: float, *, order: float = ORDER, unresolved: float = 0.0, floor: float = FLOOR,
@@ -136,18 +133,20 @@ class Resolution:
         return self.sticking / max(1.0, self.slipping) ** 2
 
 
-def estimates(levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan) -> dict[str, float]:
+def estimates(
+    levels: Levels, derived: DerivedQuantities, elements: float, plan: Plan, without: Collection[str] = ()
+) -> dict[str, float]:
     """Estimated error of each reported scalar on the last of `levels` (coarse to fine, each side doubled), over its
     `error_scale`; `elements` counts those over 1.1 diameters of the contact.
 
-    nan for what is given and for one grid alone, 0 for what symmetry makes zero. Creepages that are found for a force close to
-    μW, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep curve of a circle), so the
-    error of √γ_st is added to theirs."""
+    nan for what is given or `without` an estimate and for one grid alone, 0 for what symmetry makes zero. Creepages that are
+    found for a force close to μW, and their heat, follow the patch that still sticks: ξ = ξ_s (1 − √γ_st) (Johnson's creep
+    curve of a circle), so the error of √γ_st is added to theirs."""
     summary = {**levels[-1], **input_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
     unseen = 0.0 if resolution.sticking else unseen_stick(resolution, levels, derived)
-    given, exact = _given(derived), _exact(derived)
+    given, exact = _given(derived).union(without), _exact(derived)
     errors = {}
     for name in SCALARS:
         values = [level.get(name, math.nan) for level in levels]
@@ -280,18 +279,12 @@ def _given(derived: DerivedQuantities) -> set[str]:
     """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
     motion, heating = derived.problem.motion, derived.problem.heating
     given = {"creepage_spin_rad_mm", "power_balance_error", "warm_up_time_lower_s", "warm_up_time_upper_s"}
-    given |= unbounded(derived)
     given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
     given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
     for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):
         given |= {f"bulk_temperature_{body}_K", f"entry_temperature_max_{body}_K"} if track is None else set()
     given |= set() if heating.conducts else {"heat_conducted_W"}
     return given if heating.partition == "matched" else given | {"partition_mean"}
-
-
-def unbounded(derived: DerivedQuantities) -> set[str]:
-    """Scalars without a limit in this problem."""
-    return UNBOUNDED if derived.scales.reaches_an_end else set()
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:

@@ -15,9 +15,10 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.checks import failures
-from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported, unbounded
+from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of, state_of
+from thermoroll_cli.refinement.sharp_places import sharp_places
 from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_layers, warnings_after
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
@@ -94,9 +95,10 @@ def result_of(
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
-    errors = estimates(coupled, derived, last.elements_across, plan)
+    sharp = sharp_places(last.home, last.contact)
+    errors = estimates(coupled, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled)
-    warnings = [*plan.warnings, *unresolved_layers(derived, last.home.grid)]
+    warnings = [*plan.warnings, *unresolved_layers(derived, last.home.grid), *sharp.warnings]
     heat = last.home.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.coupled_state.fields
@@ -135,7 +137,7 @@ def result_of(
         history=history,
         warnings=tuple(warnings),
         patches=tuple(patches_of(last.discretisation, last.contact)) if not problem.geometry.elliptic else (),
-        unbounded=tuple(sorted(unbounded(derived))),
+        unbounded=tuple(sorted(sharp.unbounded)),
     )
 
 

@@ -1,0 +1,106 @@
+"""Places at which the surfaces turn within an element: kinks, the last part of a crown, patches of a few elements.
+
+A turn by the angle Δ inside a contact raises the pressure by E*Δ/(2π) times the logarithm of the distance to it (a blunt wedge;
+Johnson, Contact Mechanics, 5.2), so at a kink it has no bound, and each doubling of the grid adds E*Δ ln 2/(2π). A crown turns
+by as much within an element if its last part is narrower; its pressure is bounded, but by a peak that this grid does not show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.geometry import ContactGeometry
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+PEAKS = ("pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2")
+"""Scalars that such places decide."""
+GROWTH = 0.01
+"""Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the
+difference of the grids contains it."""
+NARROWEST = 5
+"""Columns of a patch below which its largest pressure is that of its border elements."""
+BORDER = 2
+"""Columns beside the border whose pressure depends on where in its element the border lies."""
+FINER = 8
+"""Largest refinement that a warning proposes at once: on a coarse grid the border is known to an element only."""
+
+
+@dataclass(frozen=True)
+class SharpPlaces:
+    """Names of scalars without a limit (`unbounded`) or with a peak that the grid does not resolve (`unresolved`), and the
+    warnings that say where."""
+
+    unbounded: tuple[str, ...] = ()
+    unresolved: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlaces:
+    """The sharp places in the `contact` of a grid. A free end that is loaded is unbounded as well (`ContactScales.ends`)."""
+    derived, normal = discretisation.derived, contact.normal
+    geometry, ends = derived.problem.geometry, derived.scales.reaches_an_end
+    if geometry.elliptic:
+        return SharpPlaces()
+    line = normal.pressure.max(axis=0)
+    unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
+    kinks = tuple(_kinks(geometry, discretisation, line, unit))
+    peaks = tuple(_narrow(geometry, discretisation, line, normal.covered.max(axis=0), unit))
+    return SharpPlaces(PEAKS if kinks or ends else (), PEAKS if peaks else (), (*kinks, *peaks))
+
+
+def _kinks(geometry: ContactGeometry, discretisation: Discretisation, line: Array, unit: float) -> Iterator[str]:
+    grid = discretisation.grid
+    for body, places in geometry.kinks:
+        inside = []
+        for y, turn in places:
+            column = round((y - grid.y[0]) / grid.dy)
+            if 0 <= column < grid.ny and line[column] > 0.0 and turn * unit > GROWTH:
+                inside.append((y, turn))
+        if inside:
+            worst, turn = max(inside, key=lambda place: place[1])
+            more = f" ({len(inside)} such kinks)" if len(inside) > 1 else ""
+            yield (f"the surface of the {body} body has a kink of {1e3 * turn:.3g} mrad at y = {1e3 * worst:.4g} mm in the "
+                   f"contact{more}: the pressure there has no upper bound and grows by {100 * turn * unit:.2g} % with every "
+                   'doubling of the grid; round it, or join the points by interpolation = "cubic"')
+
+
+def _narrow(
+    geometry: ContactGeometry, discretisation: Discretisation, line: Array, covered: Array, unit: float
+) -> Iterator[str]:
+    """Ends of patches that could carry more than the largest pressure found, and patches of a few elements."""
+    grid, free = discretisation.grid, discretisation.derived.scales.ends
+    loaded, peak = np.flatnonzero(line > 0.0), float(line.max())
+    for columns in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
+        if len(columns) < NARROWEST:
+            if float(line[columns].max()) > 0.5 * peak:
+                yield (f"the patch at y = {1e3 * grid.y[columns].mean():.4g} mm is {len(columns)} elements wide, too few for "
+                       f"its largest pressure: set numerics.grid = {2 * NARROWEST * grid.ny // len(columns)} or more")
+            continue
+        for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
+            if free[0 if side < 0.0 else 1]:
+                continue
+            inner = line[last - (BORDER + 1) * int(side)] if len(columns) > BORDER + 1 else peak
+            border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
+            rise = _turn(geometry, border, grid.dy, side) * unit * peak
+            if rise <= GROWTH * peak or inner + rise <= peak:
+                continue
+            finer = 2
+            while finer < FINER and inner + _turn(geometry, border, grid.dy / finer, side) * unit * peak > peak:
+                finer *= 2
+            yield (f"the surfaces part within an element at y = {1e3 * border:.4g} mm: the pressure there may exceed the "
+                   f"largest one of this grid, which has no error estimate; try numerics.grid = {finer * grid.ny}")
+
+
+def _turn(geometry: ContactGeometry, border: float, size: float, side: float) -> float:
+    """Angle by which both surfaces turn away from each other over the last `size` (m) of a contact that ends at `border`."""
+    low, high = geometry.limits
+    places = np.clip(np.array([border - side * size, border]), low, high)
+    slopes = sum((slope(places) for slope in geometry.slopes), np.zeros(2))
+    return float(max(-side * (slopes[1] - slopes[0]), 0.0))
+
