@@ -47,7 +47,7 @@ def test_plot_tells_which_pictures_show_another_result(results: Path, tmp_path: 
     (tmp_path / "a_temperature.png").write_bytes(b"of a result with heat")
     (tmp_path / "a_pressure.svg").write_bytes(b"of this result")
     done = call("plot", "a.h5", cwd=tmp_path)
-    assert done.stderr == "thermoroll: of an earlier run, and left as it was: a_temperature.png\n"
+    assert done.stderr == "thermoroll: left from an earlier run, not updated: a_temperature.png\n"
 
 
 def test_compare_of_equals(results: Path) -> None:

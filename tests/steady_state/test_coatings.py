@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -24,6 +25,7 @@ from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.warnings import unresolved_layers
 from thermoroll_cli.rolling.element_borders import known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
@@ -287,7 +289,11 @@ def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
     coarse, fine = (solve(replace(problem, numerics=Numerics(grid=(n, n)))) for n in (32, 128))
     for name in ("contact_area_mm2", "pressure_max_MPa", "approach_um", "T_gamma_N"):
         assert abs(coarse.summary()[name] / fine.summary()[name] - 1.0) <= coarse.summary()["error"][name], name
-    assert any("elements thick" in warning for warning in coarse.warnings) == (thickness < 1e-4)
+    named = [re.search(r"elements thick.*numerics\.grid = (\d+) would resolve", warning) for warning in coarse.warnings]
+    assert any(named) == (thickness < 1e-4)
+    for side in (int(found.group(1)) for found in named if found):
+        derived = DerivedQuantities(problem)
+        assert not list(unresolved_layers(derived, derived.grid((side, side), 2.2)))
 
 
 # --- files -------------------------------------------------------------------------------------------------------

@@ -93,7 +93,7 @@ def test_files_of_another_sweep_are_told_and_left(case: Path, tmp_path: Path) ->
     assert "another sweep" not in first.stderr and "earlier run" not in first.stderr
     done = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", cwd=tmp_path)
     assert "out has 2 files of another sweep, spheres_0002.h5 … spheres_0003.h5: not touched, and not in" in done.stderr
-    assert "of an earlier run, and left as it was: out/sweep.png" in done.stderr
+    assert "left from an earlier run, not updated: out/sweep.png" in done.stderr
     assert len(list((tmp_path / "out").glob("*.h5"))) == 3
     quiet = call("sweep", case, "--over", "creepage.longitudinal=4e-3", "-o", "out", "--no-plots", "-q", cwd=tmp_path)
     assert quiet.stderr == ""

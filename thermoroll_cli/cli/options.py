@@ -167,7 +167,7 @@ def report_stale(pictures: Iterable[Path], written: Iterable[Path]) -> None:
     """Report which of `pictures` were there before and do not show what has been `written` beside them now."""
     stale = sorted(str(path) for path in set(pictures) - set(written) if path.exists())
     if stale:
-        streams.note(f"thermoroll: of an earlier run, and left as it was: {', '.join(stale)}")
+        streams.note(f"thermoroll: left from an earlier run, not updated: {', '.join(stale)}")
 
 
 def check_writable(folder: Path) -> None:

@@ -15,7 +15,7 @@ SECONDS_BETWEEN_LINES = 10.0
 MOST_LINES = 200
 """Points that get a line each where there is no terminal; of more there is a line every few seconds."""
 WORTH_SHOWING_SECONDS = 2.0
-NARROW = 100
+NARROW = 60
 """A terminal with fewer columns shows words without a bar."""
 OVERHEAD = 3e5
 """Work of an iteration that does not grow with the grid, in operations: as much as the transforms of 64 × 64 elements."""
@@ -38,8 +38,8 @@ class Bar:
         from rich.table import Column
 
         console = Console(file=sys.stderr, highlight=False)
-        words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=False, overflow="fold"))
-        bar = (BarColumn(bar_width=24),) if console.width >= NARROW else ()
+        words_column = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, overflow="ellipsis"))
+        bar = (BarColumn(bar_width=16),) if console.width >= NARROW else ()
         self._progress = Progress(words_column, *bar, TextColumn("{task.fields[left]}"), console=console, transient=True)
         self._task = self._progress.add_task(words, total=total, left="")
         self._progress.start()

@@ -25,11 +25,11 @@ from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
-NO_ERRORS = "no error estimates: they come from a coarser grid beside this one; a numerics.grid of 16 or more has one"
+NO_ERRORS = "no error estimates: they need a coarser grid; set numerics.grid to 16 or more"
 
 
 @dataclass(frozen=True)
-class _Wishes:
+class RunOptions:
     """How the results are wanted; `drawing` has the options of the pictures, None for no pictures."""
 
     folder: Path
@@ -70,13 +70,13 @@ def run(
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
     drawing = {"formats": options.image_formats(formats), "dpi": dpi, "normalised": normalised}
-    wishes = _Wishes(output, None if no_plots else drawing, threads, as_json, quiet, verbose)
+    wanted = RunOptions(output, None if no_plots else drawing, threads, as_json, quiet, verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
     if twice:
         raise typer.BadParameter(f"several cases would write {twice[0]}.h5: rename one, or run them one by one")
     options.check_writable(output)
-    codes = [_attempt(case, wishes) for case in valid]
+    codes = [_attempt(case, wanted) for case in valid]
     raise typer.Exit(ExitCode.BUG if ExitCode.BUG in codes else max(codes))
 
 
@@ -97,13 +97,13 @@ def _read_all(
     return valid
 
 
-def _attempt(case: Case, wishes: _Wishes) -> int:
+def _attempt(case: Case, wanted: RunOptions) -> int:
     """Run one case; its errors do not stop the others."""
     try:
         with options.solvable(case, case.name):
-            return _run_case(case, wishes)
+            return _run_case(case, wanted)
     except CaseError as error:
-        if wishes.as_json:
+        if wanted.as_json:
             streams.write_json(options.invalid_record(case.name, error))
         return streams.report_invalid([error], "")
     except MemoryError:
@@ -116,48 +116,48 @@ def _attempt(case: Case, wishes: _Wishes) -> int:
     return ExitCode.INPUT_OUTPUT
 
 
-def _run_case(case: Case, wishes: _Wishes) -> int:
+def _run_case(case: Case, wanted: RunOptions) -> int:
     problem = case.task
     if isinstance(problem, WheelsetProblem):
-        return run_wheelset(case, problem, wishes.folder, drawing=wishes.drawing, threads=wishes.threads,
-                            as_json=wishes.as_json, quiet=wishes.quiet, verbose=wishes.verbose)
-    progress = Progress(case.name, quiet=wishes.quiet, verbose=wishes.verbose, steps=lambda: make_plan(problem).steps,
+        return run_wheelset(case, problem, wanted.folder, drawing=wanted.drawing, threads=wanted.threads,
+                            as_json=wanted.as_json, quiet=wanted.quiet, verbose=wanted.verbose)
+    progress = Progress(case.name, quiet=wanted.quiet, verbose=wanted.verbose, steps=lambda: make_plan(problem).steps,
                         at_most=problem.numerics.accuracy is not None)  # fmt: skip
     with progress:
-        result = solve(problem, threads=wishes.threads, report=progress)
+        result = solve(problem, threads=wanted.threads, report=progress)
     code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
     try:
-        files = _write_files(case, result, wishes)
+        files = _write_files(case, result, wanted)
     except OSError as cause:
         # The computed scalars are still worth printing.
         streams.error(f"{case.name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
-    if files and not wishes.quiet:
-        options.report_stale(_pictures_of(case, wishes.folder), files)
-    if wishes.as_json:
+    if files and not wanted.quiet:
+        options.report_stale(_pictures_of(case, wanted.folder), files)
+    if wanted.as_json:
         streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
-        for warning in result.warnings if not wishes.quiet else ():
+        for warning in result.warnings if not wanted.quiet else ():
             streams.note(f"thermoroll: {case.name}: warning: {warning}")
-    elif not wishes.quiet:
-        streams.write(*_report(case, result, wishes.verbose))
+    elif not wanted.quiet:
+        streams.write(*_report(case, result, wanted.verbose))
         if files:
             endings = (file.suffix for file in files[1:])
-            kinds = ", ".join(f"{wishes.folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
+            kinds = ", ".join(f"{wanted.folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
             streams.write(f"  wrote {files[0]}" + (f" and {len(files) - 1} pictures {kinds}" if kinds else ""))
-    if not result.converged and (wishes.as_json or wishes.quiet):  # else the report says so
+    if not result.converged and (wanted.as_json or wanted.quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
     return code
 
 
-def _write_files(case: Case, result: Result, wishes: _Wishes) -> list[Path]:
-    stem = wishes.folder / case.name
-    target = wishes.folder / f"{case.name}.h5"
+def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
+    stem = wanted.folder / case.name
+    target = wanted.folder / f"{case.name}.h5"
     write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line())
-    if wishes.drawing is None or not case.plots:
+    if wanted.drawing is None or not case.plots:
         return [target]
     from thermoroll_cli.plots.pictures import draw
 
-    return [target, *draw(result, stem, **wishes.drawing)]
+    return [target, *draw(result, stem, **wanted.drawing)]
 
 
 def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
@@ -179,11 +179,11 @@ def _report(case: Case, result: Result, verbose: bool) -> list[str]:
     both = result.isothermal is not result.coupled
     # A reason says already why a state on one grid alone has none.
     without = result.converged and all(error != error for error in result.error.values())
-    notes = [NO_ERRORS] if without else []
-    notes += [f"warning: {warning}" for warning in result.warnings]
+    head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
+    warnings = [line for warning in result.warnings for line in folded(f"warning: {warning}", width)]
     return [
-        *folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent=""),
-        *folded(result.reason, width),
+        *(head if result.converged else streams.in_colour([*head, *folded(result.reason, width)], streams.RED)),
         *scalar_table(result.summary(), names, both=both, width=width),
-        *(line for text in notes for line in folded(text, width)),
+        *(folded(NO_ERRORS, width) if without else ()),
+        *streams.in_colour(warnings, streams.YELLOW),
     ]

@@ -111,6 +111,15 @@ def coloured(stream: TextIO | None) -> bool:
     return is_terminal(stream) and not os.environ.get("NO_COLOR")
 
 
+RED, YELLOW = 31, 33
+"""Colours of a terminal."""
+
+
+def in_colour(lines: Sequence[str], colour: int) -> list[str]:
+    """`lines` for standard output, in a colour if that is a terminal."""
+    return [f"\033[{colour}m{line}\033[0m" for line in lines] if coloured(sys.stdout) else list(lines)
+
+
 def write_json(content: Mapping[str, Any]) -> None:
     """Write `content` to standard output as one line of strict JSON; nan and infinity become null."""
     text = json.dumps(content, default=_plain)

@@ -175,7 +175,7 @@ def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
         streams.write(*sweep_table(list(rows), rows.points, width))
     for warning, count in kinds.values():
         where = f" (one of {count} points)" if count > 1 else ""
-        streams.write(*folded(f"warning: {warning}{where}", width))
+        streams.write(*streams.in_colour(folded(f"warning: {warning}{where}", width), streams.YELLOW))
     streams.write(f"{converged} of {len(rows)} points converged")
     also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
     streams.write(f"  wrote {', '.join(map(str, written))}{also}")

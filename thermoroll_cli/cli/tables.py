@@ -47,6 +47,9 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
         candidates = (meaning, brief, shortened if len(shortened) >= _TELLING else "")
         fitting = (text for text in candidates if text and len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
+    if not all(meanings[both:]):
+        # Labels of some rows only say less than the names alone.
+        meanings = [meaning if meaning == UNBOUNDED else "" for meaning in meanings]
     return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
 
 

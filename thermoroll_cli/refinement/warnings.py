@@ -102,13 +102,20 @@ def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
             if layer.thickness < THICK * element:
                 yield (f"the uppermost layer of the {body} body is {layer.thickness / element:.2g} elements thick: near "
                        "borders of contact and stick its stresses vary within elements; "
-                       f"{THICK:g} elements would resolve them")
+                       f"{_resolving(grid, layer.thickness)} would resolve them")
     if coatings is None or coatings.near_border(grid.dx, grid.dy).trust >= RESOLVED_BORDER:
         return
     bodies = (coatings.lower, coatings.upper)
     thickness = min(body.layers[0].thickness for body in bodies if body.layers)
     yield (f"the grid does not resolve the uppermost layer, {thickness / element:.2g} elements thick: the contact ends "
-           f"at the border of an element, which shows in areas; {THICK:g} elements would resolve it")
+           f"at the border of an element, which shows in areas; {_resolving(grid, thickness)} would resolve it")
+
+
+def _resolving(grid: Grid, thickness: float) -> str:
+    """The grid of which `THICK` elements are as thick as a layer."""
+    finer = THICK * min(grid.dx, grid.dy) / thickness
+    nx, ny = (math.ceil(finer * side) for side in grid.shape)
+    return f"numerics.grid = {nx}" if nx == ny else f"numerics.grid = [{nx}, {ny}]"
 
 
 def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
@@ -217,7 +224,7 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
     needed = derived.interlayer_shear * law.fall(math.inf if problem.prescribed_force else slip * motion.speed)
     if law.memory < needed:
         yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
-               f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid")
+               f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid; a longer memory avoids that")
 
 
 STEEPEST = 0.1
