@@ -17,6 +17,7 @@ from scripts.figures import (
     figures_creep_table,
     figures_documents,
     figures_frame,
+    figures_measured,
     figures_numerics,
     figures_peers,
     figures_pictures,
@@ -26,7 +27,7 @@ from scripts.figures import (
 from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import applied
 
-MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers,
+MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_measured,
            figures_verification, figures_recirculation, figures_creep_table)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 

@@ -12,8 +12,9 @@ import pytest
 from tests.support.profiles import CROWN, below
 from tests.support.scenes import STEEL, ellipse, rolling, saturation
 from thermoroll_cli.numerics.grid import between_sides, peak_value
+from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.names import SCALARS
-from thermoroll_cli.problem.problem import Geometry, Heating, Material, Motion, Numerics, Problem, Profile
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import TEMPERATURES, absolute_error, error_scale
 from thermoroll_cli.refinement.solve import solve
