@@ -1,5 +1,5 @@
-"""Measured creep forces beside the shipped cases (docs/measured.md): friction and interlayers are fitted to the creep curves, the
-angles of attack are predicted."""
+"""Measured creep forces beside the shipped cases (docs/measured.md): friction and interlayers are fitted to the creep curves,
+the angles of attack are predicted."""
 
 from __future__ import annotations
 
