@@ -258,6 +258,7 @@ def test_a_result_is_a_case_to_every_command(case: Path, tmp_path: Path) -> None
     result = tmp_path / f"{case.stem}.h5"
     assert call("show", result, "--json").stdout == call("show", case, "--json").stdout
     assert call("validate", result).stdout.splitlines() == [f"{result}: valid"]
+    assert json.loads(call("wear", result, "--set", "load.normal_N=-1", "--json").stdout)["valid"] is False
     sweep = ("sweep", result, "--over", "load.normal_N=50,60", "--no-plots", "--json", "-o", tmp_path)
     assert [json.loads(line)["name"] for line in call(*sweep).stdout.splitlines()] == [f"{case.stem}_000{n}" for n in (1, 2)]
     assert "load.normal_N = -1" in call("validate", result, "--set", "load.normal_N=-1").stderr

@@ -54,7 +54,7 @@ def validate(
         try:
             case = options.read_case(path, overrides)
             with options.solvable(case, str(path)):
-                warnings = doubts(case)
+                warnings = warnings_of(case)
         except CaseError as cause:
             error = cause
             errors.append(cause)
@@ -68,7 +68,7 @@ def validate(
         raise typer.Exit(streams.report_invalid(errors, ""))
 
 
-def doubts(case: Case) -> list[str]:
+def warnings_of(case: Case) -> list[str]:
     """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
     derived = DerivedQuantities(case.problem)
     return [*warnings_before(derived), *expected_temperature_warning(derived)]

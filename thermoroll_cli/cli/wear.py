@@ -12,7 +12,6 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.files.case import Case
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.worn.follow import Evolution, follow
@@ -37,7 +36,8 @@ def wear(
     the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
     DIR/NAME_wear.jsonl.
     """
-    read = Case.read(case, options.parse_overrides(settings))
+    with options.recorded(case, as_json):
+        read = options.read_case(case, options.parse_overrides(settings))
     asked = read.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
