@@ -78,7 +78,7 @@ def test_uniform_slip_is_uniform_motion(divided):
             np.testing.assert_allclose(found, exact, atol=2e-5 * np.abs(exact).max())
         found, exact = sliding.displacement(heat), moving.displacement(heat)
         np.testing.assert_allclose(found - found.mean(), exact - exact.mean(), atol=2e-5 * np.ptp(exact))
-        gap, exact = sliding.temperature_gap(flux), moving.temperature_gap(flux)
+        gap, exact = sliding.temperature_difference(flux), moving.temperature_difference(flux)
         np.testing.assert_allclose(gap, exact, atol=2e-5 * np.abs(exact).max())
 
 

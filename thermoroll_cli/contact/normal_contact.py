@@ -23,15 +23,14 @@ from thermoroll_cli.contact.stiff_layers import Blocks, has_stiff_layers
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
 from thermoroll_cli.numerics.convolution import Convolution, even_length, in_pairs, multiply, quadrant_symbol
-from thermoroll_cli.numerics.grid import Grid, around, framed, highest
+from thermoroll_cli.numerics.grid import Grid, framed, neighbour_max, neighbour_sum
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
 SOLVED_SHARE = 0.5
 """Conjugate gradients go on to this share of the tolerance, so that the iteration ends when the set no longer changes."""
 PRESSURE_SHARE = 0.005
-"""Below stiff layers an error of the pressure, over its peak, counts by this factor as one of the gap: pressures of short waves
-hardly move the surface."""
+"""Weight of the relative pressure error in the residual below stiff coatings, where short waves hardly move the surface."""
 PATIENCE = 8
 """Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
 BORDER_PASSES = 3
@@ -281,8 +280,8 @@ class NormalSolver:
 def _handed_over(pressure: Array, drop: Mask, contact: Mask) -> Array:
     """`pressure` with the tension of the elements that `drop` shared by the elements of the `contact` around each: stiff layers
     feel a border's load and moment from afar, and the next contact begins that much closer."""
-    sharing = around(contact.astype(float))
-    return pressure + around(np.where(drop & (sharing > 0.0), pressure / np.maximum(sharing, 1.0), 0.0))
+    sharing = neighbour_sum(contact.astype(float))
+    return pressure + neighbour_sum(np.where(drop & (sharing > 0.0), pressure / np.maximum(sharing, 1.0), 0.0))
 
 
 Index = NDArray[np.intp]
@@ -339,22 +338,22 @@ def border_elements(
     # Whole elements next to the border carry up to 3 % too much pressure, and the gap of the first ones outside is as much too
     # large: each shifts the border by 0.02 elements, one inwards and one outwards, elements right at the border by up to 0.05.
     square = np.where(contact, pressure / scale, 0.0) ** 2
-    loaded = np.minimum(square / np.maximum(LOADED_FROM * highest(square), 1e-300), 1.0)
-    weight = 1.0 - highest(1.0 - loaded)
-    beside = highest(loaded)
+    loaded = np.minimum(square / np.maximum(LOADED_FROM * neighbour_max(square), 1e-300), 1.0)
+    weight = 1.0 - neighbour_max(1.0 - loaded)
+    beside = neighbour_max(loaded)
     i, j = places((beside > 0.0) & ~contact & (gap > 0.0))
     coefficients, trust = _paraboloids(square, weight, i, j)
     square[i, j], bend = _continued(coefficients, gap[i, j] * contact_modulus / scale, grid)
     away = -square[i, j] / np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
     weight[i, j] = trust * beside[i, j] * np.minimum(away / OPEN_FROM, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
     complete(square, weight)
-    i, j = places(highest(contact) & highest(~contact))
+    i, j = places(neighbour_max(contact) & neighbour_max(~contact))
     coefficients, trust = _paraboloids(square, weight, i, j)
     fitted = trust > 0.0
     i, j, coefficients, trust = i[fitted], j[fitted], coefficients[fitted], trust[fitted]
     part, root = _sampled(coefficients)
     # Beside a contact of almost no pressure any change is too large.
-    beside = np.maximum(highest(pressure)[i, j], ROUNDING_PRESSURE * scale)
+    beside = np.maximum(neighbour_max(pressure)[i, j], ROUNDING_PRESSURE * scale)
     change = np.abs(scale * root - np.where(contact, pressure, 0.0)[i, j]) / beside
     trust = certainty * trust * np.minimum(1.0, TOLERABLE_CHANGE / np.maximum(change, 1e-300)) ** 4
     covered = contact.astype(np.float64)

@@ -28,14 +28,15 @@ from thermoroll_cli.problem.problem import Heating
 MISMATCH_TOLERANCE = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""
 MOST_APPLICATIONS, RESTART_AFTER = 600, 300
-"""Most applications of `ThermalResponse.temperature_gap`, and after how many GMRES restarts: elongated contacts need up to ten
-times the usual number, conduction in partial slip at Péclet numbers of thousands several hundred."""
+"""Most applications of `ThermalResponse.temperature_difference`, and after how many GMRES restarts: elongated contacts need up
+to ten times the usual number, conduction in partial slip at Péclet numbers of thousands several hundred."""
 
 
 @dataclass(frozen=True)
 class Partition:
     """`heat` as it divides; `mismatch` is the largest difference of both surface temperatures (bulk included) inside the
-    contact, relative to the largest rise or difference of bulk temperatures; `applications` those of `temperature_gap`."""
+    contact, relative to the largest rise or difference of bulk temperatures; `applications` are those of
+    `temperature_difference`."""
 
     heat: DividedHeat
     mismatch: float
@@ -70,7 +71,7 @@ def match(
     peak = max(float(np.abs(lower).max()), float(np.abs(upper).max()), abs(bulk_difference))
 
     def gap(exchange: Vector) -> Vector:
-        return response.temperature_gap(_on_grid(exchange, contact))[contact]
+        return response.temperature_difference(_on_grid(exchange, contact))[contact]
 
     precondition = _preconditioner(response, contact)
     mismatch = (upper - lower)[contact] + bulk_difference
@@ -95,8 +96,8 @@ def _on_grid(values: Vector, contact: Mask) -> Array:
 
 
 def _preconditioner(response: ThermalResponse, contact: Mask) -> Callable[[Vector], Vector]:
-    """Approximate inverse of `temperature_gap` on the contact: that of the padded, periodic convolution."""
-    convolution, spectrum = response.gap_symbol()
+    """Approximate inverse of `temperature_difference` on the contact: that of the padded, periodic convolution."""
+    convolution, spectrum = response.difference_symbol()
     inverse = 1.0 / spectrum
 
     def inverted(residual: Vector) -> Vector:

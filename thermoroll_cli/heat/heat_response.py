@@ -90,12 +90,12 @@ class ThermalResponse(Protocol):
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
         """Surface temperature rise in K of the lower and of the upper body."""
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_difference(self, exchange: Array) -> Array:
         """Temperature of the lower less that of the upper surface under the flux `exchange` from the upper to the lower
         body."""
 
-    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
-        """A convolution and the spectrum with which it equals or approximates `temperature_gap`."""
+    def difference_symbol(self) -> tuple[Convolution, Spectrum]:
+        """A convolution and the spectrum with which it equals or approximates `temperature_difference`."""
 
 
 MOST_TABLES = 6
@@ -231,14 +231,14 @@ class HeatResponse:
         hat += convolution.forward(slope) * convolution.spectrum(body.layered_table("interface", self.grid, slope=True))
         return convolution.inverse(hat)
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_difference(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
-        convolution, spectrum = self.gap_symbol()
+        convolution, spectrum = self.difference_symbol()
         hat = convolution.forward(exchange)
         hat *= spectrum
         return convolution.inverse(hat)
 
-    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+    def difference_symbol(self) -> tuple[Convolution, Spectrum]:
         """As `ThermalResponse`."""
         if self._gap is None:
             spectra = [self._temperature_spectrum(body) * (self.grid.dx / body.conductivity) for body in self.bodies]

@@ -320,11 +320,11 @@ class RecirculatingResponse:
         before, above = entry_temperatures(self.tracks, heat)
         return lower + before, upper + above
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_difference(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
-        sums, gap = exchange.sum(axis=0), self.passing.temperature_gap(exchange)
+        sums, gap = exchange.sum(axis=0), self.passing.temperature_difference(exchange)
         return gap + sum(track.temperature for track in self.tracks if track is not None) @ sums
 
-    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+    def difference_symbol(self) -> tuple[Convolution, Spectrum]:
         """As `ThermalResponse`, of the present pass: preconditioning the tracks' part as well saves no time."""
-        return self.passing.gap_symbol()
+        return self.passing.difference_symbol()

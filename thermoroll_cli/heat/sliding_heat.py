@@ -108,7 +108,7 @@ class SlidingHeatResponse:
             )
         return self._rise(lower, heat.lower), self._rise(upper, heat.upper)
 
-    def temperature_gap(self, exchange: Array) -> Array:
+    def temperature_difference(self, exchange: Array) -> Array:
         """As `ThermalResponse`."""
         lower, upper = self.bodies
         if self._alike:
@@ -116,7 +116,7 @@ class SlidingHeatResponse:
             return rise * (self.grid.dx * (1.0 / lower.conductivity + 1.0 / upper.conductivity))
         return self._rise(lower, exchange) + self._rise(upper, exchange)
 
-    def gap_symbol(self) -> tuple[Convolution, Spectrum]:
+    def difference_symbol(self) -> tuple[Convolution, Spectrum]:
         """As `ThermalResponse`, for sources that all slip at the mean speed of those that slip."""
         if self._symbol is None:
             grid = self.grid

@@ -138,14 +138,14 @@ def framed(field: AnyArray, width: int = 1) -> AnyArray:
     return found
 
 
-def highest(field: AnyArray) -> AnyArray:
+def neighbour_max(field: AnyArray) -> AnyArray:
     """Highest value around each element; `field` ≥ 0, or a mask (nx, ny)."""
     padded = framed(field)
     rows = np.maximum(np.maximum(padded[:-2], padded[1:-1]), padded[2:])
     return np.maximum(np.maximum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
 
 
-def around(field: AnyArray) -> AnyArray:
+def neighbour_sum(field: AnyArray) -> AnyArray:
     """Sum of `field` (nx, ny) over each element and its eight neighbours."""
     padded = framed(field)
     rows = padded[:-2] + padded[1:-1] + padded[2:]
@@ -185,7 +185,7 @@ def peak_value(field: Array, *, averages: bool = True) -> float:
     `MOST_PEAK_CURVATURE` times that of the field beside the largest element, so a drop on one side alone adds nothing.
     Temperatures rise slowly through the contact and fall behind it: along x their top is that of a cubic, unless there is a
     corner.
-    Of elements that share the largest value up to `SHARED` the highest top counts: rounding does not choose between them.
+    If several elements tie within `SHARED`, the highest interpolated peak is taken: rounding does not choose between them.
     """
     places = np.argwhere(field > (1.0 - SHARED) * field.max())
     if not 0 < len(places) <= MOST_SHARING:

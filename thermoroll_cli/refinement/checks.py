@@ -24,8 +24,8 @@ HEAT_BALANCE = 1e-6
 TEMPERATURE_MISMATCH = 1e-4
 """Largest difference of both surface temperatures with a matched partition, over the peak: 100 times the tolerance."""
 UNRESOLVED_HEAT = 0.5
-"""Share of the heat from slip zones narrower than an element: where most of the heat is, and it shapes the contact, the state
-is one of the grid's."""
+"""Share of the heat from slip zones narrower than an element. Above this share the state is an artefact of the grid if heat
+shapes the contact."""
 SHAPING = 0.3
 """Variation of the thermal expansion over the contact from which heat shapes it, over the approach. Below it, unresolved slip
 costs accuracy alone, which the estimates include."""
@@ -36,10 +36,10 @@ SLOWEST, SPEEDS = 50.0, 14
 
 
 def failures(
-    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, home: Discretisation,
+    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, heated: Discretisation,
     coupled: SteadyState | None,
 ) -> list[str]:
-    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `home`."""
+    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `heated`."""
     reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
@@ -48,31 +48,31 @@ def failures(
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
-    if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and home.followed is None):
+    if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and heated.followed is None):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
-    of_heat = _heat_failures(isothermal, home, coupled)
+    of_heat = _heat_failures(isothermal, heated, coupled)
     if of_heat:
         top = derived.problem.motion.speed
         reasons += [*of_heat, "for the largest speed that has a steady state: thermoroll sweep CASE --over "
                               f"rolling.speed_m_s={top / SLOWEST:.4g}:{top:.4g}:{SPEEDS}:log"]
     # Other faults of an iteration that has not converged only follow from that.
     if coupled is not None and (coupled.converged or not of_heat):
-        reasons += [f"coupled state: {r}" for r in _state_failures(derived, home, coupled.contact)]
+        reasons += [f"coupled state: {r}" for r in _state_failures(derived, heated, coupled.contact)]
     return reasons
 
 
-def _heat_failures(isothermal: SteadyState, home: Discretisation, coupled: SteadyState | None) -> list[str]:
-    """In which ways the coupled iteration on `home` failed for its heat, and not for its domain; empty where it did not."""
-    if coupled is None or (coupled.touches_rim and home.followed is None):
+def _heat_failures(isothermal: SteadyState, heated: Discretisation, coupled: SteadyState | None) -> list[str]:
+    """In which ways the coupled iteration on `heated` failed for its heat, and not for its domain; empty where it did not."""
+    if coupled is None or (coupled.touches_rim and heated.followed is None):
         return []
     if coupled.touches_rim:
-        tried = home.options.most_moves
+        tried = heated.options.most_moves
         return [f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which "
                 "does not show that there is none; lower the speed or the creepage"]
     if not coupled.converged:
         return [_not_coupled(coupled)]
     reasons = []
-    if (unresolved := _unresolved_heat(home, coupled)) > UNRESOLVED_HEAT:
+    if (unresolved := _unresolved_heat(heated, coupled)) > UNRESOLVED_HEAT:
         reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
                        "than an element: set a finer numerics.grid, or lower the speed or the creepage")
     if _shrunk(isothermal, coupled):
@@ -100,12 +100,12 @@ def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
     return left < min(FEWEST_ELEMENTS, 0.5 * before)
 
 
-def _unresolved_heat(home: Discretisation, coupled: SteadyState) -> float:
+def _unresolved_heat(heated: Discretisation, coupled: SteadyState) -> float:
     """Share of the heat that no slip of whole elements accounts for; 0 where heat hardly shapes the contact."""
     expansion, normal = coupled.contact.expansion, coupled.contact.normal
-    if expansion is None or float(np.ptp(expansion[normal.contact])) < SHAPING * home.derived.scales.approach:
+    if expansion is None or float(np.ptp(expansion[normal.contact])) < SHAPING * heated.derived.scales.approach:
         return 0.0
-    return power_balance_error(coupled.contact.tangential, home.grid.element_area)
+    return power_balance_error(coupled.contact.tangential, heated.grid.element_area)
 
 
 def _elements(contact: Contact) -> int:

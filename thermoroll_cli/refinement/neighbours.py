@@ -173,12 +173,13 @@ def _state(level: RefinementLevel | None, *, coupled: bool) -> SteadyState | Non
     if level is None:
         return None
     state = level.coupled if coupled else level.isothermal
-    return state if state is not None and state.converged and (not coupled or level.home is level.discretisation) else None
+    usual = not coupled or level.own_discretisation is level.discretisation
+    return state if state is not None and state.converged and usual else None
 
 
-def _scaled(home: Discretisation, contact: Contact) -> tuple[Fields, Array]:
+def _scaled(here: Discretisation, contact: Contact) -> tuple[Fields, Array]:
     """The fields of a state and its creepages in Hertz's units."""
-    derived, normal = home.derived, contact.normal
+    derived, normal = here.derived, contact.normal
     bound = (derived.problem.friction.coefficient if contact.friction is None else contact.friction) * normal.pressure
     found = {
         "pressure": normal.pressure / derived.scales.peak_pressure,

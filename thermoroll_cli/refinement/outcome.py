@@ -37,21 +37,21 @@ class FollowedState:
 class RefinementLevel:
     """The state without thermal deformation and, where there is any, the one with it; each with its reported form.
 
-    The coupled state lives on `home`, which is `discretisation` unless its contact has become much smaller; `transforms` are
-    those done for both."""
+    The coupled state lives on `own_discretisation`, which is `discretisation` unless its contact has become much smaller;
+    `transforms` are those done for both."""
 
     discretisation: Discretisation
     isothermal: SteadyState
     coupled: SteadyState | None
     isothermal_state: State
     coupled_state: State
-    home: Discretisation
+    own_discretisation: Discretisation
     transforms: int
 
     @property
     def touches_rim(self) -> bool:
         """Whether a contact was found to reach the edge of a domain that a larger one may replace."""
-        reached = self.coupled is not None and self.coupled.touches_rim and self.home.followed is None
+        reached = self.coupled is not None and self.coupled.touches_rim and self.own_discretisation.followed is None
         return self.isothermal.touches_rim or reached
 
     @property
@@ -80,11 +80,12 @@ def refinement_level(
     if cold:
         expansion = np.zeros(discretisation.grid.shape)
     reported = state_of(discretisation, contact, temperatures=heat or cold, expansion=expansion)
-    home, coupled, heated = discretisation, None, reported
+    own_discretisation, coupled, heated = discretisation, None, reported
     if followed is not None:
-        home, coupled = followed.discretisation, followed.state
-        heated = state_of(home, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
-    return RefinementLevel(discretisation, isothermal, coupled, reported, heated, home, counted.transforms - before)
+        own_discretisation, coupled = followed.discretisation, followed.state
+        heated = state_of(own_discretisation, coupled.contact, temperatures=True, expansion=coupled.contact.expansion)
+    return RefinementLevel(discretisation, isothermal, coupled, reported, heated, own_discretisation,
+                           counted.transforms - before)
 
 
 def result_of(
@@ -95,11 +96,11 @@ def result_of(
     derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
-    sharp = sharp_places(last.home, last.contact)
+    sharp = sharp_places(last.own_discretisation, last.contact)
     errors = estimates(coupled, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
-    reasons = failures(derived, last.discretisation, last.isothermal, last.home, last.coupled)
-    warnings = [*plan.warnings, *unresolved_layers(derived, last.home.grid), *sharp.warnings]
-    heat = last.home.heat(last.contact) if plan.runs("heat") else None
+    reasons = failures(derived, last.discretisation, last.isothermal, last.own_discretisation, last.coupled)
+    warnings = [*plan.warnings, *unresolved_layers(derived, last.own_discretisation.grid), *sharp.warnings]
+    heat = last.own_discretisation.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.coupled_state.fields
         rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
@@ -121,7 +122,7 @@ def result_of(
     if last.isothermal.acts_back:
         history[f"{_coupling_name(last)}_residual"] = np.array(last.isothermal.history)
     isothermal_state = replace(last.isothermal_state, scalars=final(isothermal, derived))
-    if last.home is not last.discretisation:
+    if last.own_discretisation is not last.discretisation:
         warnings.append(f"the domain has followed the heated contact: {_place(last)}; the state without thermal "
                         "deformation has a grid of its own")
     same = last.coupled_state is last.isothermal_state
@@ -149,7 +150,7 @@ def _place(level: RefinementLevel) -> str:
 
 def _limits(level: RefinementLevel) -> list[float]:
     """Lowest and highest x, lowest and highest y of the domain of the coupled state, in mm."""
-    grid = level.home.grid
+    grid = level.own_discretisation.grid
     sides = (grid.centre_x, grid.nx * grid.dx), (grid.centre, grid.ny * grid.dy)
     return [float(1e3 * (centre + half)) for centre, side in sides for half in (-0.5 * side, 0.5 * side)]
 
@@ -192,7 +193,7 @@ def _work(
     return {
         "grid": list(last.shape),
         "extent": plan.extent,
-        "extent_coupled": levels[-1].home.extent,
+        "extent_coupled": levels[-1].own_discretisation.extent,
         "domain_coupled_mm": _limits(levels[-1]),
         "iterations": {k: entries[-1][k] for k in entries[-1] if k.endswith(("iterations", "steps"))},
         "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),

@@ -62,7 +62,7 @@ def _reference(discretisation: Discretisation) -> tuple[float, float]:
     return float(cold.covered.sum()) * discretisation.grid.element_area, cold.peak
 
 
-def _smooth(field: Array, discretisation: Discretisation, contact: Contact) -> Array:
+def _without_steep_borders(field: Array, discretisation: Discretisation, contact: Contact) -> Array:
     """`field` where its largest value is looked for: at the end of a crown the pressure falls within an element, and single
     elements there carry what belongs to their neighbours."""
     if discretisation.derived.problem.geometry.elliptic:
@@ -111,7 +111,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         "creepage_lateral": tangential.creepage[1],
         "creepage_spin_rad_mm": problem.motion.spin * 1e-3,
         "pressure_max_MPa": normal.peak * 1e-6,
-        "shear_max_MPa": peak_value(_smooth(shear, discretisation, contact)) * 1e-6,
+        "shear_max_MPa": peak_value(_without_steep_borders(shear, discretisation, contact)) * 1e-6,
         "approach_um": float(normal.approach) * 1e6,
         "contact_area_mm2": area * 1e6,
         "stick_area_mm2": stick_area * 1e6,
@@ -174,7 +174,7 @@ def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: 
     scalars |= wear_scalars(problem, fields, grid.dx, grid.dy)
     centre = Centre(grid, normal.covered)
     scalars["pressure_centre_MPa"] = centre.of(normal.pressure) * 1e-6
-    scalars["heat_flux_max_W_mm2"] = float(_smooth(flux, discretisation, contact).max()) * 1e-6
+    scalars["heat_flux_max_W_mm2"] = float(_without_steep_borders(flux, discretisation, contact).max()) * 1e-6
     if temperatures:
         heat, heating = discretisation.heat(contact), problem.heating
         rises = heat.temperatures()

@@ -16,7 +16,7 @@ from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_m
 from thermoroll_cli.refinement.neighbours import SolvedBefore
 from thermoroll_cli.refinement.outcome import RefinementLevel, refinement_level, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.refinement.starts import Starts, followed_state, next_home
+from thermoroll_cli.refinement.starts import Starts, followed_state, next_discretisation
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions, Tolerances
@@ -140,7 +140,7 @@ class Solver:
             followed = None
             if plan.runs("deformation"):
                 with timed(seconds, "coupling"):
-                    followed = followed_state(starts, next_home(starts), isothermal, tolerances)
+                    followed = followed_state(starts, next_discretisation(starts), isothermal, tolerances)
                 report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
                                     "residual": followed.state.residual})
             with timed(seconds, "temperature"):

@@ -64,15 +64,15 @@ class Starts:
         guess = _carried_over(discretisation, source.discretisation, source.isothermal.contact)
         return _with_fields(guess, fields)
 
-    def coupled(self, isothermal: Contact, home: Discretisation) -> Contact:
-        """First guess of the state with thermal deformation on `home`, which may have another domain than the `isothermal` one
+    def coupled(self, isothermal: Contact, here: Discretisation) -> Contact:
+        """First guess of the state with thermal deformation on `here`, which may have another domain than the `isothermal` one
         beside it."""
         source = self.of_coupled
         if self.predicted_coupled is not None:
-            return self.moved(home, self.discretisation, self.predicted_coupled)
+            return self.moved(here, self.discretisation, self.predicted_coupled)
         if source is None or source.coupled is None:
-            return self.moved(home, self.discretisation, isothermal)
-        return self.moved(home, source.home, source.coupled.contact)
+            return self.moved(here, self.discretisation, isothermal)
+        return self.moved(here, source.own_discretisation, source.coupled.contact)
 
     @cached_property
     def predicted_coupled(self) -> Contact | None:
@@ -88,25 +88,25 @@ class Starts:
         known = [level for level in (self.coarser, last) if level is not None and level.coupled is not None]
         return min(known, key=lambda level: level.coupled is None or not level.coupled.converged, default=None)
 
-    def learnt(self, home: Discretisation, *, coupled: bool, balanced: bool = False) -> Learnt | None:
-        """What is known of the iteration of a state on `home` from the neighbours that predict its start, or else from the
+    def learnt(self, here: Discretisation, *, coupled: bool, balanced: bool = False) -> Learnt | None:
+        """What is known of the iteration of a state on `here` from the neighbours that predict its start, or else from the
         coarser grid if that has converged."""
         predicted = (self.predicted_coupled if coupled else self.predicted) is not None
         source = self.neighbours.last if predicted and self.neighbours is not None else self.coarser
         state = None if source is None else source.coupled if coupled else source.isothermal
         if source is None or state is None or not state.converged or state.iterations > MIXING_DEPTH:
             return None
-        secants, unknowns = None, {*_unheated(home), *(["expansion"] if coupled else [])}
+        secants, unknowns = None, {*_unheated(here), *(["expansion"] if coupled else [])}
         if state.secants is not None and state.balanced == balanced and set(unknowns_of(state.contact)) == unknowns:
-            prolong = Prolongation((source.home if coupled else source.discretisation).grid, home.grid)
+            prolong = Prolongation((source.own_discretisation if coupled else source.discretisation).grid, here.grid)
             secants = prolong(state.secants[0]), prolong(state.secants[1])
         return Learnt(PREDICTED if predicted else state.history[0] / HEAT.tangential_share, secants)
 
     @staticmethod
-    def moved(home: Discretisation, source: Discretisation, contact: Contact) -> Contact:
-        """First guess of the state with thermal deformation on `home` from a `contact` on another domain or grid."""
-        fields = _unheated(home) | {"expansion": np.zeros(home.grid.shape)}
-        return _with_fields(_carried_over(home, source, contact), fields)
+    def moved(here: Discretisation, source: Discretisation, contact: Contact) -> Contact:
+        """First guess of the state with thermal deformation on `here` from a `contact` on another domain or grid."""
+        fields = _unheated(here) | {"expansion": np.zeros(here.grid.shape)}
+        return _with_fields(_carried_over(here, source, contact), fields)
 
 
 def _unheated(discretisation: Discretisation) -> Fields:
@@ -158,38 +158,40 @@ SMALLEST = 0.02
 coordinates of its elements would not differ."""
 
 
-def followed_state(starts: Starts, home: Discretisation, isothermal: SteadyState, tolerances: Tolerances) -> FollowedState:
-    """The coupled state on `home` or, where its contact leaves that domain or takes too little of it, on one around it."""
+def followed_state(starts: Starts, here: Discretisation, isothermal: SteadyState, tolerances: Tolerances) -> FollowedState:
+    """The coupled state on `here`. If the contact leaves the domain, or fills too little of it, it is solved again
+    on a domain fitted to the contact."""
     before = None if starts.coarser is None else starts.coarser.coupled
     # A contact that slides as a whole needs balancing on coarse grids alone: mixing goes on from there for a tenth of the work.
     balanced = (before is not None and before.balanced and before.converged
                 and bool((before.contact.tangential.stick & before.contact.normal.contact).any()))
-    state = fixed_point(home, starts.coupled(isothermal.contact, home), tolerances, balanced=balanced,
-                        learnt=starts.learnt(home, coupled=True, balanced=balanced))
+    state = fixed_point(here, starts.coupled(isothermal.contact, here), tolerances, balanced=balanced,
+                        learnt=starts.learnt(here, coupled=True, balanced=balanced))
     smaller = settled = False
-    for _ in range(home.options.most_moves):
+    for _ in range(here.options.most_moves):
         # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
         settled = settled or (smaller and state.touches_rim)
-        domain = _around(home, state)
-        if domain is None or not (state.touches_rim or (not settled and _is_worth(domain, home))):
+        domain = _around(here, state)
+        if domain is None or not (state.touches_rim or (not settled and _is_worth(domain, here))):
             break
         smaller = not state.touches_rim
-        moved = _on_domain(home, domain)
-        state = fixed_point(moved, starts.moved(moved, home, state.contact), tolerances,
+        moved = _on_domain(here, domain)
+        state = fixed_point(moved, starts.moved(moved, here, state.contact), tolerances,
                             balanced=state.balanced and state.converged)
-        home = moved
-    return FollowedState(home, state)
+        here = moved
+    return FollowedState(here, state)
 
 
-def next_home(starts: Starts) -> Discretisation:
+def next_discretisation(starts: Starts) -> Discretisation:
     """Where the coupled state of a grid is begun: on its own domain, or around the contact that it is started from if that has
     been followed."""
     discretisation, source = starts.discretisation, starts.of_coupled
-    if source is None or source.coupled is None or source.home is source.discretisation or starts.predicted_coupled is not None:
+    if (source is None or source.coupled is None or source.own_discretisation is source.discretisation
+            or starts.predicted_coupled is not None):
         return discretisation
-    around = source.home.followed
+    around = source.own_discretisation.followed
     if source is starts.coarser and source.coupled.converged:
-        around = _around(source.home, source.coupled)
+        around = _around(source.own_discretisation, source.coupled)
     return discretisation if around is None else _on_domain(discretisation, around)
 
 
@@ -200,14 +202,14 @@ def _on_domain(like: Discretisation, domain: Domain) -> Discretisation:
     return Discretisation(like.derived, like.grid.shape, extent, like.threads, like.options, domain)
 
 
-def _is_worth(domain: Domain, home: Discretisation) -> bool:
+def _is_worth(domain: Domain, here: Discretisation) -> bool:
     """Whether a smaller domain saves enough elements, or makes them small enough, to be solved on again."""
-    return domain.side_x * domain.side_y <= WORTH * home.grid.element_area * home.grid.nx * home.grid.ny
+    return domain.side_x * domain.side_y <= WORTH * here.grid.element_area * here.grid.nx * here.grid.ny
 
 
-def _around(home: Discretisation, state: SteadyState) -> Domain | None:
+def _around(here: Discretisation, state: SteadyState) -> Domain | None:
     """The domain around the contact of `state`; None where it does not follow."""
-    derived, grid, inside = home.derived, home.grid, state.contact.normal.contact
+    derived, grid, inside = here.derived, here.grid, state.contact.normal.contact
     if not derived.problem.has_hertz_solution or not inside.any():
         # The pressure, with which that of the heated contact is compared, is known everywhere for Hertz's contact alone.
         return None

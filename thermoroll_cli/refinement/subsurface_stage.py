@@ -95,7 +95,7 @@ def _below_the_surface(
     derived, elements = levels[-1].discretisation.derived, levels[-1].elements_across
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    collected = [_collect(level.home, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
+    collected = [_collect(level.own_discretisation, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
                  for level in levels]
     finest = collected[-1]
     peaks = [_peaks(collectors) for collectors in collected]
@@ -116,7 +116,7 @@ def _below_the_surface(
         "numerics.extent"
         for body, collector in finest.items() if collector.cut_off()
     ]
-    near, grid = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y), levels[-1].home.grid
+    near, grid = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y), levels[-1].own_discretisation.grid
     at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
     error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()))
     for value, places, rivals in _rivals(collected):

@@ -48,7 +48,7 @@ from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.halfspace.elastic import ShearCompliance
-from thermoroll_cli.numerics.grid import framed, highest, sobel
+from thermoroll_cli.numerics.grid import framed, neighbour_max, sobel
 from thermoroll_cli.rolling.rolling_gradient import MARGIN, RollingGradient, RollingOptions, difference
 
 SMALLEST_PRESSURE = 1e-7
@@ -66,7 +66,7 @@ def leading_ring(pressure: Array, covered: Array) -> Mask:
     """Elements (n, m) up to `LEADING_RING` from the border where the pressure rises along the rolling direction."""
     near = ~framed(covered >= 1.0)
     for _ in range(LEADING_RING):
-        near = highest(near)
+        near = neighbour_max(near)
     near = near[1:-1, 1:-1]
     along, _ = _slopes(pressure, 1.0, 1.0)
     return near & (covered > 0.0) & (pressure > SMALLEST_PRESSURE * pressure.max()) & (

@@ -227,7 +227,7 @@ class RollingGradient:
 
     def of_shape(self, shape: AnyArray) -> AnyArray:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f), of the
-        half-spaces alone, without the layer between them.
+        half-spaces alone, without the interlayer.
 
         `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
         of one application."""

@@ -53,7 +53,7 @@ MOST_DAMPINGS = 5
 """Number of times that falling friction may be damped to transmit a prescribed force before the iteration is given up; each
 time halves the reserve of friction."""
 MOST_UNBALANCED = 2
-"""Iterations that may find no pressure in balance with their heat: the first ones have the slip of another contact."""
+"""Iterations allowed to miss the balance of pressure and heat; early ones use the slip of another contact."""
 MOST_RAISED = 4
 """Number of times that the heat may be raised from zero for that: later iterations start from the pressure of the last."""
 CLOSEST_BALANCE = 1e-8
@@ -68,7 +68,7 @@ ACCEPTED_WITH_HEAT = 2.0
 elements flip in pairs, one on either side."""
 
 @dataclass(frozen=True)
-class Pace:
+class Convergence:
     """Expected convergence of an iteration, which determines its mixing, the tolerances of its problems, and when it is given
     up."""
 
@@ -87,12 +87,12 @@ class Pace:
 
 FIRST_DAMPING = 0.7
 """Share of the first change of heat that is applied if nothing is learnt: bulge and pressure overshoot."""
-HEAT = Pace(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=20, recent=12, gain=0.5)
+HEAT = Convergence(first_residual=0.1, tangential_share=0.05, possibly_last=60, patience=20, recent=12, gain=0.5)
 """Heat may move the surfaces by half of the approach. Mixing needs iterations solved more accurately than they change: with a
 first residual of 1 the exact case at 11.28 W needs 276 transforms, with 0.1 it needs 173. Heat is proportional to the
 tractions, so their residual must be well below the change in an iteration. Close to the thermo-elastic limit a dozen iterations
 may pass without any gain."""
-SHEAR = Pace(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
+SHEAR = Convergence(first_residual=2e-4, tangential_share=2.0, possibly_last=6, patience=11, recent=6, gain=0.7)
 """Shear between dissimilar bodies moves the surfaces by a few per cent of the approach at most: each iteration gains a factor
 of ten or more, its tractions are needed to a few per cent, and an iteration that has not converged after a dozen steps
 alternates between border elements."""
@@ -161,8 +161,8 @@ def fixed_point(
     nothing converges the best state is returned. `learnt` comes from a coarser grid or from neighbouring problems.
     """
     heated = start.expansion is not None or start.friction is not None
-    pace = HEAT if heated else SHEAR
-    first = _iterated(discretisation, start, tolerances, pace, balanced, learnt if heated else None)
+    convergence = HEAT if heated else SHEAR
+    first = _iterated(discretisation, start, tolerances, convergence, balanced, learnt if heated else None)
     if first.converged or first.touches_rim or start.expansion is None:
         return first
     second = _iterated(discretisation, start, tolerances, HEAT, not balanced)
@@ -174,17 +174,17 @@ def fixed_point(
 
 
 def _iterated(
-    discretisation: Discretisation, start: Contact, tolerances: Tolerances, pace: Pace, balanced: bool,
+    discretisation: Discretisation, start: Contact, tolerances: Tolerances, convergence: Convergence, balanced: bool,
     learnt: Learnt | None = None,
 ) -> SteadyState:
     limit = tolerances.tangential if start.expansion is None else tolerances.coupling
-    mixing = _Mixing(discretisation, balanced, learnt, damped=pace is HEAT)
+    mixing = _Mixing(discretisation, balanced, learnt, damped=convergence is HEAT)
     state = best = start
     residual = least = math.inf
     rim, history = False, list[float]()
     counts = np.zeros(3, dtype=int)
     while len(history) < MOST_ITERATIONS and mixing.dampings <= MOST_DAMPINGS and can_transmit(discretisation, state):
-        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, pace, learnt))
+        after = iterate(discretisation, state, _inside(state, tolerances, limit, history, convergence, learnt))
         normal, tangential = after.normal, after.tangential
         counts += (normal.iterations, tangential.applications, tangential.newton_steps)
         changes = _changes(discretisation, state, after)
@@ -197,8 +197,8 @@ def _iterated(
             least = residual if solved else math.inf
         if not changes or least <= limit or rim:
             break
-        enough = _indifferent(discretisation, best, limit, pace)
-        if _stagnates(history, pace, close=least <= enough):
+        enough = _indifferent(discretisation, best, limit, convergence)
+        if _stagnates(history, convergence, close=least <= enough):
             limit = enough
             break
         state = mixing.next(state, after, changes, history[-1])
@@ -212,15 +212,15 @@ def _iterated(
 
 
 def _inside(
-    state: Contact, tolerances: Tolerances, limit: float, history: list[float], pace: Pace, learnt: Learnt | None
+    state: Contact, tolerances: Tolerances, limit: float, history: list[float], convergence: Convergence, learnt: Learnt | None
 ) -> Tolerances:
     """Tolerances of the problems inside the next iteration."""
     if not unknowns_of(state):
         return tolerances
-    known = pace.first_residual if learnt is None else min(learnt.residual, pace.first_residual)
+    known = convergence.first_residual if learnt is None else min(learnt.residual, convergence.first_residual)
     outer = history[-1] if history else known
-    last = outer <= NEARLY_CONVERGED * limit or len(history) >= pace.possibly_last
-    tangential = tolerances.tangential if last else max(pace.tangential_share * outer, tolerances.tangential)
+    last = outer <= NEARLY_CONVERGED * limit or len(history) >= convergence.possibly_last
+    tangential = tolerances.tangential if last else max(convergence.tangential_share * outer, tolerances.tangential)
     normal = max(NORMAL_SHARE * outer, tolerances.normal)
     return replace(tolerances, tangential=min(tangential, LOOSEST_TRACTIONS), normal=normal)
 
@@ -260,14 +260,14 @@ def _root_mean_square(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _stagnates(history: list[float], pace: Pace, *, close: bool) -> bool:
+def _stagnates(history: list[float], convergence: Convergence, *, close: bool) -> bool:
     """True if the recent iterations have gained too little to continue; `close` to the accuracy that the grid allows fewer
     iterations without gain suffice."""
-    patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (pace.patience, pace.recent)
-    return len(history) > patience and min(history[-recent:]) > pace.gain * min(history[:-recent])
+    patience, recent = (CLOSE_PATIENCE, CLOSE_PATIENCE) if close else (convergence.patience, convergence.recent)
+    return len(history) > patience and min(history[-recent:]) > convergence.gain * min(history[:-recent])
 
 
-def _indifferent(discretisation: Discretisation, state: Contact, limit: float, pace: Pace) -> float:
+def _indifferent(discretisation: Discretisation, state: Contact, limit: float, convergence: Convergence) -> float:
     """Residual that is accepted if further iterations do not reduce it: only a finer grid could."""
     border = ACCEPTED_WITH_SHEAR / min(discretisation.grid.shape) ** 2 if discretisation.derived.kinematics.feeds_back else 0.0
     if state.expansion is not None:
@@ -348,8 +348,8 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     assert offset is not None
     undeformed, load = discretisation.pressure.undeformed_gap, discretisation.derived.problem.normal_force
     defect = np.where(contact, normal.displacement + undeformed - offset - normal.approach * tilt, 0.0)
-    beside = 0.0 if after.shear_displacement is None else after.shear_displacement
-    gap = undeformed - rest - beside - defect
+    by_shear = 0.0 if after.shear_displacement is None else after.shear_displacement
+    gap = undeformed - rest - by_shear - defect
     solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, load)
     found = solver.continued(normal.pressure * tilt, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.

@@ -30,8 +30,8 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 FORCE_TOLERANCE = 0.4
 """Factor of the tolerance of tractions under a prescribed force: the creepage amplifies the remaining residual."""
 BEYOND_YIELD = 1.02
-"""Force over what a yielding layer carries under the pressure without heat and shear, above which it is not solved for. Shear
-changes that by less, and coarse grids overestimate it."""
+"""Forces above this multiple of the interlayer's capacity, under the pressure without heat and shear, are rejected before
+solving. Shear changes the capacity by less, and coarse grids overestimate it."""
 
 
 @dataclass(frozen=True)
