@@ -2,8 +2,8 @@
 
 Explicit steps are stable while n κ ξ < dy/(E* a): the pressure follows the profile within an element, and a step that wears
 more than the pressure's own compliance over an element makes rows wear in turn. In terms of the worn depth d of a step that is
-d < (π/4)(p₀/E*) dy; a share of it is taken, less where the wear rises faster than the pressure, and no more than a tenth of the
-approach. Depths are kept on rows that do not move (`rows`).
+d < (π/4)(p/E*) dy with the pressure p of its row; a share of it is taken, less where the wear rises faster than the pressure,
+and no more than a tenth of the approach. Depths are kept on rows that do not move (`rows`).
 """
 
 from __future__ import annotations
@@ -28,6 +28,8 @@ from thermoroll_cli.worn.rows import FixedRows, worn_profile
 
 STABLE_SHARE = 0.8
 """Share of the largest stable worn depth that a step takes."""
+LIGHT = 0.02
+"""Pressure over the largest one below which a row does not limit the steps."""
 ROOM = 0.04
 """Part of the contact's domain that is added on either side when the contact has outgrown it."""
 MOST_ROWS = 1.5
@@ -189,14 +191,17 @@ def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
 
 def _step(wear: Wear, state: WearState, result: Result) -> float:
     """Distance (m) of the next step; 0 where nothing wears."""
-    fastest = float(sum(state.rates.values()).max())  # type: ignore[union-attr]
-    if not fastest > 0.0:
+    rates = np.asarray(sum(state.rates.values()))
+    if not rates.any():
         return 0.0
-    scalars, dy = result.coupled.scalars, float(result.y[1] - result.y[0])
-    steepest = max(wear_steepness(result.problem, worn, result.coupled.fields) for worn in (wear.lower, wear.upper))
-    stable = STABLE_SHARE * 0.25 * math.pi * scalars["pressure_max_MPa"] * 1e6 / result.problem.contact_modulus * dy / steepest
-    depth = min(stable, wear.step_fraction * scalars["approach_um"] * 1e-6)
-    step = min(depth / fastest, wear.distance - state.distance)
+    fields, dy = result.coupled.fields, float(result.y[1] - result.y[0])
+    steepest = max(wear_steepness(result.problem, worn, fields) for worn in (wear.lower, wear.upper))
+    pressure = np.interp(state.rows.y, result.y, fields["pressure"].max(axis=0), left=0.0, right=0.0)
+    loaded = pressure > LIGHT * pressure.max()
+    fastest = float((rates[loaded] / pressure[loaded]).max())
+    stable = STABLE_SHARE * 0.25 * math.pi * dy / (result.problem.contact_modulus * fastest)
+    depth = wear.step_fraction * result.coupled.scalars["approach_um"] * 1e-6
+    step = min(stable / steepest, depth / float(rates.max()), wear.distance - state.distance)
     if state.moved(step).deepest <= wear.depth:
         return step
     return float(scipy.optimize.brentq(lambda part: state.moved(part).deepest - wear.depth, 0.0, step, rtol=1e-9))
