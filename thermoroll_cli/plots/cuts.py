@@ -79,13 +79,10 @@ def centreline_figure(frame: RunFrame) -> Figure | None:
 
 
 def line_handles(curves: Iterable[Curve]) -> list[Artist]:
-    """Handles for the legend of `curves`, the friction limit last and without its colours."""
+    """Handles for the legend of `curves`, the friction limit last."""
     named = {curve.label: curve for curve in curves if curve.label}
-    limit = named.pop(LIMIT, None)
-    looks = [(c.label, c.colour, c.dashes, c.width) for c in named.values()]
-    looks += [(LIMIT, "0.2", style.DOTTED, limit.width)] if limit else []
-    return [Line2D([], [], label=label, color=colour, linestyle=dashes, linewidth=width)
-            for label, colour, dashes, width in looks]
+    return [Line2D([], [], label=c.label, color=c.colour, linestyle=c.dashes, linewidth=c.width)
+            for c in sorted(named.values(), key=lambda curve: curve.label == LIMIT)]
 
 
 def draw_diagram(axes: Axes, frame: RunFrame, quantity: Quantity, curves: list[Curve]) -> None:
@@ -122,11 +119,11 @@ def curves_of(frame: RunFrame, quantity: Quantity) -> list[Curve]:
 
 def _friction_limits(frame: RunFrame) -> Iterator[Curve]:
     """μp along the cut, with the local coefficient where there is one."""
-    for drawn, (colour, _) in zip(frame.states, LOOKS, strict=False):
+    for drawn in frame.states:
         pressure = drawn.values(PRESSURE)
         if pressure is not None and frame.result.problem.friction.coefficient > 0.0:
             friction = drawn.state.fields.get("friction_coefficient", frame.result.problem.friction.coefficient)
-            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), colour, style.DOTTED, LIMIT, 0.9)
+            yield Curve(drawn.state.x, frame.on_cut(drawn, friction * pressure), "black", style.DOTTED, LIMIT, 1.1)
 
 
 TRACK_LOOKS: dict[str, tuple[Any, float]] = {

@@ -11,7 +11,7 @@ import numpy as np
 from contourpy import contour_generator
 from matplotlib.path import Path
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.ndimage import distance_transform_edt, gaussian_filter, gaussian_filter1d
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
@@ -44,6 +44,8 @@ SMOOTHING = 1.2
 """Width in elements of the bell by which covered shares are averaged: the border runs between the elements, without steps."""
 WHOLE_SMOOTHING = 2.4
 """The same where elements are covered entirely or not at all, as under layers that elements do not resolve."""
+ROUNDING, PERIMETER = 3.0, 40.0
+"""Width in elements of the bell by which the border is averaged along itself, and at most this part of its length."""
 STICK_SMOOTHING = 0.7
 """Width of the bell for distances from the border of stick."""
 RIM = 4
@@ -300,11 +302,12 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
     axes = (_widened(x), _widened(y))
     width = SMOOTHING if np.any((covered > 0.0) & (covered < 1.0)) else WHOLE_SMOOTHING
-    contact = _contours(axes, gaussian_filter(covered, width, mode="constant", truncate=RIM / width) - 0.5)
+    element = np.array([x[1] - x[0], y[1] - y[0]])
+    contact = [_rounded(line / element) * element
+               for line in _contours(axes, gaussian_filter(covered, width, mode="constant", truncate=RIM / width) - 0.5)]
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
     distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")
-    element = np.array([x[1] - x[0], y[1] - y[0]])
     return Borders(contact, [line for line in _contours(axes, distance) if _is_shown(line / element)])
 
 
@@ -326,6 +329,19 @@ def _distance_from_slip(sticking: Array, covered: Array) -> Array:
 def _contours(axes: tuple[Array, Array], values: Array) -> Lines:
     """Lines where `values` are zero."""
     return [np.asarray(line) for line in contour_generator(*axes, values.T, name="serial").lines(0.0)]
+
+
+def _rounded(line: Array) -> Array:
+    """A closed line, in elements, without waves of the size of an element: averaged along itself by a bell of ROUNDING, less on
+    short lines."""
+    steps = np.hypot(*np.diff(line, axis=0).T)
+    length = float(steps.sum())
+    count = max(8, round(4.0 * length))
+    places = np.arange(count) * (length / count)
+    even = np.stack([np.interp(places, np.concatenate([[0.0], np.cumsum(steps)]), part) for part in line.T], axis=1)
+    bell = min(ROUNDING, length / PERIMETER) * count / length
+    smooth = gaussian_filter1d(even, bell, axis=0, mode="wrap")
+    return np.asarray(np.vstack([smooth, smooth[:1]]))
 
 
 def _is_shown(line: Array) -> bool:

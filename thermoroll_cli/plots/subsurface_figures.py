@@ -212,8 +212,10 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     shares = np.linspace(FRICTION[0], FRICTION[-1], 61)
     axes.plot(shares, [line_shakedown(share) for share in shares], color=style.BEFORE, linestyle=style.DOTTED,
               label="line: shakedown, Tresca (Johnson)")
-    for (body, load), marker in zip(points.items(), "os", strict=False):
-        axes.plot([utilised], [load], marker, color=style.ALERT, markeredgecolor="black", label=f"{body} body")
+    # Of two points at one place both are seen: a ring around a square.
+    for (body, load), (marker, size, face) in zip(points.items(), (("o", 10.0, "none"), ("s", 4.5, style.ALERT)), strict=False):
+        axes.plot([utilised], [load], marker, markersize=size, markerfacecolor=face, markeredgecolor=style.ALERT,
+                  linestyle="none", label=f"{body} body")
     axes.set(xlabel="utilised friction |F|/W", ylabel=r"largest pressure $p_0/k$", xlim=(0.0, FRICTION[-1]))
     axes.set_ylim(0.0, max(5.0, 1.1 * max(points.values())))
     axes.grid(visible=True)

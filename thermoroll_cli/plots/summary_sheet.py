@@ -50,12 +50,15 @@ PLACES = tuple((TABLE + place * style.MM, side) for place, side in ((0, "left"),
 LONGEST_WORDS, REMARK_LENGTH, REMARK_LINES = 40, 84, 5
 """Letters of words of the table before their brief form is taken, letters and number of lines of a remark."""
 
+SLIP = Quantity("slip", ("slip_x", "slip_y"), "slip velocity", "|ṡ|", "", "viridis", "", from_zero=True)
+
 Row = tuple[str, str, str, str]
+Map = tuple[Quantity, Array, str]
 
 
 def summary_figure(frame: RunFrame) -> Figure:
     """The summary sheet. Maps show the state with all that feeds back; the table has both states and the error estimates."""
-    maps = list(_maps(frame))
+    maps = _even(list(_maps(frame)), frame)
     rows, remarks = _rows(frame), _remarks(frame)
     shape = shape_of(frame, whole=False)
     columns = 1 if shape < FLAT else 2
@@ -96,7 +99,7 @@ def summary_figure(frame: RunFrame) -> Figure:
     return figure
 
 
-def _maps(frame: RunFrame) -> Iterator[tuple[Quantity, Array, str]]:
+def _maps(frame: RunFrame) -> Iterator[Map]:
     """Quantity, values and body of the maps worth drawing; of two bodies that both get warmer, the hotter one."""
     for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE):
         found = [(values, body) for body in frame.bodies(quantity)
@@ -105,6 +108,12 @@ def _maps(frame: RunFrame) -> Iterator[tuple[Quantity, Array, str]]:
             found = [max(found, key=lambda each: float(each[0].max()))]
         for values, body in found:
             yield quantity, values, body
+
+
+def _even(maps: list[Map], frame: RunFrame) -> list[Map]:
+    """An even number of maps: without temperatures, say, the slip velocity fills the last place."""
+    slip = frame.last.values(SLIP)
+    return [*maps, (SLIP, slip, "")] if len(maps) % 2 and slip is not None and slip.any() else maps
 
 
 def _rows(frame: RunFrame) -> list[Row]:
