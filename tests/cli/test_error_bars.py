@@ -141,6 +141,6 @@ def test_value_with_error(value: float, error: float, text: str) -> None:
 
 
 def test_a_value_beside_another_has_its_digits() -> None:
-    assert [rounded(value, 1.2) for value in (265.9843, 0.04, math.nan)] == ["266.0", "0.0", "–"]
+    assert [rounded(value, 1.2) for value in (265.9843, 0.04, math.nan)] == ["266.0", "0", "–"]
     assert rounded(0.0, 1.5e-5) == "0"
     assert rounded(6.18712e-4, 1.3e-6) == "6.187e-4" and rounded(2.5, math.nan) == "2.5"

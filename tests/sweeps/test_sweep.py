@@ -99,8 +99,12 @@ def test_one_file_per_point_a_table_a_picture(serial: Swept) -> None:
 def test_columns_have_the_public_names(serial: Swept) -> None:
     states = [f"{state}.{name}" for state in ("isothermal", "error") for name in SCALARS]
     scalars = [*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT]
-    assert list(serial.rows[0]) == [
-        KEY, "status", "reason", "unbounded", "warnings", *scalars, *states, "work.grid", "work.applications", "file"]
+    every = [KEY, "status", "reason", "unbounded", "warnings", *scalars, *states, "work.grid", "work.applications", "file"]
+    # Without those that hold no number at any point.
+    assert list(serial.rows[0]) == [name for name in every if name in serial.rows[0]]
+    assert {"Q_F_W", "isothermal.gamma_p", "error.force_x_N"} <= serial.rows[0].keys()
+    texts = {"reason", "unbounded", "warnings"}
+    assert all(any(row[name] for row in serial.rows) for name in serial.rows[0].keys() - texts)
     for row in serial.rows:
         assert float(row["force_x_over_friction_limit"]) == float(row["force_x_N"]) / 19.5
 
@@ -116,7 +120,7 @@ def test_json_table_and_files_agree_and_are_in_order(serial: Swept) -> None:
         for name in (*SCALARS, *HERTZ_SCALARS):
             value = stored.summary()[name]
             assert record[name] == (None if math.isnan(value) else value)
-            assert row[name] == ("" if math.isnan(value) else repr(value))
+            assert row.get(name, "") == ("" if math.isnan(value) else repr(value))
         assert float(row["isothermal.Q_F_W"]) == record["isothermal"]["Q_F_W"] == stored.summary()["isothermal"]["Q_F_W"]
         assert record["work"]["grid"] == [16, 16]
         assert row["work.grid"] == "16x16"
@@ -148,9 +152,9 @@ def test_several_keys_a_printed_table_and_other_pictures(case: Path, tmp_path: P
     rows = list(csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines()))
     swept = [(row["load.normal_N"], row["rolling.speed_m_s"]) for row in rows]
     assert swept == [("50", "1"), ("50", "4"), ("100", "1"), ("100", "4")]
-    header = done.stdout.splitlines()[:2]
-    assert header[0].split() == ["load.", "rolling."]
-    assert header[1].split()[:3] == ["normal_N", "speed_m_s", "Q_F_W"]
+    header = [line.split() for line in done.stdout.splitlines()[:5]]
+    assert any(words[:2] == ["load.", "rolling."] for words in header)
+    assert any(words[:3] == ["normal_N", "speed_m_s", "Q_F_W"] for words in header)
     assert "4 of 4 points converged" in done.stdout
     assert (tmp_path / "sweep.svg").read_text().startswith("<?xml")
 

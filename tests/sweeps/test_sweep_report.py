@@ -127,7 +127,7 @@ def test_each_kind_of_warning_is_shown_once(case: Path, tmp_path: Path, monkeypa
     for only in ((), ("--scalars-only",)):
         done = call("sweep", case, "--over", "load.normal_N=40,60,80", "-o", tmp_path / "out", "--no-plots", *only)
         warnings = [line.strip() for line in done.stdout.splitlines() if "warning: " in line]
-        assert warnings == ["warning: 2400 K is hot (one of 2 points)", "warning: flat"]
+        assert warnings == ["warning: 2400 K is hot (at 2 points)", "warning: flat"]
         rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
         assert [row["warnings"] for row in rows] == ["", "2400 K is hot", "3200 K is hot; flat"]
 

@@ -174,7 +174,7 @@ def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
     if len(rows) <= SHOWN_ROWS:
         streams.write(*sweep_table(list(rows), rows.points, width))
     for warning, count in kinds.values():
-        where = f" (one of {count} points)" if count > 1 else ""
+        where = f" (at {count} points)" if count > 1 else ""
         streams.write(*streams.in_colour(folded(f"warning: {warning}{where}", width), streams.YELLOW))
     streams.write(f"{converged} of {len(rows)} points converged")
     also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
-from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Motion
@@ -35,7 +35,7 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
 
     `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
     """
-    shown = [name for name in names if computed(summary.get(name))]
+    shown = [name for name in names if computed(summary.get(name)) and not repeats(name, summary)]
     rows = [("", "coupled", "isothermal")] if both else []
     rows += [(name, scalar_text(name, summary), isothermal_text(name, summary) if both else "") for name in shown]
     room = width - max(map(len, align(rows)), default=0) - 2
@@ -103,11 +103,14 @@ def wrapped(name: str, width: int) -> list[str]:
 
 SHOWN_SCALARS = (
     "creepage_longitudinal", "creepage_lateral", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
-    "gamma_c", "temperature_rise_max_lower_K", "von_mises_max_lower_MPa", "von_mises_depth_lower_mm", "von_mises_max_upper_MPa",
-    "von_mises_depth_upper_mm", "force_x_over_friction_limit", "force_y_over_friction_limit",
+    "gamma_c", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "pressure_max_MPa", "von_mises_max_lower_MPa",
+    "von_mises_depth_lower_mm", "von_mises_max_upper_MPa", "von_mises_depth_upper_mm", "force_x_over_friction_limit",
+    "force_y_over_friction_limit",
 )  # fmt: skip
 """Columns in the order of their importance: a narrow terminal has room for the first ones."""
 NOISE = 1e-5
+MOVING = 0.02
+"""Share of the largest value by which a scalar changes at least to come before those that hardly change."""
 SHOWN_ROWS = 40
 FAILED = "NOT CONVERGED"
 
@@ -118,7 +121,9 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     """
     motions = [points.point(row.number).problem.motion for row in rows]
     swept = [axis.key for axis in points.axes]
-    names = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
+    worth = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
+    # Those that the swept keys move come first: there may not be room for all.
+    names = sorted(worth, key=lambda name: not _moves(name, rows))
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
@@ -155,6 +160,10 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
     values = _finite(name, rows)
     if not values:
         return False
+    if name == "temperature_rise_max_upper_K" and _texts(name, rows) == _texts("temperature_rise_max_lower_K", rows):
+        return False
+    if name == "pressure_max_MPa" and (_moves("gamma_p", rows) or not _moves(name, rows)):
+        return False
     for direction, creepage, force in (("x", "creepage_longitudinal", "longitudinal"), ("y", "creepage_lateral", "lateral")):
         given = all(getattr(motion, f"force_{direction}") is not None for motion in motions)
         if name == creepage:
@@ -167,6 +176,16 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
     tail = name.removeprefix("force_x").removeprefix("force_y")
     largest = max(abs(value) for axis in "xy" for value in (*_finite(f"force_{axis}{tail}", rows), 0.0))
     return max(map(abs, values)) > NOISE * largest
+
+
+def _moves(name: str, rows: Sequence[Row]) -> bool:
+    """Whether a scalar changes by more than MOVING between the points."""
+    values = _finite(name, rows)
+    return bool(values) and max(values) - min(values) > MOVING * max(map(abs, values))
+
+
+def _texts(name: str, rows: Sequence[Row]) -> list[str]:
+    return [number(row.summary.get(name), 4) for row in rows]
 
 
 def _is_constant(name: str, rows: Sequence[Row]) -> bool:

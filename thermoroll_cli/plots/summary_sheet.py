@@ -33,7 +33,7 @@ from thermoroll_cli.plots.run_frame import (
     unit_for,
 )
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS, Quantity, Scalar
-from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
 
 COLUMN, TABLE, WIDTH = 76.0 * style.MM, 156.0 * style.MM, 270.0 * style.MM
 """Distance of the columns of maps and diagrams, left end of the table, and width of the sheet."""
@@ -123,7 +123,7 @@ def _rows(frame: RunFrame) -> list[Row]:
     summary, hertz = result.summary(), math.isfinite(result.hertz["hertz_p0_MPa"])
     rows: list[Row] = [("thermal deformation", "without", "with", "± error") if two else ("", "", "value", "± error")]
     for name, scalar in SCALARS.items():
-        if not any(computed(state.state.scalars.get(name)) for state in frame.states):
+        if not any(computed(state.state.scalars.get(name)) for state in frame.states) or repeats(name, summary):
             continue
         shown, _, error = style.readable(scalar_text(name, summary)).partition(" ±")
         first = style.readable(isothermal_text(name, summary)) if two else ""

@@ -59,12 +59,14 @@ HEIGHT, COLUMNS = 44.0 * style.MM, 3
 """Height of a diagram, and how many stand side by side at most."""
 MANY = 8
 """More lines than the colours of the style take theirs in order from a colour map."""
-LISTED = 24
+LISTED = 10
 """Lines that the legend names; of more, every second, third … one."""
 GRID = 5
 """Two swept quantities of at least so many values each are drawn as maps."""
 FLAT = 3.0
 """An axis spans at least this many times the estimated error on each side: smaller changes mean nothing."""
+NARROWEST = 0.02
+"""The colours of a map span at least this share of the largest value: smaller changes look alike."""
 NEGLIGIBLE = 1e-9
 """A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
 STEADY = 1e-6
@@ -249,12 +251,15 @@ def _draw_diagram(
         if names[0] in FORCES and (place := _maximum(x[rows], values[rows], falling[rows])) is not None:
             axes.plot(*place, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
-    _not_closer_than(axes, float(error.max(initial=0.0)))
-    for theory, forces in theories.items():
+    # The linear theory goes on without limit, and alone is cut off by the diagram.
+    for theory, forces in sorted(theories.items(), key=lambda each: each[0] == "linear"):
+        if theory == "linear":
+            _not_closer_than(axes, float(error.max(initial=0.0)))
         for line in lines if names[0] in forces else ():
             axes.plot(x[line.rows], forces[names[0]][line.rows], color=line.colour, linestyle=THEORY_LOOKS[theory],
-                      linewidth=0.9, scaley=theory != "linear")
+                      linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
+    _not_closer_than(axes, float(error.max(initial=0.0)))
     _mark_failed(axes, lines)
     if names[0] in FORCES:
         _add_share_of_limit(axes, table, names[0])
@@ -280,7 +285,10 @@ def _draw_map(axes: Axes, table: Numbers, names: Sequence[str], over: Sequence[s
     columns, rows = (np.unique(found[np.isfinite(found)]) for found in (x, y))
     cells = np.full((rows.size, columns.size), math.nan)
     cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
-    image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True)
+    low, high = float(np.nanmin(cells)), float(np.nanmax(cells))
+    wide = max(0.5 * (high - low), 0.5 * NARROWEST * max(abs(low), abs(high)))
+    image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True,
+                            vmin=0.5 * (low + high) - wide, vmax=0.5 * (low + high) + wide)
     for set_scale, axis, found in ((axes.set_xscale, axes.xaxis, columns), (axes.set_yscale, axes.yaxis, rows)):
         if is_logarithmic(found):
             set_scale("log")

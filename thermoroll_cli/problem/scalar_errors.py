@@ -139,7 +139,7 @@ def with_error(value: float, error: float) -> str:
         return f"{number(value)} ± {error:.0e}"
     power, decimals = _digits(value, error)
     if round(value / 10.0**power, decimals) == 0.0:
-        return f"0 ± {error:.1g}"
+        return f"0 ± {error:.1g}" if power else f"0 ± {_fixed(error, power, decimals)}"
     text = f"{_fixed(value, power, decimals)} ± {_fixed(error, power, decimals)}"
     return f"({text})e{power}" if power else text
 
@@ -149,7 +149,7 @@ def rounded(value: float, error: float) -> str:
     if not (math.isfinite(value) and math.isfinite(error)) or error <= NEGLIGIBLE_ERROR * abs(value):
         return number(value)
     power, decimals = _digits(value, error)
-    if power and round(value / 10.0**power, decimals) == 0.0:
+    if round(value / 10.0**power, decimals) == 0.0:
         return "0"
     return _fixed(value, power, decimals) + (f"e{power}" if power else "")
 
@@ -163,17 +163,24 @@ def _digits(value: float, error: float) -> tuple[int, int]:
 
 
 def _fixed(value: float, power: int, decimals: int) -> str:
-    return f"{round(value / 10.0**power, decimals):.{max(decimals, 0)}f}"
+    return f"{round(value / 10.0**power, decimals) + 0.0:.{max(decimals, 0)}f}"
 
 
 def number(value: float | None, digits: int = SIGNIFICANT_DIGITS) -> str:
     """A number with the digits worth reading; a dash for one that was not computed."""
-    return f"{value:.{digits}g}" if value is not None and math.isfinite(value) else "–"
+    # Adding zero takes the sign of a negative one.
+    return f"{value + 0.0:.{digits}g}" if value is not None and math.isfinite(value) else "–"
 
 
 def computed(value: Any) -> bool:
     """Whether a scalar has a value."""
     return isinstance(value, int | float) and math.isfinite(value)
+
+
+def repeats(name: str, summary: Mapping[str, Any]) -> bool:
+    """Whether a stress without thermal stresses is worth no row: it reads like the one with them."""
+    whole = name.removeprefix("elastic_")
+    return whole != name and whole in summary and scalar_text(name, summary) == scalar_text(whole, summary)
 
 
 def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:

@@ -25,6 +25,7 @@ from thermoroll_cli.files.result.hdf5 import (
     image_of,
     label,
     opened,
+    read_result,
     stamp,
 )
 from thermoroll_cli.plots import style
@@ -170,7 +171,9 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
         cells = row.cells()
         for name, column in columns.items():
             column.append(cells.get(name, math.nan))
-    return SweepColumns(columns, keys, rows.points.listed, title)
+    empty = {name for name, column in columns.items() if isinstance(column, array) and np.isnan(column).all()}
+    kept = {name: column for name, column in columns.items() if name not in empty}
+    return SweepColumns(kept, keys, rows.points.listed, title)
 
 
 def write_csv(path: pathlib.Path, table: SweepColumns) -> None:
@@ -252,7 +255,16 @@ def _read_csv(path: pathlib.Path) -> SweepColumns:
         header, *rows = list(csv.reader(stream))
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
     keys = tuple(header[: header.index("status")])
-    return SweepColumns(columns, keys, math.prod(len(set(columns[key])) for key in keys) != len(rows))
+    listed = math.prod(len(set(columns[key])) for key in keys) != len(rows)
+    return SweepColumns(columns, keys, listed, _title_beside(path, columns))
+
+
+def _title_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> str:
+    """The title of the case, which a table of text lacks: from a result file beside it; "" without one."""
+    for name in columns.get("file", ()):
+        if isinstance(name, str) and name and path.with_name(name).exists():
+            return read_result(path.with_name(name)).problem.title
+    return ""
 
 
 def _value(text: str) -> float | str:
