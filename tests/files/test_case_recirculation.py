@@ -58,7 +58,7 @@ def test_bad_values_name_the_key(table, key, message):
 @pytest.mark.parametrize(
     ("old", "new", "key", "message"),
     [
-        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never brings its track back"),
+        ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = inf", "thermal.upper.recirculate", "never recirculates"),
         ('partition = "matched"', 'partition = "matched"\npeclet = "stationary"', "thermal.peclet", "carries its heat along"),
         ("longitudinal = 0.003", "longitudinal = 2.0", "creepage.longitudinal", "stands still"),
         ("upper_radius_x_mm = 30.0", "upper_radius_x_mm = -60.0", "thermal.upper.convection_W_m2K", "is a ring"),
@@ -67,7 +67,7 @@ def test_bad_values_name_the_key(table, key, message):
 def test_what_must_hold_beside_it(old, new, key, message):
     (found,) = findings(SPHERES.replace(old, new) + COOLED)
     assert found.key == key and message in found.message and found.allowed
-    # All of it is allowed where the body does not bring heat back.
+    # All of it is allowed where heat does not recirculate.
     assert not Case.parse(SPHERES.replace(old, new) + COOLED.replace("true", "false")).problem.heating.recirculates
 
 

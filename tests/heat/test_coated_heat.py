@@ -190,7 +190,7 @@ def test_points_of_a_sweep_share_the_tables() -> None:
 
 @pytest.mark.parametrize("changed", [{"heating": Heating(peclet="sliding")}, {"subsurface": SubsurfaceRequest()}], ids=str)
 def test_problems_of_scripts_are_refused_likewise(changed: dict) -> None:
-    with pytest.raises(Unsolvable, match="bodies with layers"):
+    with pytest.raises(Unsolvable, match="coated bodies"):
         solve(coated(STEEL, replace(STEEL, layers=(CARBON,)), **changed))
 
 
@@ -213,10 +213,10 @@ def test_constants_of_a_case() -> None:
     ("old", "new", "key", "message"),
     [
         ("diffusivity_mm2_s = 0.7\n", "", "material.layers.0", "missing: diffusivity_mm2_s"),
-        ("[geometry]", '[thermal]\npeclet = "sliding"\n[geometry]', "thermal.peclet", "bodies with layers"),
+        ("[geometry]", '[thermal]\npeclet = "sliding"\n[geometry]', "thermal.peclet", "coated bodies"),
         ("[geometry]", "[thermal.lower]\nrecirculate = true\nconvection_W_m2K = 50.0\nwidth_mm = 5.0\n[geometry]",
-         "thermal.lower.recirculate", "bodies with layers"),
-        ("[geometry]", "[subsurface]\n[geometry]", "subsurface.thermal", "bodies with layers"),
+         "thermal.lower.recirculate", "coated bodies"),
+        ("[geometry]", "[subsurface]\n[geometry]", "subsurface.thermal", "coated bodies"),
     ],
 )  # fmt: skip
 def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) -> None:

@@ -325,7 +325,7 @@ def test_layers_of_a_case() -> None:
         ("thickness_um = 2.0", "thickness_um = 2.0\nexpansion_um_mK = 2.3", "material.layers.0", "missing: conductivity"),
         ("thickness_um = 2.0", "thickness_um = 2.0\nshear_yield_MPa = 1.0", "material.layers.0.shear_yield_MPa", "no effect"),
         ("[geometry]", "[wear]\ndistance_km = 1.0\nlower.specific_wear_rate_mm3_Nm = 1e-7\n[geometry]", "wear.distance_km",
-         "does not thin layers"),
+         "does not thin coatings"),
     ],
 )  # fmt: skip
 def test_errors_of_layers(old: str, new: str, key: str, message: str) -> None:

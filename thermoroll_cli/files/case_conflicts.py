@@ -213,7 +213,7 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
         for number, layer in reversed(list(enumerate(body_material.layers or ()))):
             place = (*path, "layers", number)
             if radii and layer.thickness_um >= 1e3 * min(radii):
-                yield Conflict((*place, "thickness_um"), "the layer is as thick as the smallest radius of its body",
+                yield Conflict((*place, "thickness_um"), "the coating is as thick as the smallest radius of its body",
                                f"less than {1e3 * min(radii):g}")
             missing = [key for key in THERMAL_CONSTANTS if getattr(layer, key) is None]
             if 0 < len(missing) < len(THERMAL_CONSTANTS) and not ("thermal" in sections and heat_is_on(sections)):
@@ -227,7 +227,7 @@ def _layers(sections: Sections) -> Iterator[Conflict]:
             if ratio > MOST_STIFF_ON_SOFT or 1.0 / ratio > MOST_SOFT_ON_STIFF:
                 kind, most = ("stiffer", MOST_STIFF_ON_SOFT) if ratio > 1.0 else ("softer", MOST_SOFT_ON_STIFF)
                 yield Conflict((*place, "youngs_modulus_GPa"),
-                               f"the layer is {max(ratio, 1.0 / ratio):.4g} times {kind} than the material below it",
+                               f"the coating is {max(ratio, 1.0 / ratio):.4g} times {kind} than the material below it",
                                f"at most {most:g} times {kind}")
             below = layer
 
@@ -249,7 +249,7 @@ def _recirculation(thermal: model.ThermalTable) -> Iterator[Conflict]:
         if not table.recirculate:
             # Keys of a body that does not recirculate are forgotten, unless it is switched off in so many words.
             for key in sorted(table.model_fields_set) if "recirculate" not in table.model_fields_set else ():
-                yield Conflict((*path, key), "has no effect on a body that brings no heat back",
+                yield Conflict((*path, key), "has no effect on a body whose heat does not recirculate",
                                "recirculate = true beside it, or recirculate = false to keep it switched off",
                                "without recirculate every pass meets a cold body")
             continue

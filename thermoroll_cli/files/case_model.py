@@ -201,7 +201,7 @@ class ForceTable(Table):
 
 
 class RecirculationTable(Table):
-    """A body that turns and brings its track back to the contact, cooled on rim and ends or through a thermal resistance."""
+    """A body that turns and whose heat recirculates, cooled on rim and ends or through a thermal resistance."""
 
     recirculate: bool = Field(default=False, description="The heated track of this body meets the contact again each turn")
     convection_W_m2K: float | None = quantity("W/(m2 K)", "Convection on rim and ends", None, ge=1e-9, le=1e12)

@@ -15,7 +15,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.plots import style
 from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
@@ -156,7 +156,7 @@ def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: floa
     getattr(axes, f"set_{name}ticks")([-np.floor(half / digit) * digit, np.floor(half / digit) * digit])
 
 
-def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Array]:
+def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Mask]:
     """x and y (mm, about the centre of pressure), pressure (MPa) and stick of a patch around its contact, seen from above."""
     state, sign = patch.result.coupled, sign_of(patch.side)
     x, y = -1e3 * state.x, -1e3 * sign * state.y
@@ -169,8 +169,8 @@ def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Array]:
     keep_y = (y > y[columns].min() - ROOM) & (y < y[columns].max() + ROOM)
     order = np.argsort(y[keep_y])
     up = np.argsort(x[keep_x])
-    parts = (field[keep_x][:, keep_y][up][:, order] for field in (pressure, stick))
-    return x[keep_x][up], y[keep_y][order], *parts
+    seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
+    return x[keep_x][up], y[keep_y][order], pressure[seen], stick[seen]
 
 
 def wheelset_sweep_figure(over: str, values: Sequence[float], rows: Sequence[Mapping[str, Any]], title: str) -> Figure:

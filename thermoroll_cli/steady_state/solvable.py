@@ -64,19 +64,19 @@ def _coatings(problem: Problem) -> Iterator[Unsolvable]:
         return
     other, heating, request, wear = f"material.{coated[0]}.layers", problem.heating, problem.subsurface, problem.wear
     if heating.heat and heating.peclet == "sliding":
-        yield Unsolvable("sources with the slip velocity are not computed for bodies with layers", "thermal.peclet",
-                         '"rolling" or "stationary", or no layers', other)
+        yield Unsolvable("sources with the slip velocity are not computed for coated bodies", "thermal.peclet",
+                         '"rolling" or "stationary", or no coatings', other)
     for body in BODIES:
         if heating.heat and getattr(heating, f"{body}_track") is not None:
-            yield Unsolvable("recirculating heat is not computed for bodies with layers", f"thermal.{body}.recirculate",
-                             f"false, with thermal.bulk_temperature_{body}_K for a warm body, or no layers", other)
+            yield Unsolvable("recirculating heat is not computed for coated bodies", f"thermal.{body}.recirculate",
+                             f"false, with thermal.bulk_temperature_{body}_K for a warm body, or no coatings", other)
     if request is not None and heating.heat and request.thermal and any(body in request.bodies for body in coated):
-        yield Unsolvable("thermal stresses are not computed for bodies with layers", "subsurface.thermal",
-                         "false, for the elastic stresses alone, or bodies without layers in subsurface.bodies", other)
+        yield Unsolvable("thermal stresses are not computed for coated bodies", "subsurface.thermal",
+                         "false, for the elastic stresses alone, or bodies without coatings in subsurface.bodies", other)
     if wear is not None and (math.isfinite(wear.distance) or math.isfinite(wear.depth)):
-        yield Unsolvable("the evolution of wear does not thin layers",
+        yield Unsolvable("the evolution of wear does not thin coatings",
                          "wear.distance_km" if math.isfinite(wear.distance) else "wear.depth_um",
-                         "[wear] without distance_km and depth_um: the wear of one passage, or no layers", other)
+                         "[wear] without distance_km and depth_um: the wear of one passage, or no coatings", other)
 
 
 def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> Iterator[Unsolvable]:
@@ -84,7 +84,7 @@ def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> 
     problem, table, radius_key = derived.problem, f"thermal.{body}", f"geometry.{body}_radius_x_mm"
     radius, creepage = getattr(problem.geometry, f"{body}_radius_x"), problem.motion.creepage_x or 0.0
     if math.isinf(radius):
-        yield Unsolvable("a body straight along rolling never brings its track back", f"{table}.recirculate",
+        yield Unsolvable("the heat of a body straight along rolling never recirculates", f"{table}.recirculate",
                          f"false, or a finite {radius_key}", radius_key)
         return
     if radius < 0.0 and track.convection is not None:
