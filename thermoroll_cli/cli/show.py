@@ -17,6 +17,8 @@ from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, m
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
     "contact_width_mm": "of the contact across rolling, all patches",
+    "contact_angle_low_mrad": "least inclination across rolling",
+    "contact_angle_high_mrad": "largest inclination across rolling",
     "contact_centre_mm": "middle of that width",
     "contact_pressure_MPa": "largest pressure, coarsely",
     "saturation_creepage": "about where the whole contact slides",

@@ -165,7 +165,7 @@ class _Checker:
                 self._note(("geometry",), "the table [geometry] is missing",
                            hint=f"add {', '.join(known_keys(('geometry',)))}; or [track] and [wheelset]")
             load = self.content.get("load")
-            if isinstance(load, dict) and "normal_N" not in {*load, *self._meant(("load",), load)}:
+            if isinstance(load, dict) and not {"normal_N", "approach_um"} & {*load, *self._meant(("load",), load)}:
                 self._note(("load", "normal_N"), "is missing", allowed=allowed_values(("load", "normal_N")), at_key=True)
             return
         for table in ("track", "wheelset"):

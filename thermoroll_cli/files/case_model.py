@@ -135,6 +135,8 @@ class LoadTable(Table):
     """Normal load, and the coefficient of friction."""
 
     normal_N: float | None = quantity("N", "Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
+    approach_um: float | None = quantity("um", "Approach of the bodies, of which the load follows; instead of normal_N", None,
+                                         ge=1e-9, le=1e9)  # fmt: skip
     friction_coefficient: float = quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
 
 
@@ -364,6 +366,7 @@ EXCLUSIVE = (
     *((f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
+    ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     ("wheelset.vertical_N", "wheelset.height_mm", "a vertical load, or a height"),
     ("wheelset.angular_velocity_rad_s", "wheelset.traction_N", "an angular velocity, or a traction from which it is found"),
 )  # fmt: skip

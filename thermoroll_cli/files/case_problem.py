@@ -12,6 +12,7 @@ from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.steady_state.given_approach import with_coarse_load
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -20,7 +21,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
     geometry = settings.geometry or _wheel_on_rail(settings.wheelset)
     creepage, force, thermal, numerics = settings.creepage, settings.force, settings.thermal, settings.numerics
     lower, upper = (material_of(material) for material in settings.materials.values())
-    return si.Problem(
+    problem = si.Problem(
         lower=lower,
         upper=upper,
         geometry=_common_surface(geometry, lower, upper),
@@ -53,7 +54,9 @@ def problem_of(settings: model.Settings) -> si.Problem:
         wear=_wear(settings.wear, geometry),
         interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
+        approach=load.si("approach_um"),
     )
+    return problem if problem.approach is None else with_coarse_load(problem)
 
 
 def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:

@@ -142,6 +142,9 @@ class CurvedPatch:
     def inclination(self, y: Array) -> Array:
         return np.asarray(self._at(y)[1])
 
+    def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
+        return self.inclination(y)
+
     def lateral_place(self, y: Array) -> Array:
         return np.asarray(self._at(y)[0])
 

@@ -150,9 +150,12 @@ class ContactGeometry(Protocol):
     def inclination(self, y: Array) -> Array:
         """Angle α between the common surface and the plane of the frame, (m,): normals are (0, −sin α, cos α)."""
 
+    def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
+        """Inclination of the surface in which the bodies touch, (m,): `inclination`, or how far it leaves the plane. `shares`
+        are those of both bodies in the compliance of the contact."""
+
     def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
-        """Slip s_x/V of the bodies' shapes in addition to creepage and spin, (m,); `shares` are those of both bodies in the
-        compliance of the contact."""
+        """Slip s_x/V of the bodies' shapes in addition to creepage and spin, (m,)."""
 
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         """Derivative of `longitudinal_slip` along y in 1/m."""
@@ -237,6 +240,10 @@ class Geometry:
 
     def inclination(self, y: Array) -> Array:
         return np.zeros(np.shape(y))
+
+    def surface_angle(self, shares: tuple[float, float], y: Array) -> Array:
+        bottom, top = surfaces(self)
+        return np.arctan(shares[1] * bottom.slope(y) - shares[0] * top.slope(y))
 
     def longitudinal_slip(self, shares: tuple[float, float], y: Array) -> Array:
         """Differential slip d(y) (`rolling.differential_slip`)."""

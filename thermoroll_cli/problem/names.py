@@ -181,6 +181,7 @@ SCALARS = _scalars(
     Scalar("creepage_longitudinal", "longitudinal creepage", "creepage"),
     Scalar("creepage_lateral", "lateral creepage", "creepage"),
     Scalar("creepage_spin_rad_mm", "spin", "spin"),
+    Scalar("normal_N", "normal load"),
     Scalar("pressure_max_MPa", "maximum pressure", listed=True),
     Scalar("pressure_centre_MPa", "pressure at the centre of the contact"),
     Scalar("shear_max_MPa", "maximum shear traction", listed=True),

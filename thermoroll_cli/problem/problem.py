@@ -250,7 +250,9 @@ class Wear:
 
 @dataclass(frozen=True)
 class Problem:
-    """A complete steady-state rolling contact problem in SI units."""
+    """A complete steady-state rolling contact problem in SI units.
+
+    With a given `approach` (m) `normal_force` is the start from which the load of that approach is found."""
 
     lower: Material
     upper: Material
@@ -264,6 +266,7 @@ class Problem:
     interlayer: Interlayer = field(default_factory=Interlayer)
     subsurface: SubsurfaceRequest | None = None
     wear: Wear | None = None
+    approach: float | None = None
 
     @property
     def contact_modulus(self) -> float:

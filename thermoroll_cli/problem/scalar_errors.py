@@ -99,6 +99,7 @@ def listed_scalars(result: Result) -> list[str]:
     in_this_case = {
         "creepage_longitudinal": motion.creepage_x is None,
         "creepage_lateral": motion.creepage_y is None,
+        "normal_N": problem.approach is not None,
         "partition_mean": problem.heating.partition == "matched",
         "heat_conducted_W": problem.heating.conducts,
         "surface_temperature_max_lower_K": warm,

@@ -278,7 +278,7 @@ def _exact(derived: DerivedQuantities) -> Collection[str]:
 def _given(derived: DerivedQuantities) -> set[str]:
     """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
     motion, heating = derived.problem.motion, derived.problem.heating
-    given = {"creepage_spin_rad_mm", "power_balance_error", "warm_up_time_lower_s", "warm_up_time_upper_s"}
+    given = {"normal_N", "creepage_spin_rad_mm", "power_balance_error", "warm_up_time_lower_s", "warm_up_time_upper_s"}
     given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
     given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
     for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):

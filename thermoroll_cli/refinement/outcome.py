@@ -142,6 +142,18 @@ def result_of(
     )
 
 
+def at_given_approach(result: Result, exponent: float, tolerance: float) -> Result:
+    """`result` at the load that was found for a given approach, with W ~ δ^`exponent`: the error of the approach becomes one of
+    the load, and the error of the load one of everything else, in proportion at most."""
+    of_load = exponent * result.error["approach_um"]
+    error = {name: value + (of_load if value else 0.0) for name, value in result.error.items()}
+    reached = result.coupled.scalars["approach_um"] * 1e-6
+    missed = result.problem.approach is not None and abs(reached / result.problem.approach - 1.0) > tolerance
+    reason = f"the load for the approach was not found: {1e6 * reached:.6g} µm was reached" if missed else ""
+    return replace(result, error=error | {"normal_N": of_load, "approach_um": math.nan},
+                   converged=result.converged and not missed, reason=result.reason or reason)
+
+
 def _place(level: RefinementLevel) -> str:
     """Where the coupled state lives, in mm."""
     low_x, high_x, low_y, high_y = _limits(level)

@@ -98,6 +98,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         moment = 0.0
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
     return _off_centre(discretisation, contact, float(force[0]), moment) | {
+        "normal_N": problem.normal_force,
         "Q_F_W": tangential.work * problem.motion.speed,
         "gamma_c": area / cold_area,
         "gamma_st": stick_area / area,

@@ -33,10 +33,14 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
+from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
 
+WIDEST_PLANE, WIDEST_HALF_SPACE = 0.3, 1.0
+"""Angles in rad by which a contact may leave the plane of the frame, and turn, before a warning is given: at 0.3 rad the normal
+pressure and its direction are some 5 % off."""
 HALF_SPACE_LIMIT = 0.3
 """Half-width over radius from which the half-space is a doubtful model (Johnson, Contact Mechanics, 4.1)."""
 PRESSURE_OVER_MODULUS = 0.01
@@ -125,6 +129,14 @@ def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
         widths["y"] = (scales.semi_axis_y, *geometry.across_radii)
     else:
         yield from profile_warnings(derived)
+    low, high = derived.contact_angles
+    angle = max(-low, high)
+    if angle > WIDEST_PLANE and isinstance(geometry, Geometry):
+        yield (f"the contact is inclined by up to {angle:.2f} rad across rolling: above {WIDEST_PLANE:g} rad the plane of the "
+               "frame is a doubtful model; conformal = true in [geometry] follows the surface")
+    elif high - low > WIDEST_HALF_SPACE:
+        yield (f"the contact turns by {high - low:.2f} rad across rolling: influence coefficients are those of half-spaces, a "
+               f"doubtful model above {WIDEST_HALF_SPACE:g} rad")
     for axis, (half, *radii) in widths.items():
         if (share := half / min(map(abs, radii))) > HALF_SPACE_LIMIT:
             yield (f"contact half-width along {axis} is {share:.2f} of the smallest radius: the half-space assumption is "

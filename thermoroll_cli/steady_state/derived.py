@@ -16,7 +16,7 @@ from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Problem
-from thermoroll_cli.rolling.differential_slip import DifferentialSlip, resolved
+from thermoroll_cli.rolling.differential_slip import DifferentialSlip, compliance_shares, resolved
 
 SLIP_SAMPLES = 65
 """Places across the contact at which the largest differential slip is searched for."""
@@ -94,6 +94,14 @@ class DerivedQuantities:
     def symmetric(self) -> bool:
         """Whether the surfaces are their own mirror image across y = 0."""
         return self.problem.geometry.symmetric
+
+    @cached_property
+    def contact_angles(self) -> tuple[float, float]:
+        """Lowest and highest inclination in rad of the surface in which the bodies touch, across the contact."""
+        scales, shares = self.scales, compliance_shares(self.problem)
+        y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)
+        angles = self.problem.geometry.surface_angle(shares, y)
+        return float(angles.min()), float(angles.max())
 
     @property
     def lateral_curvature(self) -> float:

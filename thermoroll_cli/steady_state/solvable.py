@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT
-from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -16,6 +16,7 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     may turn out to be too weak later, when the pressure is known (`traction.check_yield`)."""
     problem = derived.problem
     yield from _force(problem)
+    yield from _conformal(problem)
     yield from _interlayer(problem)
     yield from _coatings(problem)
     for body in BODIES if problem.heating.recirculates else ():
@@ -45,6 +46,13 @@ def _force(problem: Problem) -> Iterator[Unsolvable]:
     if law is not None and law.rises_again:
         yield Unsolvable("friction that falls with slip and then rises again carries one force at several creepages", key,
                          "a creepage", "friction.law")
+
+
+def _conformal(problem: Problem) -> Iterator[Unsolvable]:
+    """The lateral creepage of an inclined surface has another direction at every place."""
+    if problem.motion.force_y is not None and not isinstance(problem.geometry, Geometry):
+        yield Unsolvable("a lateral force is not computed for a conformal contact", "force.lateral_N", "creepage.lateral",
+                         "geometry.conformal")
 
 
 def _interlayer(problem: Problem) -> Iterator[Unsolvable]:
