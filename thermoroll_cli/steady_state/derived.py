@@ -97,9 +97,10 @@ class DerivedQuantities:
 
     @cached_property
     def contact_angles(self) -> tuple[float, float]:
-        """Lowest and highest inclination in rad of the surface in which the bodies touch, across the contact."""
+        """Lowest and highest inclination in rad of the surface in which the bodies touch, across the contact but for its very
+        ends, where crowns are vertical."""
         scales, shares = self.scales, compliance_shares(self.problem)
-        y = scales.centre + scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)
+        y = scales.centre + 0.98 * scales.semi_axis_y * np.linspace(-1.0, 1.0, SLIP_SAMPLES)
         angles = self.problem.geometry.surface_angle(shares, y)
         return float(angles.min()), float(angles.max())
 
