@@ -40,7 +40,7 @@ def test_every_error_turns_into_the_unit_of_its_scalar(hot: Result) -> None:
         **dict.fromkeys(TEMPERATURES, 30.0),
     }  # fmt: skip
     given = {"creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm", "partition_mean", "power_balance_error",
-             "heat_conducted_W",
+             "heat_conducted_W", "normal_N",
              *(f"{what}_{body}_K" for what in ("bulk_temperature", "entry_temperature_max") for body in ("lower", "upper"))}
     assert set(s["error"]) == set(SCALARS)
     for name in (n for n in SCALARS if n in given or not math.isnan(s[n])):

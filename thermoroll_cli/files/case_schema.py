@@ -99,8 +99,8 @@ def _schema() -> Entry:
                          for body in BODIES]  # fmt: skip
     tables["Profile"]["dependentRequired"] = {"kind": ["length_mm", "drop_um"]}
     schema["allOf"] = [{"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
-                        "then": {"required": ["geometry"], "properties": {"load": {"anyOf": [
-                            {"required": [key]} for key in ("normal_N", "approach_um")]}}},
+                        "then": {"required": ["geometry"], "properties": {"load": {
+                            "if": {"not": {"required": ["approach_um"]}}, "then": {"required": ["normal_N"]}}}},
                         "else": {"required": ["track", "wheelset"]}}]
     for one, two, _ in EXCLUSIVE:
         (*table, first), (*other, second) = one.split("."), two.split(".")

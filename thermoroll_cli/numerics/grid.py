@@ -269,5 +269,6 @@ def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Arr
     rising = np.diff(pressure, axis=1) > 0.0  # from each element to the next one
     towards = np.zeros_like(steep)
     towards[:, 1:-1] = ((steep & high)[:, 2:] & rising[:, :-1]) | ((steep & low)[:, :-2] & ~rising[:, 1:])
-    kept = np.where(steep | towards, 0.0, field)
+    # A ridge of one element falls to both sides.
+    kept = np.where(steep | (towards & ~(low & high)), 0.0, field)
     return kept if kept.any() else field

@@ -85,10 +85,12 @@ def _narrow(
         for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
             if free[0 if side < 0.0 else 1]:
                 continue
-            inner = line[last - (BORDER + 1) * int(side)] if len(columns) > BORDER + 1 else peak
+            inwards = [int(np.clip(last - k * (BORDER + 1) * int(side), columns[0], columns[-1])) for k in (1, 2)]
+            inner, before = line[inwards]
             border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
             rise = _turn(geometry, border, grid.dy, side) * unit * peak
-            if rise <= GROWTH * peak or inner + rise <= peak:
+            # A pressure that falls towards the end has no peak there.
+            if inner <= before or rise <= GROWTH * peak or inner + rise <= peak:
                 continue
             finer = 2
             while finer < FINER and inner + _turn(geometry, border, grid.dy / finer, side) * unit * peak > peak:
