@@ -1,4 +1,4 @@
-"""Seeded contacts with friction that falls with slip, memory and layers, and contacts whose strength and wear are asked for."""
+"""Seeded contacts with friction that falls or rises with slip, memory and interlayers, and some of strength and wear."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ WELL_POSED = 0.6
 """Criterion of falling friction without memory up to which there is one solution."""
 STEEPEST = 10.0
 """Criterion with memory, at most."""
+STEEPEST_RISE = 3.0
+"""Rise of the factor over the saturation creepage, at most, over an interlayer: steeper ones may not converge."""
 LAYER_SHARE, MEMORY_SHARE, WARM_SHARE, COMPLIANT_SHARE = 0.3, 0.5, 0.3, 0.5
 
 
@@ -65,6 +67,33 @@ def random_yield(seed: int) -> Problem:
     if motion.force_x is not None:
         motion = replace(motion, force_x=math.copysign(min(abs(motion.force_x), carried), motion.force_x))
     return replace(problem, motion=motion, interlayer=Interlayer(layer, share * bound))
+
+
+def random_rising(seed: int) -> Problem:
+    """The contact of `seed` with friction that rises with slip by up to three times, linearly or to a plateau in two pieces,
+    over 0.03 to 30 times the slip of saturation; half of them over an interlayer. Where there is heat friction also rises or
+    falls by up to a third with temperature. A third of the forces that are given exceed μ₀W."""
+    rng = np.random.default_rng([23, seed])
+    problem = random_contact(130000 + seed)
+    derived = DerivedQuantities(problem)
+    if rng.random() > WARM_SHARE:
+        problem = replace(problem, heating=Heating(heat=False))
+    if rng.random() < COMPLIANT_SHARE:
+        bound = problem.friction.coefficient * derived.scales.peak_pressure
+        shear = derived.saturation_creepage * derived.scales.semi_axis_x
+        problem = replace(problem, interlayer=Interlayer(10.0 ** float(rng.uniform(-1.0, 1.0)) * shear / bound))
+    top = 1.0 + 10.0 ** float(rng.uniform(-2.0, 0.5))
+    slip = 10.0 ** float(rng.uniform(-1.5, 1.5))
+    if problem.interlayer.compliance:
+        slip = max(slip, (top - 1.0) / STEEPEST_RISE)
+    slip *= derived.saturation_creepage * problem.motion.speed
+    middle = float(rng.uniform(1.0, top))
+    table = ((0.0, 1.0), (slip, top)) if rng.random() < 0.5 else ((0.0, 1.0), (0.3 * slip, middle), (slip, top))
+    friction = replace(problem.friction, law=FrictionLaw("table", table=table), slope=float(rng.uniform(-1e-4, 1e-4)))
+    motion = problem.motion
+    if motion.force_x is not None and rng.random() < 1.0 / 3.0:
+        motion = replace(motion, force_x=math.copysign((1.0 + 0.5 * (top - 1.0)) * problem.traction_limit, motion.force_x))
+    return replace(problem, friction=friction, motion=motion)
 
 
 def random_strength(seed: int) -> Problem:

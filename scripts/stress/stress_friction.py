@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from scripts.stress.random_friction import random_friction, random_yield
+from scripts.stress.random_friction import random_friction, random_rising, random_yield
 from scripts.stress.stress_checks import solve_to_check, violations
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem
 from thermoroll_cli.refinement.solve import Solver, solve
@@ -31,8 +31,9 @@ REFINED = (24, 48, 96)
 LEAST_ORDER, MOST_WORK = 1.5, 1.3
 """Median order, and median work over that with constant friction."""
 FEWEST_ORDERS = 5
-YIELDING = 4
-"""For so many laws a layer that yields is tried."""
+OTHERS = {"interlayer that yields": random_yield, "rising friction": random_rising}
+ONE_IN = 4
+"""For so many laws that fall one of each of `OTHERS` is tried."""
 
 
 @dataclass(frozen=True)
@@ -75,11 +76,11 @@ def outcome(seed: int, grid: int) -> Outcome:
     return replace(done, difference=float(max(found)))
 
 
-def broken_by_yield(seed: int, grid: int) -> list[str]:
-    """What the contact of `seed` with a layer that yields breaks: convergence, or an invariant."""
-    result = solve_to_check(replace(random_yield(seed), numerics=Numerics((grid, grid))))
+def broken_by(kind: str, seed: int, grid: int) -> list[str]:
+    """What the contact of `seed` of a `kind` among `OTHERS` breaks: convergence, or an invariant."""
+    result = solve_to_check(replace(OTHERS[kind](seed), numerics=Numerics((grid, grid))))
     faults = violations(result) if result.converged else [result.reason]
-    return [f"seed {seed}, layer that yields: {fault}" for fault in faults]
+    return [f"seed {seed}, {kind}: {fault}" for fault in faults]
 
 
 def _creeping(problem: Problem, factor: float) -> Problem:
@@ -137,9 +138,11 @@ def main() -> int:
     for o in outcomes:
         if not o.converged:
             print(f"seed {o.seed}: {o.reason}", file=sys.stderr)
-    yielding = range(wishes.first, wishes.first + wishes.cases // YIELDING)
-    broken = [fault for seed in yielding for fault in broken_by_yield(seed, wishes.grid)]
-    print(f"{len(yielding)} layers that yield: {len(broken)} faults")
+    seeds, broken = range(wishes.first, wishes.first + wishes.cases // ONE_IN), []
+    for kind in OTHERS:
+        found = [fault for seed in seeds for fault in broken_by(kind, seed, wishes.grid)]
+        print(f"{len(seeds)} of {kind}: {len(found)} faults")
+        broken += found
     for target in missed(outcomes) + broken:
         print(f"missed: {target}", file=sys.stderr)
     return int(bool(missed(outcomes) + broken))

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.support.cases import findings, parse
 from tests.support.command_line import MECHANICAL, THERMAL, thermoroll
-from tests.support.scenes import STEEL, article_4_1, on_grid, order, rolling, saturation, solved
+from tests.support.scenes import STEEL, article_4_1, on_grid, order, reference, rolling, saturation, solved
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.case_model import MOVED
 from thermoroll_cli.halfspace.thermal import temperature_table
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.friction import Friction, Interlayer
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import Solver, solve
@@ -366,3 +369,30 @@ def test_grid_ladder_carries_the_friction_up():
     ladder = solved(on_grid(warm(), 64))
     assert ladder.work["levels"][-1]["warm_friction_iterations"] <= 5
     assert STEEL.thermal
+
+
+# --- CONTACT ---------------------------------------------------------------------------------------------------------
+
+LOCOMOTIVE = replace(
+    Case.read(Path(__file__).parents[2] / "cases" / "eurosprinter.toml").problem, interlayer=Interlayer(),
+    heating=Heating(deformation=False), **dict.fromkeys(("lower", "upper"), Material(209.92e9, 0.28, 50.0, 0.0, 14.154e-6)),
+    numerics=Numerics(grid=(24, 24)))  # fmt: skip
+
+
+@pytest.mark.parametrize(("series", "slope"), [(1, 0.0), (2, -0.19 / 1200), (3, 0.19 / 1200), (4, 0.19 / 400)])
+def test_forces_and_temperatures_agree_with_contact(series: int, slope: float):
+    """CONTACT's errors fall like √h, so its values are extrapolated in that. The speeds of both bodies differ here, and not
+    there: the mean of both temperatures is compared."""
+    found: dict[float, list] = {}
+    for number, creepage, _, force, temperature in reference("friction_temperature")["values"]:
+        if number == series:
+            found.setdefault(creepage, []).append((force, temperature))
+    friction = Friction(0.33, slope=slope / 0.33, minimum=0.14 / 0.33)
+    for creepage, values in found.items():
+        before, last = np.array(values[-2:])
+        force, temperature = last + (last - before) / (math.sqrt(2.0) - 1.0)
+        motion = replace(LOCOMOTIVE.motion, creepage_x=creepage)
+        scalars = solved(replace(LOCOMOTIVE, friction=friction, motion=motion)).coupled.scalars
+        mean = 0.5 * (scalars["temperature_rise_max_lower_K"] + scalars["temperature_rise_max_upper_K"])
+        assert scalars["force_x_N"] == pytest.approx(force, rel=3e-3)
+        assert mean == pytest.approx(temperature, rel=1.5e-2)

@@ -80,5 +80,7 @@ def can_transmit(discretisation: Discretisation, contact: Contact) -> bool:
 
 
 def transmissible_force(discretisation: Discretisation, friction: Array, pressure: Array) -> float:
-    """Largest tangential force in N: ∫ μp."""
-    return float((friction * pressure).sum()) * discretisation.grid.element_area
+    """Largest tangential force in N: ∫ μp, with the largest factor of a law of slip that rises."""
+    law = discretisation.derived.problem.friction.law
+    highest = 1.0 if law is None else law.highest
+    return highest * float((friction * pressure).sum()) * discretisation.grid.element_area
