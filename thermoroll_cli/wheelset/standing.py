@@ -4,8 +4,9 @@ forces."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 from thermoroll_cli.wheelset.one_wheel import Bearing, Solved, WheelOnRail, height_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
@@ -16,6 +17,8 @@ ROLLED = 1e-9
 notices."""
 ROLL_STEP = 1e-3
 """First guess of how far (rad) a bracket of the roll must be widened."""
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -53,28 +56,37 @@ def _wheels(
             for side in problem.sides}
 
 
-def _rolled(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None) -> Standing:
-    """The roll with equal heights of both wheels, each with half of the force: a secant within a bracket."""
+def _rolled(
+    problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None
+) -> Standing:
+    """The roll with equal heights of both wheels, each with half of the force."""
     start = None if before is None else before.height
     half = 0.5 * (problem.vertical or 0.0)
-    span = sum(rail.half_gauge for rail in problem.rails.values())
-    low, high = -math.inf, math.inf
-    seen: list[tuple[float, float]] = []
-    roll = 0.0 if before is None else before.roll
-    for _ in range(ROLL_ROUNDS):
+
+    def standing(roll: float) -> tuple[float, Standing]:
+        nonlocal start
         found = {side: height_of([wheel], half, start) for side, wheel in _wheels(problem, solved, roll).items()}
         (left, _), (right, _) = found["left"], found["right"]
-        # A wheelset that rolls to the right would lower its right wheel: there the axle must stand higher.
-        difference = left - right
         start = 0.5 * (left + right)
-        standing = Standing(roll, start, {side: bearings[0] for side, (_, bearings) in found.items()})
+        return left - right, Standing(roll, start, {side: bearings[0] for side, (_, bearings) in found.items()})
+
+    return level(standing, problem.span, 0.0 if before is None else before.roll)
+
+
+def level(difference_at: Callable[[float], tuple[float, Found]], span: float, roll: float) -> Found:
+    """What is found at the roll (rad) with which the heights of both wheels are equal, from a first guess `roll`.
+
+    `difference_at` gives the height of the left wheel less that of the right one (m), which grows with the roll by about the
+    `span` (m) between the rails, and what was found with it. A secant within a bracket."""
+    low, high = -math.inf, math.inf
+    last: tuple[float, float] | None = None
+    for _ in range(ROLL_ROUNDS):
+        difference, found = difference_at(roll)
         if abs(difference) <= ROLLED or high - low < ROLLED:
-            return standing
+            break
         low, high = (roll, high) if difference < 0.0 else (low, roll)
-        slope = span
-        if seen and difference != seen[-1][1]:
-            slope = (difference - seen[-1][1]) / (roll - seen[-1][0])
-        seen.append((roll, difference))
+        slope = span if last is None or difference == last[1] else (difference - last[1]) / (roll - last[0])
+        last = roll, difference
         wanted = roll - difference / slope
         if low < wanted < high:
             roll = wanted
@@ -82,4 +94,4 @@ def _rolled(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ..
             roll -= math.copysign(max(ROLL_STEP, 2.0 * abs(difference) / span), difference)
         else:
             roll = 0.5 * (low + high)
-    return standing
+    return found

@@ -41,13 +41,13 @@ class WheelsetProblem:
         return tuple(side for side in SIDES if side in self.wheels)
 
     @property
-    def numerics(self):  # type: ignore[no-untyped-def]
-        """As of the contacts."""
-        return self.contact.numerics
-
-    @property
     def title(self) -> str:
         return self.contact.title
+
+    @property
+    def span(self) -> float:
+        """Distance of the rails, or half of it, in m."""
+        return sum(rail.half_gauge for rail in self.rails.values())
 
     def facing(self, side: SideName, roll: float | None = None) -> Facing:
         """The wheel of a side as a right one over its rail, at z = 0 unless the height is given, with another `roll` if

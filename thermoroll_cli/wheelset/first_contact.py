@@ -1,0 +1,101 @@
+"""What is known of a wheelset before anything is solved: where its wheels touch first, its roll and rolling radii; and
+doubts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from thermoroll_cli.wheelset.curves import curve
+from thermoroll_cli.wheelset.search import Facing
+from thermoroll_cli.wheelset.standing import level
+from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
+
+KINK_ROOM = 3e-3
+"""A corner this near to the first contact (m) may lie in the loaded one."""
+
+
+def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
+    """The wheels where they touch first, with the roll that makes them touch together if it is to be found. Raises Unsolvable
+    where one misses its rail."""
+
+    def both(roll: float) -> tuple[float, dict[SideName, Facing]]:
+        facings = {side: problem.facing(side, roll) for side in problem.sides}
+        heights = [facing.clearance for facing in facings.values()]
+        return heights[0] - heights[-1], facings
+
+    facings = level(both, problem.span, 0.0) if problem.finds_roll else both(problem.position.roll)[1]
+    return {side: facing.lowered(facing.clearance) for side, facing in facings.items()}
+
+
+def facts_of(problem: WheelsetProblem) -> dict[str, float]:
+    """Places and angles of first contact, roll, rolling radii and the clearance of the flanges, in the units of their names."""
+    facts: dict[str, float] = {}
+    facings = touching(problem)
+    for side, facing in facings.items():
+        k = int(np.argmin(facing.gap))
+        rail, wheel = facing.outlines
+        at_rail, at_wheel = (int(round(outline.index[k])) for outline in (rail, wheel))
+        sign = sign_of(side)
+        facts |= {
+            f"first_contact_y_{side}_mm": 1e3 * sign * float(rail.y[k]),
+            f"first_contact_y_rail_{side}_mm": 1e3 * float(curve(facing.rail.profile).samples[0][at_rail]),
+            f"first_contact_y_wheel_{side}_mm": 1e3 * float(curve(facing.wheel.profile).samples[0][at_wheel]),
+            f"first_contact_angle_{side}_mrad": 1e3 * sign * float(facing.angle[k]),
+            f"rolling_radius_{side}_mm": 1e3 * float(facing.wheel.samples[1][at_wheel]),
+            f"flange_clearance_{side}_mm": 1e3 * flange_clearance(facing),
+        }  # fmt: skip
+    first = next(iter(facings.values()))
+    sign = sign_of(next(iter(facings)))
+    facts["first_contact_roll_mrad"] = 1e3 * sign * first.position.roll
+    facts["first_contact_height_mm"] = 1e3 * first.position.z
+    if len(facings) == 2:
+        facts["rolling_radius_difference_mm"] = facts["rolling_radius_right_mm"] - facts["rolling_radius_left_mm"]
+    return facts
+
+
+def flange_clearance(facing: Facing) -> float:
+    """Way (m) to the side that the wheel may go until its flange meets the rail at the gauge height, nan without a flange."""
+    _, y, z, _, _ = facing.locus
+    rail = facing.rail
+    face = float(rail.samples[0][rail.samples[1] <= rail.gauge_height].min())
+    flange = y[(z >= rail.gauge_height) & (y < face + rail.gauge_height)]
+    return face - float(np.nanmax(flange)) if len(flange) else math.nan
+
+
+def doubts(problem: WheelsetProblem) -> Iterator[str]:
+    """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
+    for side, facing in touching(problem).items():
+        k = int(np.argmin(facing.gap))
+        y = float(facing.outlines[0].y[k])
+        for what, profile, outline in (("rail", facing.rail.profile, facing.outlines[0]),
+                                       ("wheel", facing.wheel.profile, facing.outlines[1])):
+            shape = curve(profile)
+            here = shape.samples[:2, int(round(outline.index[k]))]
+            for corner in shape.corner_places:
+                if math.dist(here, corner) < KINK_ROOM:
+                    yield (f"the profile of the {side} {what} has a corner of more than 30 degrees at y = {1e3 * corner[0]:.4g} mm, "
+                           f"{1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper bound")
+            yield from _rough(f"{side} {what}", profile, here)
+
+
+ROUGH_REACH = 5e-3
+"""Distance from first contact (m) within which a profile is looked at."""
+ROUGH_SHARE = 0.7
+"""Share of neighbouring points between which the curvature changes sign, from which a profile is rough and not curved."""
+
+
+def _rough(name: str, profile: tuple[tuple[float, float], ...], here: np.ndarray) -> Iterator[str]:
+    """A doubt about a measured profile whose curvature changes sign from point to point around the place `here`."""
+    points = np.array(profile)
+    near = points[np.hypot(*(points - here).T) < ROUGH_REACH]
+    if len(near) < 6:
+        return
+    chords = np.diff(near, axis=0)
+    turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
+    changes = float(np.mean(turns[1:] * turns[:-1] < 0.0))
+    if changes >= ROUGH_SHARE:
+        yield (f"the curvature of the profile of the {name} changes sign between {100.0 * changes:.0f} % of the neighbouring points around "
+               "the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")
