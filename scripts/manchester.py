@@ -1,35 +1,31 @@
-"""The Manchester contact benchmark: cases for each displacement of the wheelset, beside CONTACT's results."""
+"""The Manchester contact benchmark: both wheels of a displaced wheelset, beside CONTACT's results."""
 
 from __future__ import annotations
 
 import json
 import pathlib
-from collections.abc import Mapping
+from functools import cache
 from typing import Any
 
 from thermoroll_cli import Case
+from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 
 ROOT = pathlib.Path(__file__).parents[1]
-WHEEL, RAIL = 750.0, 760.5326
-"""Distance of both profiles' origins from the middle of the track, mm."""
+SHIFTS = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.5, 6.0, 6.5, 7.0, 8.0, 9.0, 10.0)
+"""Displacements to the right in mm; the yaw is 2.4 mrad for each."""
 
 
-def contact_results() -> list[dict[str, Any]]:
-    """CONTACT's results, one for each lateral displacement, in its own frame and signs."""
-    return json.loads((ROOT / "tests" / "reference" / "manchester.json").read_text(encoding="utf-8"))["results"]
+@cache
+def contact_results() -> dict[tuple[str, float], dict[str, Any]]:
+    """CONTACT's inputs and results (planar patches) by side and displacement."""
+    cases = json.loads((ROOT / "tests" / "reference" / "wheelset" / "contact.json").read_text(encoding="utf-8"))["cases"]
+    named = {(case["name"].strip()): case for case in cases}
+    return {(side, shift): named[f"A2.2 {side} y={shift:.1f}"] for side in ("left", "right") for shift in SHIFTS}
 
 
-def case_beside(result: Mapping[str, Any]) -> Case:
-    """The case of one of CONTACT's results. CONTACT's frame is rotated by 180° about z (docs/python.md): its y, its roll and
-    its creepages change sign, its spin does not. The origin is its contact reference."""
-    place = result["contact_y_track_mm"]
-    longitudinal, lateral, spin = result["creepage"]
-    return Case.read(ROOT / "cases" / "manchester.toml").with_values({
-        "geometry.lower_profile.offset_mm": RAIL + place,
-        "geometry.upper_profile.offset_mm": WHEEL - result["lateral_displacement_mm"] + place,
-        "geometry.upper_profile.tilt_mrad": -1e3 * result["wheelset_roll_rad"],
-        "load.normal_N": result["normal_N"],
-        "creepage.longitudinal": -longitudinal,
-        "creepage.lateral": -lateral,
-        "creepage.spin_rad_mm": spin,
-    })  # fmt: skip
+def wheelset_at(shift: float, grid: int, **more: Any) -> WheelsetResult:
+    """The wheelset displaced by `shift` mm, `grid`² elements for each patch, with `more` keys ("__" stands for the point)."""
+    keys = {key.replace("__", "."): value for key, value in more.items()}
+    case = Case.read(ROOT / "cases" / "manchester.toml").with_values({
+        "wheelset.lateral_shift_mm": shift, "wheelset.yaw_mrad": 2.4 * shift, "numerics.grid": [grid, grid], **keys})
+    return solve_wheelset(case.task)

@@ -21,6 +21,8 @@ from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 from thermoroll_cli.worn.follow import Evolution, follow
 
 __all__ = ["Result", "Solver", "read_result", "solve", "sweep", "wear"]
@@ -124,7 +126,7 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
     return Result.of(hdf5.read_result(path, with_fields=with_fields))
 
 
-def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = None) -> Result:
+def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = None) -> Result | WheelsetResult:
     """Solve a case: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`); or a
     `Problem` in SI units. Returns both states with fields in SI units, scalars in the units of their names.
 
@@ -132,8 +134,21 @@ def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = 
     stage and a mapping (grid, iteration, residual, …) during the solve; an exception that it raises ends the solve. A result
     that did not converge says so in `converged` and `reason`. Raises CaseError for an invalid case, ValueError where no steady
     state can exist.
+
+    A case of a wheelset has a `WheelsetResult`: `scalars`, `summary()` and `patches`, each with its `record` in the axes of the
+    track and a `result`, which is a `Result` as of any contact.
     """
-    return Solver(threads).solve(case, report=report)
+    if isinstance(case, Problem):
+        return Solver(threads).solve(case, report=report)
+    given = Case.of(case)
+    task = given.task
+    if not isinstance(task, WheelsetProblem):
+        return Solver(threads).solve(given, report=report)
+    whole = solve_wheelset(task, threads=threads, report=report)
+    text, resolved = given.text, given.to_json()
+    patches = (dataclasses.replace(patch, result=Result.of(
+        dataclasses.replace(patch.result, case_text=text, case_json=resolved))) for patch in whole.patches)
+    return dataclasses.replace(whole, patches=tuple(patches), case_text=text, case_json=resolved)
 
 
 def wear(

@@ -9,41 +9,46 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, ROOT, Numbers, diagrams, solve_problem, table, write
-from scripts.manchester import case_beside, contact_results
+from scripts.manchester import SHIFTS, contact_results, wheelset_at
 from thermoroll_cli import Case
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.problem import Problem
 
-HEADER = ("displacement (mm)", "largest pressure (MPa)", "approach (μm)", "F_x (N)", "F_y (N)")
+HEADER = ("shift (mm)", "roll (mrad)", "angular velocity (rad/s)", "F_x left (N)", "F_y left (N)", "F_x right (N)",
+          "F_y right (N)", "left wheel (K)", "right wheel (K)")
 
 
 def manchester(folder: pathlib.Path, grid: int) -> Numbers:
-    """Largest pressure, approach and forces over the lateral displacement; "here / CONTACT" in each cell of the table."""
+    """Forces on both rails over the displacement; "here / CONTACT" in each cell of the table, and the temperatures."""
     theirs = contact_results()
-    here = [solve_problem(case_beside(result).problem).coupled.scalars for result in theirs]
-    at = [result["lateral_displacement_mm"] for result in theirs]
-    figure, (left, right) = diagrams(1, 2, (2.75, 1.9))
-    left.plot(at, [s["pressure_max_MPa"] for s in here], color=ISOTHERMAL, label="thermoroll")
+    here = {shift: wheelset_at(shift, min(grid, WHEELSET_GRID)) for shift in SHIFTS}
+    figure, panels = diagrams(1, 2, (2.75, 1.9))
     circles = {"fillstyle": "none", "markersize": 4}
-    left.plot(at, [r["pressure_max_MPa"] for r in theirs], "o", color=ISOTHERMAL, label="CONTACT", **circles)
-    left.set_ylabel("largest pressure (MPa)")
-    left.legend(loc="lower right")
-    limits = [0.3 * r["normal_N"] for r in theirs]
-    for own, other, colour, label in (("force_x_N", "force_x_N", ISOTHERMAL, "x"), ("force_y_N", "force_s_N", COUPLED, "y")):
-        values = [s[own] / limit for s, limit in zip(here, limits, strict=True)]
-        right.plot(at, values, color=colour, label=rf"$F_{label}/\mu W$")
-        right.plot(at, [r[other] / limit for r, limit in zip(theirs, limits, strict=True)], "o", color=colour, **circles)
-    right.legend(loc="center right")
-    for axes in (left, right):
-        axes.set_xlabel("lateral displacement (mm)")
+    rows = []
+    for axes, side in zip(panels, ("left", "right"), strict=True):
+        for number, (name, colour) in enumerate((("x", ISOTHERMAL), ("y", COUPLED))):
+            axes.plot(SHIFTS, [1e-3 * here[shift].scalars[f"track_force_{name}_{side}_N"] for shift in SHIFTS], color=colour,
+                      label=f"along {name}")
+            axes.plot(SHIFTS, [1e-3 * theirs[side, shift]["contact"]["force_rail_track_N"][number] for shift in SHIFTS], "o",
+                      color=colour, **circles)
+        axes.set(xlabel="shift (mm)", ylabel=f"force on the {side} rail (kN)")
+    panels[1].legend(loc="upper left")
     write(figure, folder, "manchester")
-    rows = [[f"{r['lateral_displacement_mm']:g}", f"{s['pressure_max_MPa']:.0f} / {r['pressure_max_MPa']:.0f}",
-             f"{s['approach_um']:.1f} / {1e3 * r['approach_mm']:.1f}", f"{s['force_x_N']:.0f} / {r['force_x_N']:.0f}",
-             f"{s['force_y_N']:.0f} / {r['force_s_N']:.0f}"]
-            for s, r in zip(here, theirs, strict=True) if r["lateral_displacement_mm"] in (0.0, 2.0, 4.0, 6.0, 8.0, 10.0)]
+    for shift in SHIFTS:
+        scalars = here[shift].scalars
+        inputs = theirs["left", shift]["input"]
+        forces = [f"{scalars[f'track_force_{name}_{side}_N']:.0f} / "
+                  f"{theirs[side, shift]['contact']['force_rail_track_N'][number]:.0f}"
+                  for side in ("left", "right") for number, name in enumerate("xy")]
+        hottest = [max(patch.record["temperature_rise_max_lower_K"] for patch in here[shift].patches if patch.side == side)
+                   for side in ("left", "right")]
+        rows.append([f"{shift:g}", f"{scalars['roll_mrad']:.4f} / {1e3 * inputs['roll']:.4f}",
+                     f"{scalars['angular_velocity_rad_s']:.4f} / {-inputs['omega']:.4f}", *forces,
+                     *(f"{rise:.1f}" for rise in hottest)])
     return {"table": table(HEADER, rows)}
 
 
+WHEELSET_GRID = 48
 REFERENCE = ROOT / "tests" / "reference"
 GRID = 64
 DEVIATIONS = ("", "rms of measured less computed force over W", "mean")

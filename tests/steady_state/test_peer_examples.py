@@ -1,5 +1,4 @@
-"""Examples that come with CONTACT, solved here: temperatures after Ertz & Knothe, a locomotive's creep curve, and the
-Manchester contact benchmark, where its forces are good to some 5 % and pressures to 1 %.
+"""Examples that come with CONTACT, solved here: temperatures after Ertz & Knothe, and a locomotive's creep curve.
 
 CONTACT's own figure for the first, 166.8 K with elements of 0.2 mm, doubles the share of the element itself in its temperature
 sum, so that its error falls like the square root of the element: with 0.2, 0.1 and 0.05 mm it gives 166.8, 162.7, 159.7 K.
@@ -11,9 +10,7 @@ import math
 
 import pytest
 
-from scripts.manchester import ROOT, case_beside, contact_results
 from tests.support.scenes import MECHANICAL, rolling
-from thermoroll_cli.files.case import Case
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material
 from thermoroll_cli.problem.result import Result
@@ -53,26 +50,3 @@ def test_creep_curve_of_a_locomotive(creepage: float, contact: float) -> None:
                       heating=MECHANICAL)
     force = solve(problem).coupled.scalars["force_x_N"]
     assert 0.981 * contact < force < 1.001 * contact
-
-
-NEAR = [result for result in contact_results() if result["lateral_displacement_mm"] in (0.0, 2.0, 6.0)]
-
-
-@pytest.mark.parametrize("theirs", NEAR, ids=lambda result: f"{result['lateral_displacement_mm']:g} mm")
-def test_wheel_on_rail(theirs):
-    case: Case = case_beside(theirs).with_values({"numerics.grid": [48, 48]})
-    result = solve(case.problem)
-    assert result.converged, result.reason
-    s, limit = result.coupled.scalars, 0.3 * theirs["normal_N"]
-    assert s["pressure_max_MPa"] == pytest.approx(theirs["pressure_max_MPa"], rel=0.02)
-    assert s["approach_um"] == pytest.approx(1e3 * theirs["approach_mm"], rel=0.01)
-    assert s["force_x_N"] == pytest.approx(theirs["force_x_N"], abs=0.005 * limit)
-    assert s["force_y_N"] == pytest.approx(theirs["force_s_N"], abs=0.005 * limit)
-
-
-def test_the_case_is_that_of_4_mm():
-    (theirs,) = (result for result in contact_results() if result["lateral_displacement_mm"] == 4.0)
-    own, made = Case.read(ROOT / "cases" / "manchester.toml"), case_beside(theirs)
-    assert made.problem.motion == own.problem.motion
-    assert made.problem.geometry.upper_profile.offset == pytest.approx(own.problem.geometry.upper_profile.offset)
-    assert made.problem.geometry.lower_profile.offset == pytest.approx(own.problem.geometry.lower_profile.offset)

@@ -17,6 +17,8 @@ from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.refinement.plan import expected_temperature_warning
 from thermoroll_cli.refinement.warnings import warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.wheelset.first_contact import doubts_of_wheelset
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 TEMPLATES = {
     "wheel-rail": "a wheel on a rail",
@@ -26,6 +28,7 @@ TEMPLATES = {
     "traction-drive": "two rollers near their largest force",
     "twin-disc": "two discs that turn and get hot",
     "twin-disc-wear": "two discs that wear",
+    "wheelset": "both wheels of a wheelset on a track, from profiles",
     "locomotive": "a wheel with friction that falls with slip, and a layer of dirt",
     "article": "the article's spheres, at a speed that no machine has",
 }
@@ -70,7 +73,10 @@ def validate(
 
 def warnings_of(case: Case) -> list[str]:
     """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
-    derived = DerivedQuantities(case.problem)
+    task = case.task
+    if isinstance(task, WheelsetProblem):
+        return list(doubts_of_wheelset(task))
+    derived = DerivedQuantities(task)
     return [*warnings_before(derived), *expected_temperature_warning(derived)]
 
 

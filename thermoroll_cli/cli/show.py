@@ -13,6 +13,8 @@ from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
+from thermoroll_cli.wheelset.first_contact import doubts_of_wheelset, facts_of
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -53,7 +55,11 @@ def show(
     try:
         read = options.read_case(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
-            plan = make_plan(read.problem)
+            task = read.task
+            if isinstance(task, WheelsetProblem):
+                _show_wheelset(read, facts_of(task), list(doubts_of_wheelset(task)), as_json=as_json)
+                return
+            plan = make_plan(task)
     except CaseError as invalid:
         if as_json:
             streams.write_json(options.invalid_record(str(case), invalid))
@@ -64,10 +70,26 @@ def show(
         streams.write(*_lines(read, plan, streams.width()))
 
 
+def _show_wheelset(case: Case, facts: dict[str, float], warnings: list[str], *, as_json: bool) -> None:
+    """Inputs of a wheelset, and where its wheels touch first."""
+    if as_json:
+        streams.write_json({"name": case.name, "inputs": _inputs(case), **facts, "warnings": warnings})
+        return
+    width = streams.width()
+    streams.write(*_input_lines(case, width), "known before solving")
+    streams.write(*align([(name, number(value)) for name, value in facts.items()]))
+    for warning in warnings:
+        streams.write(*folded(f"warning: {warning}", width))
+
+
+def _inputs(case: Case) -> dict[str, Any]:
+    return {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in case.inputs}
+
+
 def _record(case: Case, plan: Plan) -> dict[str, Any]:
     return {
         "name": case.name,
-        "inputs": {item.key: {"value": _finite(item.value), "si": _finite(item.si), "unit": item.unit} for item in case.inputs},
+        "inputs": _inputs(case),
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
@@ -85,12 +107,16 @@ def _finite(value: Any) -> Any:
     return "inf" if value == float("inf") else value
 
 
-def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
+def _input_lines(case: Case, width: int) -> Iterator[str]:
     title = case.settings.title
     yield from folded(case.name + (f" ({title})" if title else ""), width, indent="")
     table = [("inputs", "", "in SI")]
     table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
+
+
+def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:
+    yield from _input_lines(case, width)
     yield "known before solving"
     meanings = MEANINGS | {name: scalar.meaning for name, scalar in ALL_SCALARS.items()}
     yield from with_remarks([(name, number(value), meanings.get(name, "")) for name, value in plan.facts.items()], width)

@@ -66,7 +66,10 @@ def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[st
         metres = LENGTHS[0] <= 1e3 * length <= LENGTHS[1]
         return f"the profile is {length:.3g} mm long", ("its points seem to be in metres: give them in mm" if metres
                                                         else "a profile of a wheel or a rail is 5 to 500 mm long, in mm")
-    middle = float(np.median(z))
+    # The height that half of the width lies above, wherever points are dense.
+    order = np.argsort(z[1:] + z[:-1])
+    width = np.cumsum(np.abs(np.diff(y))[order])
+    middle = float(0.5 * (z[1:] + z[:-1])[order][np.searchsorted(width, 0.5 * width[-1])])
     if float(z.max()) - middle < middle - float(z.min()):
         return "the profile is upside down", "z points down: into a rail, and out of a wheel towards the flange"
     if wheel and flange_side(points) > 0:

@@ -77,10 +77,8 @@ def _draw_section(axes: Axes, result: WheelsetResult, side: SideName, peak: floa
     axes.plot(sign * wheel[0], wheel[1], color=style.AFTER, label="wheel")
     words = []
     for patch in (patch for patch in result.patches if patch.side == side):
-        solved = next(found for found in result.solved.patches if found.result is patch.result) if result.solved else None
-        if solved is not None:
-            tip = _draw_comb(axes, solved, sign, peak)
-            axes.annotate(str(patch.number), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
+        tip = _draw_comb(axes, patch.solved, sign, peak)
+        axes.annotate(str(patch.number), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
         record = patch.record
         words.append(f"{patch.number}: {1e-3 * record['normal_N']:.4g} kN, {record['pressure_max_MPa']:.0f} MPa, "
                      f"{record['angle_mrad']:.0f} mrad".replace("-", "−"))

@@ -37,7 +37,7 @@ def facts_of(problem: WheelsetProblem) -> dict[str, float]:
     for side, facing in facings.items():
         k = int(np.argmin(facing.gap))
         rail, wheel = facing.outlines
-        at_rail, at_wheel = (int(round(outline.index[k])) for outline in (rail, wheel))
+        at_rail, at_wheel = (round(outline.index[k]) for outline in (rail, wheel))
         sign = sign_of(side)
         facts |= {
             f"first_contact_y_{side}_mm": 1e3 * sign * float(rail.y[k]),
@@ -57,27 +57,28 @@ def facts_of(problem: WheelsetProblem) -> dict[str, float]:
 
 
 def flange_clearance(facing: Facing) -> float:
-    """Way (m) to the side that the wheel may go until its flange meets the rail at the gauge height, nan without a flange."""
-    _, y, z, _, _ = facing.locus
-    rail = facing.rail
+    """Way (m) to the side that is left between flange and rail at the gauge height, of a wheelset without roll and yaw at its
+    nominal height; negative where the flange climbs, nan without a flange."""
+    rail, wheel = facing.rail, facing.wheel
     face = float(rail.samples[0][rail.samples[1] <= rail.gauge_height].min())
-    flange = y[(z >= rail.gauge_height) & (y < face + rail.gauge_height)]
-    return face - float(np.nanmax(flange)) if len(flange) else math.nan
+    y, r = wheel.samples[:2]
+    flange = y[r >= wheel.radius + rail.gauge_height]
+    return face - float(flange.max()) - facing.position.y if len(flange) else math.nan
 
 
-def doubts(problem: WheelsetProblem) -> Iterator[str]:
+def doubts_of_wheelset(problem: WheelsetProblem) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
     for side, facing in touching(problem).items():
         k = int(np.argmin(facing.gap))
-        y = float(facing.outlines[0].y[k])
         for what, profile, outline in (("rail", facing.rail.profile, facing.outlines[0]),
                                        ("wheel", facing.wheel.profile, facing.outlines[1])):
             shape = curve(profile)
-            here = shape.samples[:2, int(round(outline.index[k]))]
+            here = shape.samples[:2, round(outline.index[k])]
             for corner in shape.corner_places:
                 if math.dist(here, corner) < KINK_ROOM:
-                    yield (f"the profile of the {side} {what} has a corner of more than 30 degrees at y = {1e3 * corner[0]:.4g} mm, "
-                           f"{1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper bound")
+                    yield (f"the profile of the {side} {what} has a corner of more than 30 degrees at y = {1e3 * corner[0]:.4g}"
+                           f" mm, {1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper "
+                           "bound")
             yield from _rough(f"{side} {what}", profile, here)
 
 
@@ -97,5 +98,5 @@ def _rough(name: str, profile: tuple[tuple[float, float], ...], here: np.ndarray
     turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
     changes = float(np.mean(turns[1:] * turns[:-1] < 0.0))
     if changes >= ROUGH_SHARE:
-        yield (f"the curvature of the profile of the {name} changes sign between {100.0 * changes:.0f} % of the neighbouring points around "
-               "the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")
+        yield (f"the curvature of the profile of the {name} changes sign between {100.0 * changes:.0f} % of the neighbouring "
+               "points around the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")

@@ -25,7 +25,7 @@ ROUGH_GRID = (24, 24)
 ROUGH_ROUNDS, FINE_ROUNDS = 12, 6
 ROUGH_RATIO, RATIO = 1e-3, 1e-4
 """Change of the vertical force over the load from round to round, rough and fine, with which a patch is known."""
-ROUGH_DRIVE, DRIVE = 1e-3, 2e-4
+ROUGH_DRIVE, DRIVE = 1e-3, 3e-5
 """Unbalanced torque about the axle over radius and friction limit (or traction over the limit), likewise."""
 DRIVES = 16
 """Angular velocities tried where a wheelset stands."""

@@ -28,13 +28,14 @@ PATCH_SCALARS = ("pressure_max_MPa", "contact_area_mm2", "approach_um", "gamma_s
 
 @dataclass(frozen=True)
 class WheelsetPatch:
-    """A patch: its `side`, its `number` from the left of the track on that side, its `record` in track axes, and its
-    `result`, in the axes of the contact solver."""
+    """A patch and where it lies, `solved`: its `side`, its `number` from the left of the track on that side, its `record` in
+    track axes, and its `result`, in the axes of the contact solver."""
 
     side: SideName
     number: int
     record: Mapping[str, Any]
     result: Result
+    solved: SolvedPatch
 
     @property
     def name(self) -> str:
@@ -53,7 +54,6 @@ class WheelsetResult:
     patches: tuple[WheelsetPatch, ...]
     reason: str = ""
     warnings: tuple[str, ...] = ()
-    solved: SolvedWheelset | None = None
     case_text: str = ""
     case_json: str = ""
 
@@ -87,7 +87,7 @@ def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -
     for side in solved.problem.sides:
         mine = sorted((patch for patch in solved.patches if patch.side == side),
                       key=lambda patch: sign_of(patch.side) * patch.forces.centre[1])
-        patches += [WheelsetPatch(side, number, _record(patch), patch.result) for number, patch in enumerate(mine, 1)]
+        patches += [WheelsetPatch(side, number, _record(patch), patch.result, patch) for number, patch in enumerate(mine, 1)]
     summed = _Sums(solved)
     reasons = [solved.reason] if solved.reason else []
     reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
@@ -96,7 +96,7 @@ def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
     found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.result.warnings)
     return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
-                          (*warnings, *found), solved)
+                          (*warnings, *found))
 
 
 def _record(patch: SolvedPatch) -> dict[str, Any]:
