@@ -14,6 +14,9 @@ from mkdocs.structure.files import File, Files
 import thermoroll_cli
 from thermoroll_cli import Case, solve
 from thermoroll_cli.plots.pictures import figure
+from thermoroll_cli.plots.wheelset_figures import section_figure
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 
 ROOT = pathlib.Path(__file__).parents[1]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
@@ -71,8 +74,11 @@ def summary(text: str) -> str:
 
 def picture(case: Case) -> bytes:
     """The pressure of a case on a coarse grid."""
-    result = solve(replace(case.with_values({"numerics.grid": GRID}).problem, subsurface=None))
-    shown = figure(result, "pressure")
+    task = case.with_values({"numerics.grid": GRID}).task
+    if isinstance(task, WheelsetProblem):
+        shown = section_figure(solve_wheelset(task), task.title)
+    else:
+        shown = figure(solve(replace(task, subsurface=None)), "pressure")
     assert shown is not None, "there is a load"
     file = io.BytesIO()
     shown.savefig(file, format="png", dpi=100)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Surface, surfaces
@@ -63,10 +63,10 @@ class CurvedPatch:
         return hash((self.y[::step], self.gap_lowest[::step], self.slip_x[::step], self.upper_radius_x))
 
     @cached_property
-    def _splines(self) -> CubicSpline:
+    def _splines(self) -> scipy.interpolate.CubicSpline:
         columns = (self.lateral, self.angle, self.gap_lowest, self.x_lowest, self.curvature, self.cubic, self.quartic,
                    self.slip_x, self.slip_y, self.spin)
-        return CubicSpline(np.array(self.y), np.array(columns).T)
+        return scipy.interpolate.CubicSpline(np.array(self.y), np.array(columns).T)
 
     def _at(self, y: Array) -> Array:
         """All columns at the arc lengths `y`, (10, ...); those of an end beyond it."""
@@ -183,11 +183,11 @@ def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPa
     # From arc length to y.
     keep = np.abs(np.arctan(common(y, 1))) <= WIDEST_ANGLE
     y = y[keep]
-    slope = CubicSpline(y, np.hypot(1.0, common(y, 1)))
+    slope = scipy.interpolate.CubicSpline(y, np.hypot(1.0, common(y, 1)))
     zero = float(np.clip(0.0, y[0], y[-1]))
     length = slope.antiderivative()(y) - float(slope.antiderivative()(zero)) + zero
     s = np.linspace(length[0], length[-1], SAMPLES)
-    lateral = CubicSpline(length, y)(s)
+    lateral = scipy.interpolate.CubicSpline(length, y)(s)
     if geometry.symmetric:
         lateral = 0.5 * (lateral - lateral[::-1])
         s = 0.5 * (s - s[::-1])
