@@ -171,7 +171,7 @@ class _Checker:
         for table in ("track", "wheelset"):
             if table not in given:
                 self._note((table,), f"the table [{table}] is missing", hint=f"add {', '.join(known_keys((table,)))}")
-        for path in (("geometry",), ("load", "normal_N"), ("creepage",), ("force",)):
+        for path in (("geometry",), ("load", "normal_N"), ("load", "approach_um"), ("creepage",), ("force",)):
             if self.source.get(path) is not None:
                 self._note(path, "cannot be given together with [wheelset], from which it follows",
                            allowed="[track] and [wheelset] without it, or one contact without them", at_key=True)
