@@ -45,7 +45,7 @@ def test_table_1_is_as_printed_with_steel_s_diffusivity() -> None:
         "expansion_um_mK": 11.7,
         "diffusivity_mm2_s": 10.0,
     }
-    assert set(settings.geometry.model_dump(exclude_none=True).values()) == {30.0}
+    assert set(settings.geometry.model_dump(exclude_unset=True).values()) == {30.0}
     assert (settings.load.normal_N, settings.load.friction_coefficient, settings.rolling.speed_m_s) == (65.0, 0.3, 1.0)
 
 

@@ -8,7 +8,7 @@ import pytest
 from scripts.stress.estimate_coverage import STRONG, pairs_of
 from scripts.stress.stress import CONVERGED_SHARE, LARGE_WORK, MEDIAN_WORK, Outcome, outcome_of, told
 from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
-from scripts.stress.stress_friction import AGREE, broken_by_yield
+from scripts.stress.stress_friction import AGREE, OTHERS, broken_by
 from scripts.stress.stress_friction import missed as missed_falling
 from scripts.stress.stress_friction import outcome as falling_outcome
 from scripts.stress.stress_layers import grid_changes
@@ -53,7 +53,7 @@ def test_falling_friction_converges_to_one_solution() -> None:
 
 
 def test_layers_that_yield_keep_the_invariants() -> None:
-    assert [fault for seed in range(8) for fault in broken_by_yield(seed, 16)] == []
+    assert [fault for kind in OTHERS for seed in range(8) for fault in broken_by(kind, seed, 16)] == []
 
 
 def test_strength_and_wear_have_estimates_that_cover_their_errors() -> None:
