@@ -178,3 +178,33 @@ def test_a_wheel_beside_its_rail_is_invalid(tmp_path):
 def test_a_case_survives_its_json():
     case = Case.parse(TEXT, name="case.toml")
     assert Case.from_json(case.to_json()).task == case.task
+
+
+def test_a_sweep_over_the_shift(tmp_path):
+    """Rows with the whole and each patch, a file for each point, and a picture; `--resume` finds all of them."""
+    (tmp_path / "m.toml").write_text(TEXT.replace("grid = 24", "grid = 16"))
+    arguments = ("sweep", tmp_path / "m.toml", "--over", "wheelset.lateral_shift_mm=0,3", "-o", tmp_path / "out", "--json")
+    swept = call(*arguments)
+    assert swept.returncode == 0, swept.stderr
+    rows = [json.loads(line) for line in swept.stdout.splitlines()]
+    assert [row["over"] for row in rows] == [{"wheelset.lateral_shift_mm": 0}, {"wheelset.lateral_shift_mm": 3}]
+    assert rows[1]["rolling_radius_difference_mm"] > 0.5 and (tmp_path / "out" / "sweep.png").exists()
+    with open(tmp_path / "out" / "sweep.csv", encoding="utf-8") as stream:
+        table = list(csv.DictReader(stream))
+    assert float(table[1]["left_1.y_rail_mm"]) == rows[1]["patches"][0]["y_rail_mm"]
+    assert json.loads((tmp_path / "out" / "m_0002.json").read_text())["patches"][1]["side"] == "right"
+    again = call(*arguments, "--resume", "--no-plots")
+    assert "2 of 2 points are finished already" in again.stderr
+    plotted = call("plot", tmp_path / "out" / "sweep.csv", "-o", tmp_path / "again")
+    assert plotted.returncode == 0, plotted.stderr
+
+
+def test_other_commands_say_what_they_take(tmp_path):
+    (tmp_path / "m.toml").write_text(TEXT)
+    shown = call("show", tmp_path / "m.toml", "--json")
+    facts = json.loads(shown.stdout)
+    assert facts["rolling_radius_difference_mm"] == pytest.approx(1.23, abs=0.02)
+    assert 0.0 < facts["flange_clearance_right_mm"] < facts["flange_clearance_left_mm"]
+    assert call("validate", tmp_path / "m.toml").stdout.endswith("valid\n")
+    table = call("wear", tmp_path / "m.toml", "-o", tmp_path)
+    assert table.returncode == 3 and "a wheelset has several contacts" in table.stderr

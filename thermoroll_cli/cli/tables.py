@@ -14,6 +14,7 @@ from rich.table import Table
 
 from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
 from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Motion
@@ -105,7 +106,8 @@ SHOWN_SCALARS = (
     "creepage_longitudinal", "creepage_lateral", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
     "gamma_c", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "pressure_max_MPa", "von_mises_max_lower_MPa",
     "von_mises_depth_lower_mm", "von_mises_max_upper_MPa", "von_mises_depth_upper_mm", "force_x_over_friction_limit",
-    "force_y_over_friction_limit",
+    "force_y_over_friction_limit", "rolling_radius_difference_mm", "roll_mrad", "angular_velocity_rad_s",
+    "track_force_y_left_N", "track_force_y_right_N", "temperature_rise_max_K",
 )  # fmt: skip
 """Columns in the order of their importance: a narrow terminal has room for the first ones."""
 NOISE = 1e-5
@@ -119,7 +121,8 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     """The table that `thermoroll sweep` prints at the end, in lines of at most `width` characters: a row per point with the
     swept values and the scalars worth showing. A scalar that is the same at all points is shown once.
     """
-    motions = [points.point(row.number).problem.motion for row in rows]
+    problems = (points.point(row.number).problem for row in rows)
+    motions = [problem.contact.motion if isinstance(problem, WheelsetProblem) else problem.motion for problem in problems]
     swept = [axis.key for axis in points.axes]
     worth = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
     # Those that the swept keys move come first: there may not be room for all.

@@ -38,7 +38,8 @@ def wear(
     """
     with options.recorded(case, as_json):
         read = options.read_case(case, options.parse_overrides(settings))
-    asked = read.problem.wear
+        with options.solvable(read, str(case)):
+            asked = read.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)

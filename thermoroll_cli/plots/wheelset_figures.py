@@ -34,7 +34,7 @@ LEFT, BAR, FOOT, HEAD, BETWEEN = (size * style.MM for size in (14.0, 22.0, 11.0,
 """Room for the label of x, the colour bar, the axis, words and title, and between maps."""
 LARGEST_SCALE = 8.0 * style.MM
 """Inches a millimetre of a map is wide at most."""
-WINDOWS = 3.2
+WINDOWS = 2.6
 """Height over width of the pictures of a sweep, three diagrams, over that of one."""
 
 
@@ -171,31 +171,39 @@ def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Mask]:
     return x[keep_x][up], y[keep_y][order], pressure[seen], stick[seen]
 
 
-def wheelset_sweep_figure(over: str, values: Sequence[float], rows: Sequence[Mapping[str, Any]], title: str) -> Figure:
-    """Over a swept key: places of the contacts on both rails, difference of the rolling radii, and forces on both rails."""
-    order = np.argsort(values)
-    at = np.asarray(values, dtype=float)[order]
-    ordered = [rows[k] for k in order]
+def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title: str) -> Figure:
+    """Over a swept key: places of the contacts on both rails, difference of the rolling radii, and forces on both rails.
+    `columns` are those of the table of a sweep."""
+    order = np.argsort(np.asarray(columns[over], dtype=float), kind="stable")
+    table = {name: np.asarray(column, dtype=float)[order] for name, column in columns.items() if name == over or _drawn(name)}
+    at = table[over]
     figure = style.new_figure(style.DOUBLE, 0.62 * WINDOWS * style.SINGLE)
     places, radii, forces = figure.subplots(3, 1, sharex=True)
     for side, colour, marker in zip(SIDES, (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
-        points = [(value, patch["y_rail_mm"], patch["normal_N"]) for value, row in zip(at, ordered, strict=True)
-                  for patch in row["patches"] if patch["side"] == side]
-        if not points:
-            continue
-        x, y, load = np.array(points).T
-        places.scatter(x, y, s=4.0 + 32.0 * load / load.max(), color=colour, marker=marker, label=f"{side} rail",
-                       linewidths=0.0)
-        for name, line in (("y", "-"), ("x", "--")):
-            values_of = [row[f"track_force_{name}_{side}_N"] for row in ordered]
-            forces.plot(at, 1e-3 * np.array(values_of, dtype=float), line, color=colour, label=f"{side}, along {name}")
-    radii.plot(at, np.array([row["rolling_radius_difference_mm"] for row in ordered], dtype=float), color="0.2")
+        names = [name.removesuffix(PLACE) for name in table if name.startswith(side) and name.endswith(PLACE)]
+        largest = max((float(np.nanmax(table[f"{name}.normal_N"])) for name in names), default=1.0)
+        for name in names:
+            size = 4.0 + 32.0 * np.nan_to_num(table[f"{name}.normal_N"]) / largest
+            places.scatter(at, table[name + PLACE], s=size, color=colour, marker=marker, label=f"{side} rail", linewidths=0.0)
+        for direction, line in (("y", "-"), ("x", "--")):
+            if (force := f"track_force_{direction}_{side}_N") in table:
+                forces.plot(at, 1e-3 * table[force], line, color=colour, label=f"{side}, along {direction}")
+    if DIFFERENCE in table:
+        radii.plot(at, table[DIFFERENCE], color="0.2")
     places.set_ylabel("y on the rail (mm),\narea: load")
     radii.set_ylabel("difference of\nrolling radii (mm)")
     forces.set(ylabel="force on the rail (kN)", xlabel=over)
     for axes in (places, radii, forces):
         axes.grid(visible=True)
         style.few_ticks(axes, 10, 5)
-    style.add_headline(figure, title, all(row["status"] == "converged" for row in ordered))
+    style.add_headline(figure, title, all(status == "converged" for status in columns["status"]))
     style.add_legend(figure, [*places.get_legend_handles_labels()[0], *forces.get_legend_handles_labels()[0]])
     return figure
+
+
+PLACE, DIFFERENCE = ".y_rail_mm", "rolling_radius_difference_mm"
+"""Columns that a sweep draws besides forces: of each patch, and of the wheelset."""
+
+
+def _drawn(name: str) -> bool:
+    return name.endswith((PLACE, ".normal_N")) or name.startswith("track_force_") or name == DIFFERENCE

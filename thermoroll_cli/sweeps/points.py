@@ -28,6 +28,7 @@ from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source,
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.plan import leaves_out_deformation
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 Value = bool | int | float | str
 
@@ -175,7 +176,7 @@ class Point:
     number: int
     name: str
     values: tuple[Value, ...]
-    problem: Problem
+    problem: Problem | WheelsetProblem
     case_text: str
     case_json: str
     plots: bool
@@ -231,7 +232,7 @@ class Points:
         values = self.values(number)
         swept = [Override(a.path, v, f"{a.key}={_written(v)}", self.origin) for a, v in zip(self.axes, values, strict=True)]
         case = Case.from_source(_parsed(self.text, self.source).overridden([*self.settings, *swept]), self.source)
-        return Point(number, self.name(number), values, case.problem, case.text, case.to_json(), case.plots)
+        return Point(number, self.name(number), values, case.task, case.text, case.to_json(), case.plots)
 
     def checked(self) -> Iterator[Point]:
         """All points. Raises CaseError at the end, with the errors of all of them, each once."""
@@ -270,7 +271,9 @@ class Points:
         for number in itertools.islice(self.extremes(), MOST_EXTREMES):
             safe_point()
             with contextlib.suppress(CaseError, ValueError):
-                left_out.add(leaves_out_deformation(self.point(number).problem))
+                problem = self.point(number).problem
+                if not isinstance(problem, WheelsetProblem):
+                    left_out.add(leaves_out_deformation(problem))
         return replace(self, settings=(*self.settings, decision)) if {True, False} <= left_out else self
 
     def stretches(self) -> Iterator[range]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import glob
+import json
 import os
 import pathlib
 import tempfile
@@ -14,14 +15,18 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
+from thermoroll_cli.files.result.wheelset_files import wheelset_record
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Points, Value
+from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Point, Points, Value
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
+from thermoroll_cli.wheelset.solve_wheelset import WheelsetSolver
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 
 if TYPE_CHECKING:
     import pandas
@@ -66,22 +71,29 @@ class Stretch:
     def items(self) -> Iterator[Item]:
         """Solve the pending points: a record, and the content of the result file, for each."""
         pending = {one.number: one for one in self.pending}
-        solver = Solver(self.threads)
+        solver = _Solvers(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
             point = self.points.point(number)
             result, reason = _attempt(solver, point.problem)
             if result is None:
                 # The state left by an exception is no start for the next point.
-                solver = Solver(self.threads)
+                solver = _Solvers(self.threads)
             if number not in pending:
                 continue
             one = pending[number]
             if result is None:
                 yield self._record(one, failed_summary(reason), solved=False), b""
                 continue
-            image = b"" if not one.file else file_image(
-                result, case_text=point.case_text, case_json=point.case_json, command_line=self.command_line)
-            yield self._record(one, summary_of(result)), image
+            yield self._record(one, summary_of(result)), self._image(one, result, point)
+
+    def _image(self, one: Pending, result: Result | WheelsetResult, point: Point) -> bytes:
+        """The content of a point's file, empty for none: a result, or a wheelset as JSON."""
+        if not one.file:
+            return b""
+        if isinstance(result, WheelsetResult):
+            record = {"name": point.name, "title": result.problem.title, **wheelset_record(result)}
+            return json.dumps(record, ensure_ascii=False, allow_nan=False).encode()
+        return file_image(result, case_text=point.case_text, case_json=point.case_json, command_line=self.command_line)
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key stands first, for whoever looks for it.
@@ -99,7 +111,19 @@ class Stretch:
         return self._record(self.pending[0], failed_summary(reason), solved=False)
 
 
-def _attempt(solver: Solver, problem: Problem) -> tuple[Result | None, str]:
+class _Solvers:
+    """A solver for contacts and one for wheelsets: neighbours of either kind start from each other."""
+
+    def __init__(self, threads: int) -> None:
+        self._contact, self._wheelset = Solver(threads), WheelsetSolver(threads)
+
+    def solve(self, problem: Problem | WheelsetProblem) -> Result | WheelsetResult:
+        if isinstance(problem, WheelsetProblem):
+            return solve_wheelset(problem, solver=self._wheelset)
+        return self._contact.solve(problem)
+
+
+def _attempt(solver: _Solvers, problem: Problem | WheelsetProblem) -> tuple[Result | WheelsetResult | None, str]:
     try:
         return solver.solve(problem), ""
     except MemoryError:
@@ -192,7 +216,7 @@ class Sweep:
                 if not record["file"]:  # of a sweep with --scalars-only
                     continue
                 try:
-                    read_result(self.folder / record["file"], with_fields=False)
+                    _check_file(self.folder / record["file"])
                 except ResultFileError as cause:
                     note(f"{cause}; solved again")
                     continue
@@ -203,16 +227,17 @@ class Sweep:
         """Stretches with points that are still to be solved. A name that a finished point has is not given again."""
         taken, free = set(finished.values()), self.points.count
         stem, _, digits = self.points.name(1).rpartition("_")
+        ending = "json" if isinstance(self.points.point(1).problem, WheelsetProblem) else "h5"
         for numbers in self.points.stretches():
             pending = []
             for number in numbers:
                 key = self._keys[number - 1]
                 if key in finished:
                     continue
-                file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
+                file = "" if self.scalars_only else f"{self.points.name(number)}.{ending}"
                 while file and file in taken:
                     free += 1
-                    file = f"{stem}_{free:0{len(digits)}d}.h5"
+                    file = f"{stem}_{free:0{len(digits)}d}.{ending}"
                 taken.add(file)
                 pending.append(Pending(number, key, file))
             if pending:
@@ -229,6 +254,17 @@ class Sweep:
             which = unlisted[0] + (f" … {unlisted[-1]}" if len(unlisted) > 1 else "")
             count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"
             note(f"{self.folder} has {count} of another sweep, {which}: not touched, and not in {TABLE_NAME}")
+
+
+def _check_file(path: pathlib.Path) -> None:
+    """Raises ResultFileError for a file of a point that cannot be read."""
+    if path.suffix != ".json":
+        read_result(path, with_fields=False)
+        return
+    try:
+        json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as cause:
+        raise ResultFileError(f"{path}: {cause}") from None
 
 
 def solve_sweep(

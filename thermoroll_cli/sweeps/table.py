@@ -30,10 +30,12 @@ from thermoroll_cli.files.result.hdf5 import (
 )
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
+from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
 from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
+from thermoroll_cli.wheelset.wheelset_result import WheelsetResult
 
 if TYPE_CHECKING:
     import pandas
@@ -81,13 +83,17 @@ class Row:
         summary = self.summary
         prefixed = {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
         grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
-        return {**summary, **self.over, **prefixed, "unbounded": " ".join(summary["unbounded"]),
+        patches = {f"{patch['side']}_{patch['number']}.{name}": value for patch in summary.get("patches", ()) if "side" in patch
+                   for name, value in patch.items() if isinstance(value, float)}
+        return {**summary, **self.over, **prefixed, **patches, "unbounded": " ".join(summary["unbounded"]),
                 "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else "",
                 "work.applications": summary["work"].get("applications", math.nan)}
 
 
-def summary_of(result: Result) -> dict[str, Any]:
+def summary_of(result: Result | WheelsetResult) -> dict[str, Any]:
     """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
+    if isinstance(result, WheelsetResult):
+        return _known(result.summary())
     summary = result.summary()
     limit = summary.get("friction_limit_N", math.nan)
     summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
@@ -164,8 +170,11 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
     below = [name for name in SUBSURFACE_SCALARS if name in found]
     prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
     columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1])}
+    # Scalars of a wheelset and of its patches.
+    of_wheelset = dict.fromkeys(name for row in rows if "height_mm" in row.summary for name, value in row.cells().items()
+                                if isinstance(value, float) and name not in keys)
     # Arrays need a quarter of the memory of lists.
-    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed)}
+    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_wheelset)}
     columns |= {name: [] for name in (TEXTS[-1], "work.applications", "file")}
     for row in rows:
         cells = row.cells()
@@ -262,6 +271,8 @@ def _read_csv(path: pathlib.Path) -> SweepColumns:
 def _title_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> str:
     """The title of the case, which a table of text lacks: from a result file beside it; "" without one."""
     for name in columns.get("file", ()):
+        if isinstance(name, str) and name.endswith(".json") and path.with_name(name).exists():
+            return str(json.loads(path.with_name(name).read_text(encoding="utf-8"))["title"])
         if isinstance(name, str) and name and path.with_name(name).exists():
             return read_result(path.with_name(name)).problem.title
     return ""
@@ -306,6 +317,9 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
     if CONVERGED not in columns["status"]:
         return "no point converged"
     with style.applied():
+        if any(name.endswith(".y_rail_mm") for name in columns):
+            style.save(wheelset_sweep_figure(columns, over[0], table.title), path, dpi)
+            return ""
         style.save(sweep_figure(columns, over, title=table.title, compare=compare), path, dpi)
     return ""
 
