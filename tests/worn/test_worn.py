@@ -256,7 +256,7 @@ specific_wear_rate_mm3_Nm = 1e-4
     done = call("wear", tmp_path / "rail.toml", *heatless, "--set", "geometry.lower_profile.offset_mm=5")
     summary = json.loads(done.stdout)
     assert done.returncode == 0 and summary["depth_max_lower_um"] == pytest.approx(10.0, rel=1e-5)
-    assert 0.0 < summary["error"]["pressure_max_MPa"] and summary["error"]["depth_max_lower_um"] > 0.0
+    assert summary["error"]["T_gamma_N"] > 0.0 and summary["error"]["depth_max_lower_um"] > 0.0
     points = np.loadtxt(tmp_path / "rail_worn_lower.csv", delimiter=",")
     assert points[[0, -1], 0] == pytest.approx([-19.0, 29.0], abs=1e-6)
     head, rest = (tmp_path / "rail.toml").read_text().split("[geometry.lower_profile]")

@@ -82,15 +82,16 @@ def _narrow(
                 yield (f"the patch at y = {1e3 * grid.y[columns].mean():.4g} mm is {len(columns)} elements wide, too few for "
                        f"its largest pressure: set numerics.grid = {2 * NARROWEST * grid.ny // len(columns)} or more")
             continue
+        kept = columns[BORDER:-BORDER]
         for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
             if free[0 if side < 0.0 else 1]:
                 continue
-            inwards = [int(np.clip(last - k * (BORDER + 1) * int(side), columns[0], columns[-1])) for k in (1, 2)]
-            inner, before = line[inwards]
+            top = int(kept[np.argmax(line[kept])])
+            inner = float(line[top])
             border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
             rise = _turn(geometry, border, grid.dy, side) * unit * peak
-            # A pressure that falls towards the end has no peak there.
-            if inner <= before or rise <= GROWTH * peak or inner + rise <= peak:
+            # A pressure whose maximum lies away from the end has no peak there.
+            if abs(last - top) > BORDER or rise <= GROWTH * peak or inner + rise <= peak:
                 continue
             finer = 2
             while finer < FINER and inner + _turn(geometry, border, grid.dy / finer, side) * unit * peak > peak:
