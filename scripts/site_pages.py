@@ -23,6 +23,15 @@ CASES = sorted((ROOT / "cases").glob("*.toml"))
 GRID = 32
 """Elements per side of the gallery's pictures."""
 SENTENCES = 3
+USUAL = "traction"
+KINDS = {
+    "article_4_1": "pressure", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
+    "article_4_3_non_conformal": "pressure", "ball_bearing": "summary", "coated_ball": "subsurface_upper",
+    "coated_ball_heat": "temperature", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
+    "polymer_tyre": "pressure", "twin_disc": "track", "twin_disc_lewis": "profile", "two_point": "profile",
+    "wheel_rail_sliding": "track", "worn_rail": "profile",
+}  # fmt: skip
+"""The picture that shows what a case is about, where that is not the traction."""
 
 
 def on_files(files: Files, config: Any) -> Files:
@@ -31,7 +40,7 @@ def on_files(files: Files, config: Any) -> Files:
     files.append(File.generated(config, "reference.md", content=reference()))
     files.append(File.generated(config, "gallery.md", content=gallery()))
     for path in CASES:
-        files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(Case.read(path))))
+        files.append(File.generated(config, f"gallery/{path.stem}.png", content=picture(path)))
     return files
 
 
@@ -50,36 +59,42 @@ def reference() -> str:
 
 
 def gallery() -> str:
-    """Picture, title and the first sentences of the comment of each case."""
+    """Picture, title, the first sentences of the comment and the commands of each case."""
     sections = []
     for path in CASES:
         case = Case.read(path)
+        words, commands = summary(case.text)
+        shown = "\n".join(commands or [f"thermoroll run cases/{path.name} -o results"])
         sections.append(
-            f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{summary(case.text)}\n\n"
-            f"![Contact pressure of {path.stem}](gallery/{path.stem}.png)\n"
+            f"## {case.settings.title}\n\n`cases/{path.name}`\n\n{words}\n\n"
+            f"```sh\n{shown}\n```\n\n"
+            f"![{KINDS.get(path.stem, USUAL)} of {path.stem}](gallery/{path.stem}.png)\n"
         )
-    opening = f"# Gallery\n\nThe cases in `cases/` with the pressure on {GRID} × {GRID} elements.\n\n"
+    opening = (f"# Gallery\n\nThe cases in `cases/`, each with the picture of its subject on {GRID} × {GRID} elements. "
+               "Maps are seen from below ([frames](frames.md)).\n\n")
     return opening + "\n".join(sections)
 
 
-def summary(text: str) -> str:
-    """The first sentences of a case's comment, without the commands in it."""
+def summary(text: str) -> tuple[str, list[str]]:
+    """The first sentences of a case's comment, and the commands in it."""
     comment = re.match(r"(?:#.*\n)+", text)
     assert comment is not None, "a case begins with a comment"
-    lines = (line.removeprefix("#").strip() for line in comment[0].splitlines())
+    lines = [line.removeprefix("#").strip() for line in comment[0].splitlines()]
     words = " ".join(line for line in lines if line and not line.startswith("thermoroll "))
     sentences = re.split(r"(?<=[.;)] )(?<!Sec\. )(?<!Fig\. )(?=[A-Z])", words)
-    return "".join(sentences[:SENTENCES]).strip(" :;")
+    commands = [line for line in lines if re.match(r"thermoroll (run|sweep|wear) .*\.toml", line)]
+    return "".join(sentences[:SENTENCES]).strip(" :;"), commands
 
 
-def picture(case: Case) -> bytes:
-    """The pressure of a case on a coarse grid."""
-    task = case.with_values({"numerics.grid": GRID}).task
+def picture(path: pathlib.Path) -> bytes:
+    """The picture of what a case is about, on a coarse grid; of a wheelset the section across the track."""
+    kind = KINDS.get(path.stem, USUAL)
+    task = Case.read(path).with_values({"numerics.grid": GRID}).task
     if isinstance(task, WheelsetProblem):
         shown = section_figure(solve_wheelset(task), task.title)
     else:
-        shown = figure(solve(replace(task, subsurface=None)), "pressure")
-    assert shown is not None, "there is a load"
+        shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
+    assert shown is not None, f"{path.stem} has a picture {kind}"
     file = io.BytesIO()
     shown.savefig(file, format="png", dpi=100)
     return file.getvalue()
