@@ -47,8 +47,8 @@ def on_files(files: Files, config: Any) -> Files:
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")
-    more = "- [Gallery](gallery.md) of cases, [reference](reference.md) of the Python interface\n"
-    return text.replace("\n- [Tutorial]", f"\n{more}- [Tutorial]")
+    more = "- **Examples and reference**: [gallery](gallery.md) of cases, [reference](reference.md) of the Python interface\n"
+    return text.replace("\n- **Everybody**", f"\n{more}- **Everybody**")
 
 
 def reference() -> str:

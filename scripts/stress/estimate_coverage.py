@@ -33,7 +33,7 @@ from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
 from thermoroll_cli.refinement.error_estimates import AREAS, INTEGRALS, MAXIMA, PRESSURES, STICK
 from thermoroll_cli.refinement.solve import solve
 
-DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "verification.md"
+DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "robustness.md"
 PLACE = ("<!-- coverage -->\n", "<!-- end -->")
 CASES, FIRST = 40, 1000
 FINER = 5

@@ -23,7 +23,7 @@ from scripts.stress.stress_cases import BELOW_LIMIT, StressCase, stress_case
 from scripts.stress.stress_checks import solve_to_check, violations
 from thermoroll_cli.problem.result import Result
 
-DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "verification.md"
+DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "robustness.md"
 PLACE = ("<!-- outcomes -->\n", "<!-- end -->")
 CASES = 2400
 CONVERGED_SHARE = 0.995
@@ -154,7 +154,7 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--seconds", type=float, default=math.inf, help="leave out what takes longer")
-    parser.add_argument("--write", action="store_true", help="put the table into docs/verification.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/robustness.md")
     wishes = parser.parse_args()
     if wishes.seed is not None:
         case = stress_case(wishes.seed)

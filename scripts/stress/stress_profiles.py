@@ -19,7 +19,7 @@ from scripts.stress.stress import LARGE_WORK, Outcome, table, told
 from scripts.stress.stress_checks import solve_to_check, violations
 from thermoroll_cli.problem.problem import Numerics, Problem
 
-DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "verification.md"
+DOCUMENT = pathlib.Path(__file__).parents[2] / "docs" / "robustness.md"
 PLACE = ("<!-- profiles -->\n", "<!-- end profiles -->")
 CASES = 200
 GRIDS = ((16, 16), (24, 24), (32, 32), (33, 47), (24, 64), (48, 48), (64, 32))
@@ -63,7 +63,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, help="the contact of this seed only")
     parser.add_argument("--cases", type=int, default=CASES)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/verification.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/robustness.md")
     wishes = parser.parse_args()
     if wishes.seed is not None:
         print(problem_of(wishes.seed), told(run_seed(wishes.seed)), sep="\n")

@@ -25,7 +25,7 @@ from thermoroll_cli import CreepForceTable
 from thermoroll_cli.files.result.hdf5 import read_result
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-DOCUMENT = ROOT / "docs" / "verification.md"
+DOCUMENT = ROOT / "docs" / "robustness.md"
 PLACE = ("<!-- signals -->\n", "<!-- end of signals -->")
 
 COMMAND = (sys.executable, "-m", "thermoroll_cli")
@@ -189,7 +189,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--signals", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/verification.md")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/robustness.md")
     options = parser.parse_args()
     found = []
     for stop in stops(options.signals, options.seed):

@@ -224,7 +224,7 @@ def test_too_shallow_is_told():
 def test_error_estimates_cover_coarse_grids():
     """Against N = 48, sticking, spinning, elliptic and heated: the error at N = 16 within both estimates.
 
-    Of 56 scalars, some of them twice; of 40 random cases 98 % are covered (docs/verification.md)."""
+    Of 56 scalars, some of them twice; of 40 random cases 98 % are covered (docs/robustness.md)."""
     cases = (
         {"creepage": (0.0005, 0.0)},
         {"creepage": (0.001, 0.002), "geometry": ellipse(0.4), "spin": 30.0},
