@@ -29,6 +29,8 @@ from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, SteadyState, unkno
 
 LONGEST = 3.0
 """Largest |t|: an extrapolation over more of the last steps is worse than none."""
+LONG = 16
+"""A longer tuple of numbers is a table of one quantity, with one scale."""
 ASIDE = 0.1
 """Part of a step that may lie aside of the step before; more is a corner of a sweep over several keys."""
 
@@ -60,6 +62,8 @@ def _numbers(value: object) -> Iterator[Array]:
     """The finite numbers of a problem as arrays of those with one scale: one each, but for places and heights of a profile."""
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         yield from np.array(value, dtype=float).T
+    elif isinstance(value, tuple) and len(value) > LONG and all(isinstance(part, float) for part in value):
+        yield np.array(value)
     elif isinstance(value, tuple) or is_dataclass(value):
         for part in value if isinstance(value, tuple) else (getattr(value, field.name) for field in fields(value)):
             yield from _numbers(part)

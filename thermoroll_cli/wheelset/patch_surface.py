@@ -18,6 +18,8 @@ from thermoroll_cli.wheelset.search import Facing, Region
 NEWTON_SWEEPS = 6
 """Of Newton's method for the distance to a surface: from the start on the locus four reach rounding on treads, six on
 flanges."""
+CLOSE = 1e-9
+"""Step of that method in m after which the next one is below rounding, for it converges quadratically."""
 STEEPEST = 0.1
 """A surface is followed from a patch to where the cosine of its inclination to it falls below this."""
 OVERLAP_SAMPLES = 801
@@ -129,7 +131,10 @@ class PatchSurface:
         t = np.zeros(np.shape(s))
         for _ in range(NEWTON_SWEEPS):
             at = across - t * sine
-            t = t - (depth + t * cosine - surface(at)) / (cosine + sine * surface(at, 1))
+            change = (depth + t * cosine - surface(at)) / (cosine + sine * surface(at, 1))
+            t = t - change
+            if np.abs(change).max() < CLOSE:
+                break
         return np.where((at >= surface.ends[0]) & (at <= surface.ends[1]), t, np.nan)
 
     def gap_on_locus(self, s: Array) -> Array:
@@ -157,7 +162,10 @@ class PatchSurface:
             q = q0 + t[..., None] * step
             r, slope = (self.radius(np.clip(q[..., 1], *ends), order) for order in (0, 1))
             reach = np.hypot(q[..., 0], q[..., 2])
-            t = t - (reach - r) / ((q[..., 0] * step[:, 0] + q[..., 2] * step[:, 2]) / reach - slope * step[:, 1])
+            change = (reach - r) / ((q[..., 0] * step[:, 0] + q[..., 2] * step[:, 2]) / reach - slope * step[:, 1])
+            t = t - change
+            if np.abs(change).max() < CLOSE:
+                break
         there = (q[..., 1] >= ends[0]) & (q[..., 1] <= ends[1])
         gap = np.where(there, self._along(self.rail, s) - t, np.inf)
         return np.where(np.isnan(gap), np.inf, gap)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -20,6 +20,8 @@ STIFFENING = 1.5
 """Exponent of the load over the overlap: an error of the height counts by so much in the shares of patches."""
 LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
+WIDEST_PLANE, WIDEST_CURVED = 0.3, 1.0
+"""Turn of the surface across a patch (rad) from which a plane, or the half-space, is a doubtful model."""
 PATCH_SCALARS = ("pressure_max_MPa", "contact_area_mm2", "approach_um", "gamma_st", "Q_F_W", "T_gamma_N", "shear_max_MPa",
                  "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "wear_depth_max_lower_nm",
                  "wear_depth_max_upper_nm")
@@ -94,9 +96,23 @@ def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -
     scalars = summed.scalars
     if scalars["power_balance_error"] > LARGEST_POWER_ERROR:
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
-    found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.result.warnings)
+    found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
+                          for warning in (*patch.result.warnings, *_turning(patch.solved)))
     return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
                           (*warnings, *found))
+
+
+def _turning(patch: SolvedPatch) -> Iterator[str]:
+    """Doubts about a patch across which the surface turns far."""
+    surface, state = patch.bearing.patch, patch.result.coupled
+    s = -state.y[np.asarray(state.fields["pressure"]).any(axis=0)]
+    turn = float(np.ptp(replace(surface, curved=True).inclination(s))) if len(s) else 0.0
+    if turn > WIDEST_PLANE and not surface.curved:
+        yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
+               'patches = "curved" follows the surface')
+    if turn > WIDEST_CURVED:
+        yield (f"the surface turns by {turn:.2g} rad across the patch: the half-space, whose compliance both bodies have, is "
+               "doubtful above 1 rad")
 
 
 def _record(patch: SolvedPatch) -> dict[str, Any]:
