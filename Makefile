@@ -47,6 +47,7 @@ stress: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_profiles --write
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_wear
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_wheelset
 	$(BIN)/python -m scripts.stress.stress_signals --write
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_neighbours
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_friction

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 
+import numpy as np
 import pytest
 
 from tests.support.command_line import MECHANICAL, call
@@ -239,3 +240,17 @@ def test_pictures_show_the_surfaces_and_what_has_no_limit(tmp_path):
     assert (tmp_path / "cut_profile.png").exists()
     stored = read_result(tmp_path / "cut.h5").summary()
     assert "pressure_max_MPa" in stored["unbounded"] and len(stored["patches"]) == 1
+
+
+def test_profiles_are_mirrored_and_smoothed():
+    """Half of the amplitude is left at the wavelength of smoothing, almost all at three times that; a mirror turns y round."""
+    lengths = np.linspace(-20.0, 20.0, 401)
+    for wavelength, left in ((2.0, 0.5), (6.0, 81.0 / 82.0)):
+        points = [[float(y), float(-1e-3 * np.cos(2.0 * np.pi * y / wavelength))] for y in lengths]
+        read = Case.parse(case(f"points_mm = {points}\nsmoothing_mm = 2.0\n")).problem.geometry.upper_profile
+        assert read is not None
+        middle = np.array(read.points)[100:300, 1]
+        assert 1e6 * np.ptp(middle) == pytest.approx(2.0 * left, rel=0.02)
+    lopsided = case("points_mm = [[-2.0, -0.1], [0.0, 0.0], [1.0, -0.05]]\nmirror = true\n")
+    read = Case.parse(lopsided).problem.geometry.upper_profile
+    assert read is not None and read.points == ((-1e-3, -5e-5), (0.0, 0.0), (2e-3, -1e-4))

@@ -114,6 +114,9 @@ class ProfileTable(Table):
     )
     offset_mm: float = quantity("mm", "Shift of the profile towards +y", 0.0, ge=-1e9, le=1e9)
     tilt_mrad: float = quantity("mrad", "Rise of the profile towards +y", 0.0, ge=-500, le=500)
+    mirror: bool = Field(default=False, description="Change the sign of y, of points or a file from the other side")
+    smoothing_mm: float = quantity("mm", "Wavelength of which smoothing leaves half of the amplitude; 0: none", 0.0, ge=0,
+                                   le=1e3)
 
 
 Profile = Annotated[ProfileTable, Allowed("a table: points_mm, file or kind")]

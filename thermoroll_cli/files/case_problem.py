@@ -6,6 +6,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_wheelset import WheelsetTable
 from thermoroll_cli.problem import problem as si
@@ -13,6 +15,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.steady_state.given_approach import with_coarse_load
+from thermoroll_cli.wheelset.curves import smooth
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -86,8 +89,15 @@ def _common_surface(table: model.GeometryTable, lower: si.Material, upper: si.Ma
 
 
 def profile_of(table: model.ProfileTable) -> Profile:
-    points = tuple((y / 1e3, z / 1e3) for y, z in table.points_mm or ())
-    return Profile(points, **{name: value for name, value in table.in_si().items() if name not in ("file", "kind")})
+    """The profile, with points mirrored and smoothed as the table says."""
+    points = [(y / 1e3, z / 1e3) for y, z in table.points_mm or ()]
+    if table.mirror:
+        points = [(-y, z) for y, z in reversed(points)]
+    if table.smoothing_mm and points:
+        y, z = np.array(points).T
+        points = list(zip(y.tolist(), smooth(y, z, table.si("smoothing_mm")).tolist(), strict=True))
+    own = ("file", "kind", "mirror", "smoothing")
+    return Profile(tuple(points), **{name: value for name, value in table.in_si().items() if name not in own})
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:

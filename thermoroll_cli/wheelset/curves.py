@@ -125,15 +125,19 @@ def outline(y: Array, z: Array, at: Array, *, lowest: bool) -> Outline:
 
 
 def smoothed(points: Points, wavelength: float) -> Points:
-    """`points` on a smoothing spline over arc length that leaves half of the amplitude at a `wavelength` L (m):
-    λ = (points per length) (L/2π)⁴ in Σ (f − y)² + λ ∫ f″² ds."""
+    """`points` with both coordinates smoothed over arc length, see `smooth`."""
     places, chords = ProfileCurve(points)._distinct
-    if len(places) < SMOOTHABLE:
-        return points
     length = np.concatenate(([0.0], np.cumsum(np.hypot(*chords.T))))
+    return tuple(zip(*(smooth(length, column, wavelength).tolist() for column in places.T), strict=True))
+
+
+def smooth(at: Array, values: Array, wavelength: float) -> Array:
+    """`values` at increasing places on a smoothing spline that leaves half of the amplitude at a `wavelength` L (m):
+    λ = (points per length) (L/2π)⁴ in Σ (f − values)² + λ ∫ f″². As they are where there are too few."""
+    if len(at) < SMOOTHABLE:
+        return values
     # The spacing of the points is one in the spline's own coordinate: powers of metres would lose digits.
-    scale = length[-1] / (len(places) - 1)
+    scale = (at[-1] - at[0]) / (len(at) - 1)
     stiffness = (wavelength / (2.0 * np.pi * scale)) ** 4
-    smooth = [scipy.interpolate.make_smoothing_spline(length / scale, column, lam=stiffness)(length / scale)
-              for column in places.T]
-    return tuple(zip(*(column.tolist() for column in smooth), strict=True))
+    spline = scipy.interpolate.make_smoothing_spline((at - at[0]) / scale, values, lam=stiffness)
+    return np.asarray(spline((at - at[0]) / scale))
