@@ -208,3 +208,12 @@ def test_other_commands_say_what_they_take(tmp_path):
     assert call("validate", tmp_path / "m.toml").stdout.endswith("valid\n")
     table = call("wear", tmp_path / "m.toml", "-o", tmp_path)
     assert table.returncode == 3 and "a wheelset has several contacts" in table.stderr
+
+
+def test_a_load_that_no_height_carries_is_not_converged(tmp_path):
+    """The reason has the largest force, and the exit code is that of every run without a result."""
+    (tmp_path / "m.toml").write_text(TEXT.replace("grid = 24", "grid = 16"))
+    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--set", "wheelset.vertical_N=2e7", "--json", "-q")
+    assert run.returncode == 4
+    record = json.loads(run.stdout)
+    assert record["status"] == "not_converged" and "N at most, not 2e+07 N" in record["reason"] and not record["patches"]

@@ -15,7 +15,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.wheelset.curves import curve
-from thermoroll_cli.wheelset.one_wheel import SAME_PATCH, Bearing, NoHeight, Solved
+from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight, Solved
 from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, problem_of_patch
 from thermoroll_cli.wheelset.standing import Standing, stand
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
@@ -247,7 +247,8 @@ class _Search:
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
         climbs."""
-        reason = f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, at any height"
+        reason = (f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, down to "
+                  f"{1e3 * DEEPEST:g} mm below first contact")
         friction = self.problem.contact.friction.coefficient
         steep = [patch for patch in self.patches if math.tan(abs(patch.forces.angle)) > friction]
         if steep:
