@@ -1,6 +1,6 @@
 """Functions and classes for notebooks and scripts: `thermoroll_cli` offers these names, and loads them when they are asked for.
 
-It stands above all rooms, so a `Result` can have the methods that write and draw it here."""
+It stands above all packages, so a `Result` can have the methods that write and draw it here."""
 
 from __future__ import annotations
 
@@ -58,8 +58,13 @@ class Result(results.Result):
         return pathlib.Path(path)
 
     def to_xarray(self, state: str = "coupled") -> xarray.Dataset:
-        """The fields of one state, "coupled" or "isothermal", as an `xarray.Dataset` over x and y in m, with units, as opening
-        its file gives; scalars are attributes.
+        """The fields of one state as an `xarray.Dataset` with SI units, as opening its file gives; scalars are attributes.
+
+        Parameters:
+
+        - `state`: "coupled" or "isothermal" (without thermal deformation).
+
+        Fields have the dimensions (x, y), element centres in m.
 
         Raises ImportError, which says what to install, where xarray is missing; ValueError for another state."""
         try:
@@ -76,10 +81,15 @@ class Result(results.Result):
         return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
 
     def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> pictures.Figure:
-        """A picture as a matplotlib figure: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as
-        `thermoroll run` draws them, or a map of any field. `normalised` draws the article's dimensionless quantities, `cut_y`
-        (m) is the line of the picture "centreline". `figure.savefig` writes it. For axes of your own:
-        `result.to_xarray()["pressure"].plot(ax=axes)`.
+        """A picture as a matplotlib figure; `figure.savefig` writes it. Maps are seen from below (docs/frames.md). For axes
+        of your own: `result.to_xarray()["pressure"].plot(ax=axes)`.
+
+        Parameters:
+
+        - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as `thermoroll run` draws them,
+          or any field, as a map;
+        - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
+        - `cut_y`: the line y of the picture "centreline", in m.
 
         Raises ValueError for an unknown kind (the message lists them), a cut outside the domain, and where there is nothing to
         show, as the temperature of a problem without heat."""
@@ -101,8 +111,14 @@ class Result(results.Result):
 
 
 class Solver(refinement.Solver):
-    """Solves problem after problem: each starts from the one before it where kernels and grids are the same. Raises ValueError
-    for `threads` below 1."""
+    """Solves problem after problem: each starts from the one before it if kernels and grids are the same.
+
+    Parameters:
+
+    - `threads`: threads of the transforms, 1 or more; the result does not depend on it;
+    - `options`: numbers that steer the solvers, for experiments (docs/developing.md).
+
+    Raises ValueError for `threads` below 1."""
 
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         if threads < 1:
@@ -110,7 +126,9 @@ class Solver(refinement.Solver):
         super().__init__(threads, options)
 
     def solve(self, case: AnyCase | Problem, *, report: Report | None = None) -> Result:
-        """As the function `solve`."""
+        """The result of `case`, in the sense of the function `solve`; a wheelset is refused.
+
+        Parameters: `case` and `report` as of `solve`. Raises CaseError, ValueError."""
         if isinstance(case, Problem):
             return Result.of(super().solve(case, report=report))
         case = Case.of(case)
@@ -119,7 +137,12 @@ class Solver(refinement.Solver):
 
 
 def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
-    """The result in the file at `path`; without its fields and histories if only the scalars and the case matter.
+    """The result in the file that `thermoroll run` or `Result.save` wrote.
+
+    Parameters:
+
+    - `path`: the HDF5 file;
+    - `with_fields`: False leaves fields and histories out, if only the scalars and the case matter.
 
     Raises OSError, with a plain message, for a file that is missing, unreadable, foreign, truncated, damaged or of another
     version."""
@@ -127,13 +150,19 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
 
 def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = None) -> Result | WheelsetResult:
-    """Solve a case: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`); or a
-    `Problem` in SI units. Returns both states with fields in SI units, scalars in the units of their names.
+    """Solve a case: pressure, tractions, heat and temperatures in the steady state, with and without thermal deformation.
 
-    `threads` > 1 transforms both traction components side by side, with the same result. `report` is called with the name of a
-    stage and a mapping (grid, iteration, residual, …) during the solve; an exception that it raises ends the solve. A result
-    that did not converge says so in `converged` and `reason`. Raises CaseError for an invalid case, ValueError where no steady
-    state can exist.
+    Parameters:
+
+    - `case`: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`, in the units
+      of the keys); or a `Problem` in SI units;
+    - `threads`: above 1 both traction components are transformed side by side, with the same result;
+    - `report`: called with the name of a stage and a mapping (grid, iteration, residual, …) during the solve; an exception that
+      it raises ends the solve.
+
+    Returns a `Result`: states `coupled` and `isothermal` with fields of shape (nx, ny) in SI units and scalars in the units of
+    their names, `error`, `warnings`. A result that did not converge says so in `converged` and `reason`. Raises CaseError for
+    an invalid case, ValueError if no steady state can exist.
 
     A case of a wheelset has a `WheelsetResult`: `scalars`, `summary()` and `patches`, each with its `record` in the axes of the
     track and a `result`, which is a `Result` as of any contact.
@@ -158,13 +187,19 @@ def wear(
     """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that
     `[wear]` of a case gives.
 
+    Parameters:
+
+    - `case`: as of `solve`, with the table `[wear]`;
+    - `folder`: receives the files of the command but for pictures; without it nothing is kept;
+    - `resume`: goes on from the steps in `folder`;
+    - `threads`: as of `solve`;
+    - `report`: called with the number of each step and its row as soon as it is solved.
+
     Returns an `Evolution`: `rows` with a mapping per step, under the names of NAME_wear.csv and with the relative errors in
     `error`; `snapshots` with the profiles and loads over y in SI units; `result`, that of the last step, whose case has the
-    worn profiles; and the `reason` why it ended early, "" where it did not. `folder` receives the files of the command but for
-    pictures, and `resume` goes on from the steps that it has; without a folder nothing is kept. `report` is called with the
-    number of each step and its row as soon as it is solved.
+    worn profiles; and the `reason` why it ended early, "" if it did not.
 
-    Raises CaseError, ValueError where the case gives neither distance nor depth, OSError.
+    Raises CaseError, ValueError if the case gives neither distance nor depth, OSError.
     """
     done = follow(Case.of(case), folder, resume=resume, threads=threads, report=report)
     return dataclasses.replace(done, result=Result.of(done.result))

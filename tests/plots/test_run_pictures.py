@@ -253,7 +253,7 @@ def test_wide_contacts_are_turned_and_long_ones_are_said_not_to_be_to_scale() ->
         picture = shown(result, "pressure")
         along = picture.axes[0].get_ylabel() if turned else picture.axes[0].get_xlabel()
         assert along.startswith("x (") and ("material flow ↓" in picture.axes[0].get_xlabel()) == turned
-        assert ("axes not to scale" in picture.get_suptitle()) == note
+        assert ("axes not to scale" in picture.get_suptitle()) == note and "from below" in picture.get_suptitle()
         assert picture.axes[0].get_box_aspect() <= 1.6
 
 

@@ -83,11 +83,17 @@ class CreepForceTable:
         shear_modulus: ArrayLike, friction: ArrayLike, load: ArrayLike, outside: Outside = "error",
         law: FrictionLaw | None = None, speed: ArrayLike = math.nan,
     ) -> TableForces:
-        """Forces at creepages ξ_x, ξ_y (1) and spin ξ_φ (rad/m), arrays that broadcast with each other and with all else.
+        """Creep forces (N), spin moment (N m), T_γ (N) and stick fraction, with the signs of docs/frames.md.
 
-        `semi_axes` are a (along rolling) and b in m, `shear_modulus` G in Pa (of both bodies together, `combined_constants`),
-        `friction` μ and `load` W in N. Where a/b is not within the table: an error, or with `outside="saturation"` the
-        forces of full sliding of the nearest ellipse; nothing is extrapolated.
+        Parameters, arrays that broadcast with each other:
+
+        - `longitudinal`, `lateral`: creepages ξ_x, ξ_y; `spin`: ξ_φ in rad/m;
+        - `semi_axes`: a (along rolling) and b in m;
+        - `shear_modulus`: G in Pa, of both bodies together (`exact.kalker.combined_constants`);
+        - `friction`: μ; `load`: W in N;
+        - `outside`: "error" for a/b that is not within the table, or "saturation" for the forces of full sliding of the nearest
+          ellipse; nothing is extrapolated;
+        - `law`: of friction that changes with slip; `speed`: V in m/s, needed with a law.
 
         With a `law` of friction that falls with slip `friction` is μ₀, and the table is asked with the coefficient μ at the
         slip speed V sqrt(ξ_x² + ξ_y² + ξ_φ²(a² + b²)/5), V = `speed` in m/s: an approximation, which `error` includes.

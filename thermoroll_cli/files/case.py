@@ -47,7 +47,9 @@ class Case:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
-        """Read the case file at `path` (`-`: standard input), with `overrides` applied.
+        """Read a case file.
+
+        Parameters: `path` of the TOML file (`-`: standard input); `overrides` of keys, as of `--set`.
 
         Raises CaseError, with all errors of the case, if it is missing, unreadable or invalid.
         """
@@ -95,8 +97,8 @@ class Case:
         return cls(name, source.text, validate(source))
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
-        """This case with other values for some dotted keys, for example `{"rolling.speed_m_s": 2.0}`. Where two keys exclude
-        each other (a creepage and a force) the new one replaces the old. Raises CaseError."""
+        """This case with other values for some dotted keys, in the units of the keys: `{"rolling.speed_m_s": 2.0}`. If two keys
+        exclude each other (a creepage and a force) the new one replaces the old. Raises CaseError."""
         content = self._content()
         overrides = [Override(key_path(key), _plain(value), f"{key}={value}", "with_values") for key, value in values.items()]
         apply_overrides(content, overrides)

@@ -149,7 +149,7 @@ def shape_of(frame: RunFrame, whole: bool) -> float:
     return min(max(1.0 / aspect if frame.turned else aspect, 1.0 / LONGEST_ASPECT), LONGEST_ASPECT)
 
 
-FROM_BELOW = "seen from below"
+FROM_BELOW = "from below"
 """z points into the lower body: a map with x to the right and y upwards, or turned by 90°, is seen against z."""
 
 

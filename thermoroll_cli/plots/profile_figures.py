@@ -46,9 +46,10 @@ def profile_figure(frame: RunFrame) -> Figure | None:
     bottom.set_box_aspect(None)
     style.few_ticks(bottom, 8, 4)
     figure.colorbar(image, ax=bottom, label=scale.label if map_height > SHORT_BAR else scale.brief, pad=0.02)
-    notes = ["section seen along the flow", f"map {map_note(frame, whole=True)}",
-             "the largest pressure has no limit" if frame.result.unbounded else ""]
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, ", ".join(filter(None, notes)))
+    top.set_title("section, seen along the flow")
+    bottom.set_title(map_note(frame, whole=True))
+    note = "the largest pressure has no limit" if frame.result.unbounded else ""
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, note)
     handles, _ = top.get_legend_handles_labels()
     style.add_legend(figure, handles)
     return figure
@@ -70,7 +71,7 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     for number, patch in enumerate(result.patches):
         axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
                      label="_" if number else "centre of pressure of a patch")
-    margin = 0.08 * (high - low or 1.0)
+    margin = 0.08 * (high - low or 1e-6)
     axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)
     axes.set_ylabel(depth.label)
     axes.grid(visible=True)

@@ -42,8 +42,6 @@ SHOWN_ON_AXIS = 0.9
 """The cut runs along y = 0 if it passes this share of the maxima that the best cut passes."""
 SMOOTHING = 1.2
 """Width in elements of the bell by which covered shares are averaged: the border runs between the elements, without steps."""
-WHOLE_SMOOTHING = 2.4
-"""The same where elements are covered entirely or not at all, as under layers that elements do not resolve."""
 ROUNDING, PERIMETER = 3.0, 40.0
 """Width in elements of the bell by which the border is averaged along itself, and at most this part of its length."""
 STICK_SMOOTHING = 0.7
@@ -301,10 +299,9 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     covered = np.pad(np.asarray(fields.get("covered", fields["state"] > 0), dtype=float), RIM)
     sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
     axes = (_widened(x), _widened(y))
-    width = SMOOTHING if np.any((covered > 0.0) & (covered < 1.0)) else WHOLE_SMOOTHING
     element = np.array([x[1] - x[0], y[1] - y[0]])
     contact = [_rounded(line / element) * element
-               for line in _contours(axes, gaussian_filter(covered, width, mode="constant", truncate=RIM / width) - 0.5)]
+               for line in _contours(axes, gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING) - 0.5)]
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
     distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")

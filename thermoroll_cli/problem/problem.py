@@ -252,7 +252,15 @@ class Wear:
 class Problem:
     """A complete steady-state rolling contact problem in SI units.
 
-    With a given `approach` (m) `normal_force` is the start from which the load of that approach is found."""
+    - `lower`, `upper`: materials of the bodies;
+    - `geometry`: radii (m) and profiles, or a curved patch;
+    - `normal_force`: W in N; with a given `approach` (m) the start from which the load of that approach is found;
+    - `friction`: coefficient and laws; `interlayer`: the third body between the surfaces;
+    - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N);
+    - `heating`: frictional heat, its partition, bulk temperatures (K);
+    - `numerics`: grid or accuracy;
+    - `subsurface`, `wear`: requests beyond the contact, None without.
+    """
 
     lower: Material
     upper: Material

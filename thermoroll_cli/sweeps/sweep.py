@@ -277,15 +277,22 @@ def solve_sweep(
     resume: bool = False,
     report: Callable[[dict[str, Any]], None] | None = None,
 ) -> SweepTable:
-    """Solve `case` for every combination of the values of some keys, for example `{"rolling.speed_m_s": [1, 2, 5]}`, or for a
-    list of points, mappings from the same keys to values or the rows of a `DataFrame`, as `thermoroll sweep` does: neighbours
-    start from each other, the last key varies fastest.
+    """Solve a case for many values of some of its keys, as `thermoroll sweep` does; neighbours start from each other.
+
+    Parameters:
+
+    - `case`: as of `solve`;
+    - `over`: values by key, of which every combination is solved, the last key varying fastest
+      (`{"rolling.speed_m_s": [1, 2, 5]}`, in the units of the keys); or a list of points, mappings from the same keys to values
+      or the rows of a `DataFrame`;
+    - `folder`: receives a result file per point and sweep.csv; without it nothing is kept and `file` is None;
+    - `jobs`: processes that share the work (a script then needs `if __name__ == "__main__":`); `dask`: address of the scheduler
+      of a cluster instead;
+    - `resume`: leaves out points that `folder` has already;
+    - `report`: called with each row as soon as it is known.
 
     Returns a list with a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as
-    mappings, and `file`, the path of its result; `to_dataframe` and `to_xarray` have the numbers in flat columns. `folder`
-    receives these files and sweep.csv, and `resume` leaves out points that it has already; without a folder nothing is kept and
-    `file` is None. `jobs` processes share the work (a script then needs `if __name__ == "__main__":`), or the Dask cluster
-    whose scheduler is at `dask`. `report` is called with each row as soon as it is known.
+    mappings, and `file`, the path of its result; `to_dataframe` and `to_xarray` have the numbers in flat columns.
 
     Raises CaseError (all errors of all points), ValueError (no list of values, the same value or point twice), OSError;
     RuntimeError for a script without that line.
