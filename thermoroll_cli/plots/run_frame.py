@@ -300,8 +300,8 @@ def borders_of(x: Array, y: Array, fields: Mapping[str, NDArray[Any]]) -> Border
     sticking = np.pad(np.asarray(fields.get("stick_share", fields["state"] == 1), dtype=float), RIM)
     axes = (_widened(x), _widened(y))
     element = np.array([x[1] - x[0], y[1] - y[0]])
-    contact = [_rounded(line / element) * element
-               for line in _contours(axes, gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING) - 0.5)]
+    averaged = gaussian_filter(covered, SMOOTHING, mode="constant", truncate=RIM / SMOOTHING)
+    contact = [_rounded(line / element) * element for line in _contours(axes, averaged - 0.5)]
     if not sticking.any() or np.array_equal(sticking, covered):
         return Borders(contact, [])
     distance = gaussian_filter(_distance_from_slip(sticking, covered), STICK_SMOOTHING, mode="nearest")
