@@ -20,6 +20,8 @@ STIFFENING = 1.5
 """Exponent of the load over the overlap: an error of the height counts by so much in the shares of patches."""
 LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
+ROLLING = 1e-3
+"""Heat over the friction limit times the speed below which a wheelset hardly slips, and its heat is a small difference."""
 WIDEST_PLANE, WIDEST_CURVED = 0.3, 1.0
 """Turn of the surface across a patch (rad) from which a plane, or the half-space, is a doubtful model."""
 PATCH_SCALARS = ("pressure_max_MPa", "contact_area_mm2", "approach_um", "gamma_st", "Q_F_W", "T_gamma_N", "shear_max_MPa",
@@ -94,7 +96,8 @@ def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -
     reasons = [solved.reason] if solved.reason else []
     reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
     scalars = summed.scalars
-    if scalars["power_balance_error"] > LARGEST_POWER_ERROR:
+    sliding = sum(patch.result.problem.traction_limit for patch in solved.patches) * solved.problem.motion.speed
+    if scalars["power_balance_error"] * scalars["Q_F_W"] > LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding):
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
     found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
                           for warning in (*patch.result.warnings, *_turning(patch.solved)))
