@@ -17,7 +17,7 @@ from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import absolute_error
-from thermoroll_cli.refinement.error_estimates import estimate
+from thermoroll_cli.refinement.error_estimates import estimate, missed_accuracy
 from thermoroll_cli.refinement.solve import solve
 
 
@@ -55,6 +55,31 @@ def test_conduction_without_friction_is_known_closely() -> None:
     flow, _ = printed(result, "heat_into_upper_W")
     assert printed(result, "heat_conducted_W")[0] == pytest.approx(flow, rel=1e-9) and flow > 0.0
     assert math.isnan(result.coupled.scalars["partition_mean"])
+
+
+def test_conduction_between_bodies_that_stick_is_known_closely() -> None:
+    result = on(rolling(heating=Heating(partition="matched", bulk_lower=100.0), creepage=(0.0, 0.0)), 32)
+    value, error = printed(result, "temperature_rise_max_upper_K")
+    assert result.coupled.scalars["gamma_st"] == 1.0 and abs(value - 50.0) <= error < 0.05
+
+
+@pytest.mark.parametrize("shape", [(64, 16), (16, 64), (64, 8)])
+def test_grids_that_resolve_one_direction_only(shape: tuple[int, int]) -> None:
+    """Estimates come from grids that refine both sides; without any there are none."""
+    problem = rolling(creepage=(0.03, 0.0), heating=Heating(peclet="stationary"), speed=20.0)
+    slender, true = solve(replace(problem, numerics=Numerics(shape))), on(problem, 64)
+    if min(shape) < 16:
+        assert all(math.isnan(error) for name, error in slender.error.items() if name != "force_y_N" and error != 0.0)
+        return
+    for name in ("temperature_rise_max_lower_K", "heat_flux_max_W_mm2", "gamma_p", "approach_um", "Q_F_W", "gamma_c"):
+        value, error = printed(slender, name)
+        assert abs(value - printed(true, name)[0]) <= error + printed(true, name)[1], name
+
+
+def test_a_contact_that_slides_everywhere_needs_no_finer_grid_to_know_that_nothing_sticks() -> None:
+    result = on(rolling(creepage=(0.02, 0.0), spin=50.0), 32)
+    assert result.coupled.scalars["gamma_st"] == 0.0
+    assert "gamma_st" not in missed_accuracy({**result.error, "gamma_st": 0.1}, result.summary(), 1e-3)
 
 
 def test_exchanged_heat_is_covered() -> None:

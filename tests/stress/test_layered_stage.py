@@ -189,6 +189,11 @@ def test_deep_interfaces_are_searched_beyond_the_domain() -> None:
     assert inside < 0.998 * found.subsurface.scalars["interface_shear_max_upper_MPa"]
 
 
+def test_stresses_are_refused_in_a_coating_that_rounding_rules() -> None:
+    with pytest.raises(Unsolvable, match="stresses are not computed in a coating of 1e-06 µm"):
+        solved(replace(STEEL, layers=(Layer(1e-12, 350e9, 0.2),)), STEEL)
+
+
 def test_thermal_stresses_are_refused_where_a_body_has_layers() -> None:
     def warm(material: Material | Layer) -> Material | Layer:
         return replace(material, conductivity=50.0, expansion=1e-5, diffusivity=1e-5)

@@ -14,6 +14,7 @@ from tests.support.interpolation import at_point
 from tests.support.scenes import elastic, ellipse, rolling, spheres
 from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.strength import von_mises
@@ -208,7 +209,7 @@ def test_kept_fields():
     assert set(stress.bodies["lower"].fields) == {"von_mises", "von_mises_elastic", "temperature_rise"}
     body = full.bodies["lower"]
     assert len(body.fields) == 9
-    row = int(np.argmin(np.abs(solved(SubsurfaceRequest(layers=2), grid=16).y - body.plane_y)))
+    row = int(np.argmin(np.abs(solved(SubsurfaceRequest(layers=4), grid=16).y - body.plane_y)))
     for name, values in body.plane.items():
         np.testing.assert_array_equal(values, body.fields[name][:, :, row])
     components = np.stack([body.fields[f"stress_{c}"] for c in ("xx", "yy", "zz", "xy", "xz", "yz")]).astype(float)
@@ -217,8 +218,18 @@ def test_kept_fields():
 
 def test_too_shallow_is_told():
     result = solved(SubsurfaceRequest(depth=1e-5, layers=4), grid=16, friction=0.0)
-    assert any("depth_mm" in warning for warning in result.warnings)
-    assert not solved(SubsurfaceRequest(layers=4), grid=16, friction=0.0).warnings
+    warning = next(warning for warning in result.warnings if "depth_mm" in warning)
+    for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_upper_MPa"):
+        assert name in warning and math.isnan(result.subsurface.error[name])
+    assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
+
+
+def test_few_layers_have_wide_estimates_and_a_warning():
+    few, true = (solved(SubsurfaceRequest(("lower",), layers=layers), grid=16, creepage=(0.01, 0.0)) for layers in (6, None))
+    assert "6 layers" in few.warnings[-1] and not true.warnings
+    for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_lower_MPa", "von_mises_depth_lower_mm"):
+        error = few.subsurface.error[name] * error_scale(name, few.summary())
+        assert error > abs(few.subsurface.scalars[name] - true.subsurface.scalars[name]) > 0.0, name
 
 
 def test_error_estimates_cover_coarse_grids():

@@ -19,7 +19,7 @@ from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.pictures import KINDS, draw, figure
 from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_FIELDS, SUBSURFACE_SCALARS
 
-TABLE = "[subsurface]\nlayers = 7\nfields = {}\n"
+TABLE = "[subsurface]\nlayers = 16\nfields = {}\n"
 
 
 def written(folder: Path, text: str, name: str = "spheres") -> Path:
@@ -43,9 +43,9 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("depth_mm = 0.0", "must be greater than 0", "1e-9 to 1e9, in mm"),
         ("depth_mm = -1", "must be greater than 0", "in mm"),
-        ("layers = 1", "below the allowed range", "from 2 to 400"),
-        ("layers = 401", "above the allowed range", "from 2 to 400"),
-        ("layers = 2.5", "must be a whole number", "from 2 to 400"),
+        ("layers = 3", "below the allowed range", "from 4 to 400"),
+        ("layers = 401", "above the allowed range", "from 4 to 400"),
+        ("layers = 2.5", "must be a whole number", "from 4 to 400"),
         ('bodies = ["lowre"]', "not a known word", '["lower"]'),
         ('bodies = "lower"', "must be a list", '["lower"]'),
         ("bodies = []", "is empty", '["lower"]'),
@@ -87,7 +87,7 @@ def test_hdf5_and_xarray(full: Path) -> None:
     with h5py.File(full) as file:
         dataset = file["subsurface/lower/stress_xz"]
         assert dataset.dtype == np.float32
-        assert dataset.shape == (7, 16, 16)
+        assert dataset.shape == (16, 16, 16)
         assert dataset.chunks == (1, 16, 16)
     with xarray.open_dataset(full, group="subsurface/upper", engine="h5netcdf") as body:
         assert body.von_mises.dims == ("z", "x", "y")
@@ -115,7 +115,7 @@ def test_json_and_show(tmp_path: Path) -> None:
     shown = json.loads(call("show", case, "--json").stdout)
     without = json.loads(call("show", written(tmp_path, MECHANICAL, "plain"), "--json").stdout)
     assert "below the surface" in shown["run"]
-    assert shown["subsurface_layers"] == 7
+    assert shown["subsurface_layers"] == 16
     assert shown["memory_bytes"] > without["memory_bytes"]
     assert shown["seconds"] > without["seconds"]
 
@@ -159,7 +159,7 @@ def test_xdmf_shows_both_bodies(full: Path, tmp_path: Path) -> None:
     assert [grid.get("Name") for grid in grids] == ["contact", "lower body", "upper body"]
     with h5py.File(full) as file:
         for grid, sign in zip(grids[1:], (-1.0, 1.0), strict=True):
-            assert grid.find("Topology").get("Dimensions") == "7 16 16"
+            assert grid.find("Topology").get("Dimensions") == "16 16 16"
             for item in grid.iter("DataItem"):
                 inside = item.text.split(":")[1]
                 assert file[inside].shape == tuple(int(side) for side in item.get("Dimensions").split())

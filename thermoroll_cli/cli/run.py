@@ -25,7 +25,7 @@ from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
-NO_ERRORS = "no error estimates: they need a coarser grid; set numerics.grid to 16 or more"
+NO_ERRORS = "no error estimates: they need a coarser grid; set both sides of numerics.grid to 16 or more"
 
 
 @dataclass(frozen=True)

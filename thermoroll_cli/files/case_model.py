@@ -264,7 +264,7 @@ class SubsurfaceTable(Table):
     depth_mm: float | None = quantity("mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9,
                                       le=1e9)
     layers: int | None = Field(
-        default=None, ge=2, le=400,
+        default=None, ge=4, le=400,
         description="Layers from the surface down; by default each is 1.157 times as deep as the one before",
     )  # fmt: skip
     thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")

@@ -43,7 +43,8 @@ stick area that reaches the creepages that are found."""
 AT_SURFACE = 0.02
 """Depth in smaller semi-axes above which a peak below the surface is one of the surface."""
 HALF_THE_LAYERS = 1.0 / 31.0
-"""Part of the change from every second layer to all: five layers locate a maximum to fifth order, 2⁵ − 1 = 31."""
+"""Part of the change from every second layer to all: five layers locate a maximum to fifth order, 2⁵ − 1 = 31. If layers are
+sparser than every second one of the default, no order is seen and the whole change counts."""
 FLOOR = 1.5e-5
 """Tolerances and rounding."""
 NEAR_LIMIT = 0.9
@@ -100,8 +101,10 @@ def estimate(
 
 
 def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], accuracy: float) -> list[str]:
-    """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values."""
-    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy]
+    """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values.
+
+    A share that sticks of exactly 0 asks for no finer grid: the forces have the effect of the stick that may be unseen."""
+    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy and not (name == "gamma_st" and summary[name] == 0.0)]
     return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
 
 
@@ -146,6 +149,9 @@ def estimates(
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
     unseen = 0.0 if resolution.sticking else unseen_stick(resolution, levels, derived)
+    # Heat that bodies of different temperature exchange does not come from the slip zone.
+    conducted = abs(summary["heat_conducted_W"]) if derived.problem.heating.conducts else 0.0
+    rubbed = summary["Q_F_W"] / (summary["Q_F_W"] + conducted) if conducted else 1.0
     given, exact = _given(derived).union(without), _exact(derived)
     errors = {}
     for name in SCALARS:
@@ -158,6 +164,7 @@ def estimates(
             errors[name] = 0.0
         else:
             unresolved = carried * _unresolved(name, resolution, unseen, derived, plan)
+            unresolved *= rubbed if name in TEMPERATURES else 1.0
             floor = carried * (FLOOR + _left_out(name, derived, plan))
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
                                     safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
@@ -307,16 +314,19 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
 
 def stress_estimates(
     grids: Levels, half_the_layers: Mapping[str, float], reference: Mapping[str, float], at_surface: Collection[str],
-    elements: float, derived: DerivedQuantities, left_out: float,
+    elements: float, derived: DerivedQuantities, left_out: float, *, sparse: Collection[str] = (),
+    cut_off: Collection[str] = (),
 ) -> dict[str, float]:
     """Estimated error of each scalar below the surface on the last of `grids`, over its `error_scale`.
 
     `half_the_layers` are the scalars of the last grid from every second layer, `reference` those of the state and of the
-    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface."""
+    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface, `sparse` the bodies with few
+    layers. Those `cut_off`, whose maximum lies in the deepest layer, have no estimate."""
     errors = {}
     for name in grids[-1]:
         scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
-        layers = HALF_THE_LAYERS * abs(half_the_layers[name] - grids[-1][name]) / scale
+        part = 1.0 if any(f"_{body}_" in name for body in sparse) else HALF_THE_LAYERS
+        layers = part * abs(half_the_layers[name] - grids[-1][name]) / scale
         # At the border of the contact tractions change by μp over an element.
         sheared = surface and stress and derived.kinematics.has_traction
         border = derived.problem.friction.coefficient / elements if sheared else 0.0
@@ -326,7 +336,7 @@ def stress_estimates(
     for name in set(at_surface).intersection(errors):
         if not name.endswith("_MPa"):
             errors[name] += math.sqrt(errors[_value_of(name)])
-    return errors
+    return errors | dict.fromkeys(cut_off, math.nan)
 
 
 def _value_of(place: str) -> str:

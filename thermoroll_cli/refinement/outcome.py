@@ -16,7 +16,7 @@ from thermoroll_cli.problem.problem import BODIES, Problem
 from thermoroll_cli.problem.result import Result, State
 from thermoroll_cli.refinement.checks import failures
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, estimates, missed_accuracy, reported
-from thermoroll_cli.refinement.plan import Plan
+from thermoroll_cli.refinement.plan import Plan, first_of_both
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of, state_of
 from thermoroll_cli.refinement.sharp_places import sharp_places
 from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_layers, warnings_after
@@ -168,8 +168,14 @@ def _limits(level: RefinementLevel) -> list[float]:
 
 
 def scalars_by_level(levels: list[RefinementLevel]) -> tuple[Levels, Levels]:
-    """Scalars of the coupled and of the isothermal state on each grid, coarse to fine."""
+    """Scalars of the coupled and of the isothermal state, coarse to fine, on the last grids that refine both sides."""
+    levels = refining_both(levels)
     return [r.coupled_state.scalars for r in levels], [r.isothermal_state.scalars for r in levels]
+
+
+def refining_both(levels: list[RefinementLevel]) -> list[RefinementLevel]:
+    """The last of `levels` that show how errors fall: each refines both sides of the one before."""
+    return levels[first_of_both([level.discretisation.grid.shape for level in levels]) :]
 
 
 def _coupling_name(level: RefinementLevel) -> str:
@@ -211,6 +217,6 @@ def _work(
         "applications": entries[-1]["applications"] + entries[-1].get("coupled_applications", 0),
         "levels": entries,
         "seconds": {k: round(v, 6) for k, v in seconds.items()},
-        "extrapolated": list(EXTRAPOLATED) if extrapolated and len(entries) > 2 else [],
+        "extrapolated": list(EXTRAPOLATED) if extrapolated and len(refining_both(levels)) > 2 else [],
         "skipped": dict(plan.skipped),
     }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
@@ -110,14 +110,23 @@ def leaves_out_deformation(problem: Problem) -> bool | None:
 
 def grid_sequence(problem: Problem, *, alone: bool = False) -> tuple[tuple[int, int], ...]:
     """Grids from coarse to fine, each side doubled (rounded): from about `COARSEST` elements, from twice as
-    many where three grids are left without it."""
+    many if three grids are left without it. If the shorter side cannot be halved again, the longer one is halved alone: such
+    grids give starts, and only those from `first_of_both` on give error estimates."""
     wish = problem.numerics.grid or (FINEST_FOR_ACCURACY, FINEST_FOR_ACCURACY)
-    coarsest = COARSEST if max(wish) < 8 * COARSEST else 2 * COARSEST
+    coarsest = COARSEST if min(wish) < 8 * COARSEST else 2 * COARSEST
     grids = [wish]
     while not alone and max(grids[0]) >= 2 * coarsest:
         nx, ny = (n if n < 2 * coarsest else (n + 1) // 2 for n in grids[0])
         grids.insert(0, (nx, ny))
     return tuple(grids)
+
+
+def first_of_both(grids: Sequence[tuple[int, int]]) -> int:
+    """Index of the first of `grids` (coarse to fine) from which on every grid refines both sides of the one before."""
+    first = len(grids) - 1
+    while first > 0 and all(coarse < fine for coarse, fine in zip(grids[first - 1], grids[first], strict=True)):
+        first -= 1
+    return first
 
 
 def deformation_effect(derived: DerivedQuantities) -> float:

@@ -14,7 +14,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.neighbours import SolvedBefore
-from thermoroll_cli.refinement.outcome import RefinementLevel, at_given_approach, refinement_level, result_of, scalars_by_level
+from thermoroll_cli.refinement.outcome import RefinementLevel, at_given_approach, refinement_level, refining_both, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.starts import Starts, followed_state, next_discretisation
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
@@ -122,7 +122,7 @@ class Solver:
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
-        found = all(level.coupled is None or level.coupled.converged for level in levels[-3:])
+        found = all(level.coupled is None or level.coupled.converged for level in refining_both(levels)[-3:])
         result = result_of(problem, plan, levels, seconds, extrapolated=self.options.extrapolated and found)
         result = with_subsurface(result, plan, levels)
         if result.converged:
@@ -189,9 +189,9 @@ def tolerances_on(
 
 def _accurate_enough(problem: Problem, levels: list[RefinementLevel], plan: Plan) -> bool:
     wanted = problem.numerics.accuracy
-    if wanted is None or len(levels) < 3:
-        return False
     # Estimates of the state that is asked for; the isothermal one beside it has its own.
     scalars, _ = scalars_by_level(levels)
+    if wanted is None or len(scalars) < 3:
+        return False
     errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across, plan)
     return not missed_accuracy(errors, scalars[-1], wanted)

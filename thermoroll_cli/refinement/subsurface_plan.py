@@ -38,11 +38,15 @@ def layer_depths(width: float, depth: float | None = None, layers: int | None = 
     if layers is None:
         layers = 2 + math.ceil(math.log(last / first) / math.log(RATIO) - 1e-9)
     first = min(first, last / (layers - 1))
-    if layers == 2:
-        return np.array([0.0, last])
     if first * (layers - 1) >= last * (1.0 - 1e-12):
         return np.linspace(0.0, last, layers)
     return np.concatenate([[0.0], np.geomspace(first, last, layers - 1)])
+
+
+def few_layers(depths: Array, width: float) -> bool:
+    """Whether `depths` of a contact with the smaller semi-axis `width` are sparser than every second one of the default."""
+    steps, reach = np.diff(depths), np.maximum(FIRST * width, (RATIO**2 - 1.0) * depths[:-1])
+    return bool(np.any(steps > reach * (1.0 + 1e-9)))
 
 
 def with_interfaces(depths: Array, interfaces: tuple[float, ...]) -> Array:

@@ -17,9 +17,9 @@ from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
-from thermoroll_cli.refinement.outcome import RefinementLevel
+from thermoroll_cli.refinement.outcome import RefinementLevel, refining_both
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.subsurface_plan import depths_of, hot_bodies
+from thermoroll_cli.refinement.subsurface_plan import depths_of, few_layers, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
@@ -74,13 +74,13 @@ GRIDS = 3
 """Number of the finest grids from which errors are estimated."""
 
 
-def with_subsurface(result: Result, plan: Plan, levels: Sequence[RefinementLevel]) -> Result:
+def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
     """`result` with the stresses inside the bodies, where its problem asks for them and its state is one."""
     request = result.problem.subsurface
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
     start = time.perf_counter()
-    below = _below_the_surface(request, result.summary(), plan, levels[-GRIDS:])
+    below = _below_the_surface(request, result.summary(), plan, refining_both(levels)[-GRIDS:])
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     return replace(result, subsurface=below, work={**result.work, "seconds": seconds},
                    warnings=(*result.warnings, *below.warnings))
@@ -102,10 +102,15 @@ def _below_the_surface(
     by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
     scalars, by_layers = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
-    warnings = [
-        f"the largest von Mises stress of the {body} body lies in the deepest layer computed: set a larger subsurface.depth_mm"
-        for body, result in results.items() if result.most_stressed.z >= depths[body][-1]
-    ]
+    cut_off = _in_the_deepest_layer(peaks[-1], finest)
+    largest = [name for name in scalars if name in cut_off and name.endswith("_MPa") and not name.startswith("elastic_")
+               and name.replace("_below_", "_") not in cut_off - {name}]
+    warnings = [f"largest in the deepest layer computed, without an error estimate: {', '.join(largest)}; set a larger "
+                "subsurface.depth_mm"] if largest else []
+    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    sparse = [body for body in finest if few_layers(depths[body], width)]
+    warnings += [f"{len(depths[body])} layers of the {body} body are far apart, which makes the error estimates of its stresses "
+                 "wide: set more subsurface.layers" for body in sparse]
     warnings += [
         f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
         "what earlier passes have left"
@@ -116,9 +121,10 @@ def _below_the_surface(
         "numerics.extent"
         for body, collector in finest.items() if collector.cut_off()
     ]
-    near, grid = AT_SURFACE * min(derived.scales.semi_axis_x, derived.scales.semi_axis_y), levels[-1].own_discretisation.grid
+    near, grid = AT_SURFACE * width, levels[-1].own_discretisation.grid
     at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
-    error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()))
+    error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()),
+                             sparse=sparse, cut_off=cut_off)
     for value, places, rivals in _rivals(collected):
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
     for body in finest:
@@ -223,6 +229,18 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float
     for (stress, body), peak in peaks.items():
         if peak.z <= (pulled if stress == "interface_tension" else near):
             names |= scalars_of(stress, body, peak).keys()
+    return names
+
+
+def _in_the_deepest_layer(peaks: Peaks, collectors: Collectors) -> set[str]:
+    """Names of the scalars whose maximum lies in the deepest layer, so that it may be larger below."""
+    names: set[str] = set()
+    for (stress, body), peak in peaks.items():
+        if peak.z >= collectors[body].depths[-1]:
+            names |= scalars_of(stress, body, peak).keys()
+    for body, collector in collectors.items():
+        if collector.strength is not None:
+            names |= collector.strength.in_the_deepest_layer(body)
     return names
 
 

@@ -11,6 +11,11 @@ from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculat
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 
+THINNEST = 1e-6
+"""Thickness of a coating in smaller semi-axes of the contact: rounding in the stresses of a layer grows like 1e-16 over the square
+of its thickness in elements, to 2 % at a tenth of this."""
+
+
 def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     """Every reason why the problem is not solved, each with the key of the case file that it concerns. A yielding interlayer
     may turn out to be too weak later, when the pressure is known (`traction.check_yield`)."""
@@ -19,6 +24,7 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     yield from _conformal(problem)
     yield from _interlayer(problem)
     yield from _coatings(problem)
+    yield from _thin_coatings(derived)
     for body in BODIES if problem.heating.recirculates else ():
         track = getattr(problem.heating, f"{body}_track")
         if track is not None:
@@ -85,6 +91,18 @@ def _coatings(problem: Problem) -> Iterator[Unsolvable]:
         yield Unsolvable("the evolution of wear does not thin coatings",
                          "wear.distance_km" if math.isfinite(wear.distance) else "wear.depth_um",
                          "[wear] without distance_km and depth_um: the wear of one passage, or no coatings", other)
+
+
+def _thin_coatings(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """Stresses in coatings so thin that rounding rules them."""
+    request, width = derived.problem.subsurface, min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    for body in () if request is None else request.bodies:
+        for layer in getattr(derived.problem, body).layers:
+            if layer.thickness < THINNEST * width:
+                yield Unsolvable(
+                    f"stresses are not computed in a coating of {layer.thickness * 1e6:.3g} µm, a millionth of the contact's "
+                    "smaller semi-axis or less", f"material.{body}.layers",
+                    f"a thickness_um of {THINNEST * width * 1e6:.2g} or more, or no coating, which is the same contact", "subsurface")
 
 
 def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> Iterator[Unsolvable]:

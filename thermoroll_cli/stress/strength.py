@@ -127,12 +127,11 @@ def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
     """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
 
     The surface, at depth 0, serves only as a neighbour: with friction it converges more slowly and has a scalar of its own.
-    Both are nan if the values fall from the surface downwards, so that there is no maximum below it."""
+    If the values fall from the surface downwards, they are largest at the first depth below it."""
     first = int(depths[0] == 0.0)
     top = int(np.argmax(values[first:])) + first
-    if first and values[top] <= values[top - 1]:
-        return math.nan, math.nan
-    if top in (0, len(values) - 1):
+    falls = first and values[top] <= values[top - 1]
+    if falls or top in (0, len(values) - 1):
         return float(values[top]), float(depths[top])
     z, v = depths[top - 1 : top + 2] - depths[top], values[top - 1 : top + 2]
     bend, slope, _ = np.polyfit(z, v, 2)
@@ -180,16 +179,18 @@ class StrengthCollector:
         self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
 
     def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
-        """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one. Those below are nan
-        where values only fall from the surface."""
-        parts, bonded = within_layers(self.depths), self.depths <= (-1.0, *self.body.interfaces)[-1]
+        """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one and the first below
+        the surface."""
+        parts = [np.arange(part.stop)[part] for part in within_layers(self.depths)]
+        parts = [np.union1d(part[::every], part[1:2]) for part in parts]
+        bonded = self.depths <= (-1.0, *self.body.interfaces)[-1]
         own, found = self.strength.shear_yield or 1.0, {}
         counted = own / shear_yields(self.body, own, self.depths)
         for name, values in (("shakedown_k", counted * self.shakedown_k), ("elastic_shakedown_k", counted * self.elastic_k),
                              ("alternating_k", counted * self.alternating_k.max(axis=1)),
                              ("dang_van_max", np.where(bonded, 0.0, self.dang_van.max(axis=1)))):
-            largest = [largest_over_depth(self.depths[part][::every], values[part][::every]) for part in parts]
-            below, depth = max(largest, key=lambda value_at: np.nan_to_num(value_at[0], nan=-1.0))
+            largest = [largest_over_depth(self.depths[part], values[part]) for part in parts]
+            below, depth = max(largest, key=lambda value_at: value_at[0])
             found[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
         return found
 
@@ -214,6 +215,15 @@ class StrengthCollector:
             if stronger(surface, below) is surface:
                 names |= {f"{name}_{body}_MPa", depth_name(name, body)}
         return names
+
+    def in_the_deepest_layer(self, body: str) -> set[str]:
+        """Names of the scalars whose largest value lies in the deepest layer."""
+        names = set()
+        for name, (surface, below) in self.peaks().items():
+            if below.z >= self.depths[-1]:
+                names |= {f"{name}_below_{body}_MPa"}
+                names |= {f"{name}_{body}_MPa", depth_name(name, body)} if stronger(surface, below) is below else set()
+        return names.intersection(SUBSURFACE_SCALARS)
 
     def fields(self) -> dict[str, AnyArray]:
         """The kept fields over z, or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
