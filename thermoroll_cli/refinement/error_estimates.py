@@ -104,7 +104,8 @@ def missed_accuracy(errors: Mapping[str, float], summary: Mapping[str, float], a
     """The `ERROR_SCALARS` of one state whose estimated error is above `accuracy`; `summary` has their values.
 
     A share that sticks of exactly 0 asks for no finer grid: the forces have the effect of the stick that may be unseen."""
-    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy and not (name == "gamma_st" and summary[name] == 0.0)]
+    known = ("gamma_st",) if summary["gamma_st"] == 0.0 else ()
+    missed = [name for name in ERROR_SCALARS if errors[name] > accuracy and name not in known]
     return [name for name in missed if name not in TEMPERATURES or errors[name] * error_scale(name, summary) > SMALLEST_ERROR_K]
 
 
@@ -320,8 +321,8 @@ def stress_estimates(
     """Estimated error of each scalar below the surface on the last of `grids`, over its `error_scale`.
 
     `half_the_layers` are the scalars of the last grid from every second layer, `reference` those of the state and of the
-    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface, `sparse` the bodies with few
-    layers. Those `cut_off`, whose maximum lies in the deepest layer, have no estimate."""
+    inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface, `sparse` the bodies with
+    few layers. Those `cut_off`, whose maximum lies in the deepest layer, have no estimate."""
     errors = {}
     for name in grids[-1]:
         scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")

@@ -14,7 +14,14 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
 from thermoroll_cli.refinement.neighbours import SolvedBefore
-from thermoroll_cli.refinement.outcome import RefinementLevel, at_given_approach, refinement_level, refining_both, result_of, scalars_by_level
+from thermoroll_cli.refinement.outcome import (
+    RefinementLevel,
+    at_given_approach,
+    refinement_level,
+    refining_both,
+    result_of,
+    scalars_by_level,
+)
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.starts import Starts, followed_state, next_discretisation
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface

@@ -109,8 +109,8 @@ def _below_the_surface(
                 "subsurface.depth_mm"] if largest else []
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     sparse = [body for body in finest if few_layers(depths[body], width)]
-    warnings += [f"{len(depths[body])} layers of the {body} body are far apart, which makes the error estimates of its stresses "
-                 "wide: set more subsurface.layers" for body in sparse]
+    warnings += [f"{len(depths[body])} layers of the {body} body are far apart, which makes the error estimates of its "
+                 "stresses wide: set more subsurface.layers" for body in sparse]
     warnings += [
         f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
         "what earlier passes have left"

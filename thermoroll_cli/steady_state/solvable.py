@@ -10,10 +10,9 @@ from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
-
 THINNEST = 1e-6
-"""Thickness of a coating in smaller semi-axes of the contact: rounding in the stresses of a layer grows like 1e-16 over the square
-of its thickness in elements, to 2 % at a tenth of this."""
+"""Thickness of a coating in smaller semi-axes of the contact: rounding in the stresses of a layer grows like 1e-16 over the
+square of its thickness in elements, to 2 % at a tenth of this."""
 
 
 def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
@@ -102,7 +101,7 @@ def _thin_coatings(derived: DerivedQuantities) -> Iterator[Unsolvable]:
                 yield Unsolvable(
                     f"stresses are not computed in a coating of {layer.thickness * 1e6:.3g} µm, a millionth of the contact's "
                     "smaller semi-axis or less", f"material.{body}.layers",
-                    f"a thickness_um of {THINNEST * width * 1e6:.2g} or more, or no coating, which is the same contact", "subsurface")
+                    f"a thickness_um of {THINNEST * width * 1e6:.2g} or more, or no coating: the same contact", "subsurface")
 
 
 def _track(derived: DerivedQuantities, body: BodyName, track: Recirculation) -> Iterator[Unsolvable]:
