@@ -141,7 +141,7 @@ def test_resolved_case_gives_the_same_case(text: str) -> None:
     assert Case.from_json(case.to_json()).settings == case.settings
     resolved = json.loads(case.to_json(), parse_constant=lambda name: pytest.fail(f"{name} is not JSON"))
     assert resolved["numerics"] == {"grid": 16, "extent": 2.2}
-    assert resolved["creepage"] == {"longitudinal": 0.003, "lateral": 0.0, "spin_rad_mm": 0.0}
+    assert resolved["creepage"] == {"longitudinal": 0.003, "lateral": 0.0, "spin_rad_mm": 0.0, "at": "origin"}
 
 
 def test_from_json_refuses_other_texts() -> None:

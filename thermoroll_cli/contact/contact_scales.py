@@ -36,7 +36,8 @@ class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of that
     span along y and `centre_x` of that along x, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and
     `approach` (m). `ends` says whether the contact reaches the lower and the upper end of a profile, where its pressure has no
-    upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has converged."""
+    upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has converged, and
+    `pressure_centre` is the y (m) of its centre."""
 
     semi_axis_x: float
     semi_axis_y: float
@@ -49,6 +50,7 @@ class ContactScales:
     limits: tuple[float, float] = (-math.inf, math.inf)
     converged: bool = True
     centre_x: float = 0.0
+    pressure_centre: float = 0.0
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
@@ -208,5 +210,6 @@ def _solve(
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
     peak = peak_value(solution.pressure / tilt)
     scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, area,
-                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x))
+                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
+                           0.0 if mirror else float(grid.y @ solution.pressure.sum(axis=0) / solution.pressure.sum()))
     return _Found(scales, grid, solution.pressure)

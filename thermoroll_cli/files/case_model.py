@@ -196,6 +196,9 @@ class CreepageTable(Table):
     longitudinal: float | None = quantity("1", "Longitudinal creepage", None, ge=-1e6, le=1e6)
     lateral: float | None = quantity("1", "Lateral creepage", None, ge=-1e6, le=1e6)
     spin_rad_mm: float = quantity("rad/mm", "Spin", 0.0, ge=-1e9, le=1e9)
+    at: Literal["origin", "contact"] = Field(
+        default="origin", description="Where they are those of the bodies: at y = 0, or at the centre of pressure"
+    )
 
 
 class ForceTable(Table):

@@ -35,6 +35,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
             creepage_x=creepage.longitudinal,
             creepage_y=creepage.lateral,
             spin=creepage.si("spin_rad_mm"),
+            at=creepage.at,
             force_x=force.longitudinal_N,
             force_y=force.lateral_N,
         ),
@@ -85,7 +86,8 @@ def _common_surface(table: model.GeometryTable, lower: si.Material, upper: si.Ma
     if not table.conformal:
         return geometry
     shares = tuple(1.0 / body.plane_strain_modulus for body in (lower, upper))
-    return conformal_patch(geometry, (shares[0] / sum(shares), shares[1] / sum(shares)))
+    patch = conformal_patch(geometry, (shares[0] / sum(shares), shares[1] / sum(shares)))
+    return patch if any(patch.angle) else geometry
 
 
 def profile_of(table: model.ProfileTable) -> Profile:

@@ -18,6 +18,7 @@ Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
 Partition = float | Literal["matched"]
 BodyName = Literal["lower", "upper"]
+Place = Literal["origin", "contact"]
 KeptFields = Literal["plane", "von_mises", "full"]
 BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
@@ -93,7 +94,8 @@ class Material:
 class Motion:
     """Rolling speed in m/s, creepages and prescribed forces.
 
-    Creepages are dimensionless, spin is in rad/m. A prescribed force (N) replaces the creepage of its
+    Creepages are dimensionless, spin is in rad/m; they are those at the origin of the frame or `at` the contact, the centre of
+    its pressure, where they contain the slip and the spin of the shapes. A prescribed force (N) replaces the creepage of its
     direction, which is then None here and becomes an unknown. With `differential_slip` the rolling radii vary across the
     contact as the surfaces curve, where that matters (see `differential_slip.resolved`).
     """
@@ -105,6 +107,7 @@ class Motion:
     force_x: float | None = None
     force_y: float | None = None
     differential_slip: bool = True
+    at: Place = "origin"
 
 
 @dataclass(frozen=True)

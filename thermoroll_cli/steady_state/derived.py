@@ -215,7 +215,21 @@ class Kinematics:
 
     def slip_at(self, x: Array, y: Array) -> Array:
         """The same at the places x, y (m), which are broadcast: (2, ...)."""
-        motion = self.problem.motion
-        slip = self.problem.geometry.rigid_slip((motion.creepage_x or 0.0, motion.creepage_y or 0.0, motion.spin), x, y)
+        slip = self.problem.geometry.rigid_slip(self._at_origin, x, y)
         slip[0] += self.differential_slip(y)
         return slip
+
+    @cached_property
+    def _at_origin(self) -> tuple[float, float, float]:
+        """Creepages and spin (rad/m) of the frame's origin: those given there, or those with which the slip at the contact's
+        centre of pressure, and the spin about its normal, are the given ones."""
+        motion, geometry, slip_of_shapes = self.problem.motion, self.problem.geometry, self.differential_slip
+        along, across, spin = motion.creepage_x or 0.0, motion.creepage_y or 0.0, motion.spin
+        if motion.at == "origin":
+            return along, across, spin
+        place = np.array([self.derived.scales.pressure_centre])
+        cosine = float(np.cos(geometry.inclination(place))[0])
+        turning = (spin + float(slip_of_shapes.slope(place)[0])) / cosine
+        along += turning * float(geometry.lateral_place(place)[0]) - float(slip_of_shapes(place)[0])
+        still = geometry.rigid_slip((0.0, 0.0, 0.0), np.zeros(1), place)
+        return along, (across - float(still[1][0])) / cosine, turning
