@@ -18,7 +18,7 @@ from thermoroll_cli.files.result.compare import Comparison, Pair, compare_result
 from thermoroll_cli.files.result.export import export_csv, export_xdmf
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write_result
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
 
 
 def stored(path: pathlib.Path, result: Result) -> Result:
@@ -99,6 +99,36 @@ def test_nan_equals_nan_and_nothing_else(reference: Result) -> None:
     assert row(compare_results(holed, reference), "pressure").difference == math.inf
     endless = with_scalars(reference, peclet_lower=math.inf)
     assert compare_results(endless, endless).within and not compare_results(endless, reference).within
+
+
+def test_infinite_values_are_equal_to_themselves_only(reference: Result) -> None:
+    values = reference.coupled.fields["pressure"].copy()
+    values[3, 3] = math.inf
+    endless = with_field(reference, "pressure", values)
+    assert compare_results(endless, endless).within
+    for one, other in ((endless, reference), (reference, endless)):
+        assert [row.name for row in compare_results(one, other, rtol=10.0).outside] == ["pressure"]
+
+
+def test_patches_warnings_and_what_is_unbounded_are_compared(reference: Result) -> None:
+    patch = {"y_mm": 1e-17, "normal_N": 50.0, "force_x_N": 1.0, "force_y_N": 1e-15}
+    one = dataclasses.replace(reference, patches=(patch,))
+    noisy = dataclasses.replace(reference, patches=({**patch, "y_mm": 0.0, "force_y_N": -1e-15},))
+    assert compare_results(one, noisy, rtol=1e-12).within
+    for change, name in (({"patches": ({**patch, "normal_N": 51.0},)}, "patches.1.normal_N"), ({"patches": ()}, "patches"),
+                         ({"warnings": ("a doubt",)}, "warnings"), ({"unbounded": ("gamma_p",)}, "unbounded")):
+        other = dataclasses.replace(one, **change)
+        assert name in [row.name for row in compare_results(one, other, rtol=1e-3).outside]
+
+
+def test_stresses_at_other_depths_are_not_compared(reference: Result) -> None:
+    def below(factor: float) -> Result:
+        depths, line = factor * np.linspace(0.0, 1e-4, 4), {"von_mises": np.full((4, 20), factor)}
+        body = BodyStresses(depths, 0.0, line, Peak(1.0, 0.0, 0.0, 0.0), None, {})
+        return dataclasses.replace(reference, subsurface=Subsurface({"lower": body}, {}, {}))
+
+    assert compare_results(below(1.0), below(1.0)).within
+    assert [row.name for row in compare_results(below(1.0), below(1.01)).outside] == ["subsurface.lower.depths"]
 
 
 def test_fields_are_compared_by_their_largest_value(reference: Result) -> None:

@@ -26,7 +26,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | temperatures and their rises | the largest temperature difference of the problem: rises and bulk temperatures |
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
     | `contact_force_y_N`, `contact_force_z_N` | their resultant |
-    | `gamma_st`; `stick_area_mm2` | 1 (absolute); the contact area |
+    | `gamma_st`, `power_balance_error`; `stick_area_mm2` | 1 (absolute); the contact area |
     | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 
@@ -43,7 +43,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
         case "creepage":
             spin = _number(summary, "creepage_spin_rad_mm") * mean_semi_axis(summary)
             return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
-        case "share":
+        case "share" | "mismatch":
             return 1.0
         case "resultant":
             return math.hypot(_number(summary, "contact_force_y_N"), _number(summary, "contact_force_z_N"))

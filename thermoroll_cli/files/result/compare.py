@@ -10,10 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, SUBSURFACE_FIELDS
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS, STRENGTH_FIELDS, SUBSURFACE_FIELDS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis, temperature_difference
+from thermoroll_cli.problem.scalar_errors import error_scale, mean_semi_axis
+
+SAME_DEPTH = 1e-9
+"""Depths that differ by less of the last one are the same but for rounding."""
 
 
 @dataclass(frozen=True)
@@ -64,20 +67,18 @@ class Comparison:
 def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     """Differences between two stored results, scalar by scalar and field by field, of both states.
 
-    Scalars: |a − b| / max(|a|, |b|). Components that a symmetry makes zero would show their rounding noise as a
-    difference of order one, so the components of a vector share a scale: forces the magnitude of the creep force, the
-    spin moment that times sqrt(a0 b0), creepages the magnitude of the creepage; `power_balance_error` is relative
-    already, and temperatures are measured by the largest temperature difference of the problem. Fields: max|a − b| / max|a|
+    Scalars: |a − b| over the larger `error_scale` of both. Fields: max|a − b| / max|a|
     (shear and slip: of the vector; temperatures: of both bodies); `state`: the share of contact elements whose state
     differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
     rows = [Pair("status", "text", a.status, b.status, 0.0 if a.status == b.status else math.inf)]
+    rows += [_text_row(name, getattr(a, name), getattr(b, name)) for name in ("unbounded", "warnings")]
     one, other = _numbers(a), _numbers(b)
-    arm = max(_finite(mean_semi_axis(one)), _finite(mean_semi_axis(other)))
-    rows += _scalar_rows("", one, other, arm)
+    rows += _scalar_rows("", one, other, one, other)
+    rows += _patch_rows(a, b)
     both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
     if both:
-        rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, arm)
+        rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, one, other)
     notes = []
     for missing in (_missing(True), _missing(False)):
         names = [row.name for row in rows if row.note == missing]
@@ -102,13 +103,36 @@ def _numbers(result: Result) -> dict[str, float]:
     return {**result.coupled.scalars, **result.hertz, **({} if result.subsurface is None else result.subsurface.scalars)}
 
 
-def _scalar_rows(prefix: str, a: Mapping[str, float], b: Mapping[str, float], arm: float) -> Iterator[Pair]:
+def _text_row(name: str, a: Iterable[str], b: Iterable[str]) -> Pair:
+    left, right = ("; ".join(texts) for texts in (a, b))
+    return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
+
+
+def _patch_rows(a: Result, b: Result) -> Iterator[Pair]:
+    """The patches of both, one by one; each quantity over its larger magnitude, a place over the mean semi-axis and a
+    force over the patch's load at least."""
+    if len(a.patches) != len(b.patches):
+        yield Pair("patches", "scalar", len(a.patches), len(b.patches), math.inf, "another number of patches")
+        return
+    arm = max(_finite(mean_semi_axis(_numbers(each))) for each in (a, b))
+    for number, (left, right) in enumerate(zip(a.patches, b.patches, strict=True), 1):
+        for name in _union(left, right, left):
+            here, there = (float(patch.get(name, math.nan)) for patch in (left, right))
+            least = arm if name.endswith("_mm") else float(left["normal_N"]) if name.endswith("_N") else 0.0
+            scale = max(abs(here), abs(there), least)
+            yield Pair(f"patches.{number}.{name}", "scalar", here, there, _relative(here, there, scale))
+
+
+def _scalar_rows(
+    prefix: str, a: Mapping[str, float], b: Mapping[str, float], all_a: Mapping[str, float], all_b: Mapping[str, float]
+) -> Iterator[Pair]:
+    """Rows of the scalars of one state; `all_a` and `all_b` have those that scales need and the state lacks."""
     for name in _union(a, b, ALL_SCALARS):
         if name not in a or name not in b:
             # Another version of this program, or a case that asks for more: nothing here to compare it with.
             yield Pair(prefix + name, "scalar", a.get(name), b.get(name), math.nan, _missing(name in a))
         else:
-            scale = max(_scale(name, a, arm), _scale(name, b, arm))
+            scale = max(_finite(error_scale(name, {**all_a, **a})), _finite(error_scale(name, {**all_b, **b})))
             yield Pair(prefix + name, "scalar", a[name], b[name], _relative(a[name], b[name], scale))
 
 
@@ -142,17 +166,25 @@ def _field_rows(prefix: str, on: State, b: Mapping[str, NDArray[Any]]) -> Iterat
 
 
 def _rows_below(a: Result, b: Result) -> Iterator[Pair]:
-    """The stored stresses inside the bodies, each relative to the largest von Mises stress of its body."""
+    """Depths and stored stresses inside the bodies, each relative to the largest von Mises stress of its body. Stresses at
+    other depths are not compared."""
     for body in _union(a.bodies, b.bodies, BODIES):
         if body not in a.bodies or body not in b.bodies:
             yield Pair(f"subsurface.{body}", "field", None, None, math.inf, _missing(body in a.bodies))
             continue
         left, right = a.bodies[body], b.bodies[body]
         axes = {"z": left.depths, "x": a.x, "y": a.y}
-        for prefix, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane)):
-            for name in _union(fields, others, SUBSURFACE_FIELDS):
+        below, deepest = {"z": left.depths}, float(left.depths[-1])
+        depths = _field_row(f"subsurface.{body}.depths", below, left.depths, right.depths, deepest)
+        yield depths
+        if not depths.difference <= SAME_DEPTH:
+            continue
+        for prefix, fields, others in (("", left.fields, right.fields), ("plane_", left.plane, right.plane),
+                                       ("strength_", left.strength, right.strength)):
+            for name in _union(fields, others, (*SUBSURFACE_FIELDS, *STRENGTH_FIELDS)):
                 scale = _magnitude(fields.get(name)) if name == "temperature_rise" else left.most_stressed.value
-                yield _field_row(f"subsurface.{body}.{prefix}{name}", axes, fields.get(name), others.get(name), scale or 0.0)
+                along = {"z": left.depths, "y": a.y} if prefix == "strength_" else axes
+                yield _field_row(f"subsurface.{body}.{prefix}{name}", along, fields.get(name), others.get(name), scale or 0.0)
 
 
 def _field_row(
@@ -162,30 +194,16 @@ def _field_row(
     if a is None or b is None or a.shape != b.shape:
         note = _missing(a is not None) if (a is None) != (b is None) else "of another shape"
         return Pair(name, "field", _magnitude(a), _magnitude(b), math.inf, note)
-    distance = np.abs(np.asarray(a, dtype=np.float64) - b)
-    distance[np.isnan(a) & np.isnan(b)] = 0.0
-    distance[np.isnan(a) != np.isnan(b)] = math.inf
+    same = (a == b) | (np.isnan(a) & np.isnan(b))
+    distance = np.abs(np.where(same, 0.0, a).astype(np.float64) - np.where(same, 0.0, b))
+    distance[~np.isfinite(distance)] = math.inf
     index = np.unravel_index(np.argmax(distance), distance.shape)
     difference = float(distance[index])
     if difference == 0.0:
         return Pair(name, "field", _magnitude(a), _magnitude(b), 0.0, "largest magnitudes")
-    relative = difference / scale if scale > 0.0 else math.inf
+    relative = difference / scale if scale > 0.0 and math.isfinite(difference) else math.inf
     place = ", ".join(f"{axis} = {1e3 * values[i]:.3g}" for (axis, values), i in zip(axes.items(), index, strict=False))
     return Pair(name, "field", float(a[index]), float(b[index]), relative, f"at {place} mm")
-
-
-def _scale(name: str, scalars: Mapping[str, float], arm: float) -> float:
-    """The magnitude that a difference in `name` is measured by."""
-
-    def size(*names: str) -> float:
-        return math.hypot(*(_finite(scalars.get(each)) for each in names))
-
-    force, spin = size("force_x_N", "force_y_N"), arm * size("creepage_spin_rad_mm")
-    creepage = math.hypot(size("creepage_longitudinal", "creepage_lateral"), spin)
-    scales = {"force": force, "moment": max(size(name), force * arm), "creepage": creepage, "mismatch": 1.0,
-              "spin": creepage / arm if arm else size(name), "temperature": _finite(temperature_difference(scalars))}
-    kind = ALL_SCALARS[name].scale if name in ALL_SCALARS else "value"
-    return _finite(error_scale(name, scalars)) if kind.endswith(" below") else scales.get(kind, size(name))
 
 
 def _relative(a: float, b: float, scale: float) -> float:
@@ -201,11 +219,11 @@ def _finite(value: Any) -> float:
 
 
 def _magnitude(values: NDArray[Any] | None) -> float | None:
-    """Largest absolute value, nan left aside; None for no array."""
+    """Largest absolute value, nan and infinite ones left aside; None for no array."""
     if values is None:
         return None
     sizes = np.abs(np.asarray(values, dtype=np.float64))
-    return float(np.max(sizes, initial=0.0, where=~np.isnan(sizes)))
+    return float(np.max(sizes, initial=0.0, where=np.isfinite(sizes)))
 
 
 def _missing(in_a: bool) -> str:
