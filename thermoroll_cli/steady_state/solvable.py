@@ -94,8 +94,11 @@ def _coatings(problem: Problem) -> Iterator[Unsolvable]:
 
 def _thin_coatings(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     """Stresses in coatings so thin that rounding rules them."""
-    request, width = derived.problem.subsurface, min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    for body in () if request is None else request.bodies:
+    request = derived.problem.subsurface
+    if request is None or not any(getattr(derived.problem, body).layers for body in request.bodies):
+        return
+    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    for body in request.bodies:
         for layer in getattr(derived.problem, body).layers:
             if layer.thickness < THINNEST * width:
                 yield Unsolvable(
