@@ -335,7 +335,13 @@ def test_query_and_export(tiny: Path, tmp_path: Path) -> None:
     table = CreepForceTable.read(tiny)
     direct = table.forces(0.005, 0.0, 0.1, semi_axes=(5e-3, 5e-3), **STEEL)
     assert records[1]["force_y_N"] == pytest.approx(float(direct.force_y))
-    assert records[1]["force_error_N"] == pytest.approx(table.values.quality.largest * 24_000)
+    largest = table.values.quality.largest * 24_000
+    assert records[1]["force_error_N"] == pytest.approx(largest)
+    assert records[1]["spin_moment_error_Nmm"] == pytest.approx(largest * 5.0)
+    assert records[1]["T_gamma_error_N"] == pytest.approx(largest * (0.005 + 1e-4 * 5.0))
+    resting = table.forces([0.0, 1e-6], 0.0, 0.0, semi_axes=(5e-3, 5e-3), **STEEL)
+    assert resting.error[0] == resting.t_gamma_error[0] == 0.0 < resting.error[1] < 0.1 * largest
+    assert not resting.spin_moment_error.any()
     assert records[1]["poisson_ratio"] == 0.28
     csv = tmp_path / "table.csv"
     assert call("table", "query", tiny, "--csv", csv).returncode == 0

@@ -96,7 +96,9 @@ def query(
 ) -> None:
     """Print the forces at given creepages: every combination, the last one varying fastest.
 
-    `force_error_N` is the largest error of the table, as it was measured at random points. With a law of friction the table is
+    Errors are the largest of the table, as measured at random points, and less where little of μW is carried.
+
+    With a law of friction the table is
     asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
     """
     found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
@@ -203,6 +205,7 @@ def _forces(
     return {
         "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
         "force_y_N": forces.force_y, "force_error_N": forces.error, "spin_moment_Nmm": forces.spin_moment * 1e3,
-        "T_gamma_N": forces.t_gamma, "gamma_st": forces.stick_fraction,
+        "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
+        "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
         "poisson_ratio": np.full_like(xi, found.values.poisson_ratio),
     }

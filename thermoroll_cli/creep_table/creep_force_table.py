@@ -39,6 +39,11 @@ LAW_ERROR, LAW_ERROR_WITH_SPIN = 0.2, 0.6
 with spin, whose criterion of falling friction was up to 0.6. 95 % had errors below 0.14 and 0.25."""
 
 
+LINEAR = 0.1
+"""Share of μW (forces and moment together) below which errors are proportional to it: the lowest points of a table carry
+this."""
+
+
 class OutsideTable(ValueError):
     """A contact ellipse that the table does not reach."""
 
@@ -46,8 +51,8 @@ class OutsideTable(ValueError):
 @dataclass(frozen=True)
 class TableForces:
     """`force_x`, `force_y` (N) and `spin_moment` (N m) on body 1 against its slip, the wear number `t_gamma` = Q_F/V (N), the
-    `stick_fraction` of the contact area, and the largest `error` of the forces (N), as measured at random points: arrays of the
-    shape of the creepages."""
+    `stick_fraction` of the contact area, the `error` of the forces and `t_gamma_error` (N), and `spin_moment_error` (N m):
+    arrays of the shape of the creepages. Errors are the largest measured at random points, and 0 without creepage."""
 
     force_x: Array
     force_y: Array
@@ -55,6 +60,8 @@ class TableForces:
     t_gamma: Array
     stick_fraction: Array
     error: Array
+    spin_moment_error: Array
+    t_gamma_error: Array
 
 
 class CreepForceTable:
@@ -122,20 +129,26 @@ class CreepForceTable:
         same = all(np.asarray(v).size == 1 for v in semi_axes)
         a, b = (v.ravel()[:1] if same else v.ravel() for v in (a, b))
         without_slip, area = (mu * weight).ravel(), a * b
-        limit, error = without_slip, self.values.quality.largest * without_slip
+        limit = without_slip
         if law is not None:
             rolling = np.broadcast_to(np.asarray(speed, dtype=float), shape).ravel()
             if not (np.all(rolling > 0.0) and np.isfinite(rolling).all()):
                 raise ValueError("speed must be positive and finite")
             limit = without_slip * law.factor(rolling * np.sqrt(xi**2 + eta**2 + phi**2 * (a**2 + b**2) / 5.0))[0]
-            error = error + np.where(phi == 0.0, LAW_ERROR, LAW_ERROR_WITH_SPIN) * np.abs(without_slip - limit)
         mean = np.sqrt(area)
         unit = modulus.ravel() * area / limit
         ratio = a / b
         inside = self._inside(ratio, outside)
         values = self._values(np.clip(ratio, *self._range), np.stack([xi * unit, eta * unit, phi * unit * mean]), inside)
         force_x, force_y, moment = values[0] * limit, values[1] * limit, values[2] * limit * mean
-        found = force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error
+        carried = np.minimum(np.sqrt((values[:3] ** 2).sum(axis=0)) / LINEAR, 1.0)
+        error = self.values.quality.largest * without_slip * carried
+        if law is not None:
+            error = error + np.where(phi == 0.0, LAW_ERROR, LAW_ERROR_WITH_SPIN) * np.abs(without_slip - limit)
+        moment_error = np.where(moment == 0.0, 0.0, error * mean)
+        work_error = np.hypot(xi, eta) * error + np.abs(phi) * moment_error
+        found = (force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error, moment_error,
+                 work_error)
         return TableForces(*(np.where(unknown, math.nan, v).reshape(shape) for v in found))
 
     @property
