@@ -29,7 +29,7 @@ TEMPLATES = {
     "twin-disc": "two discs that turn and get hot",
     "twin-disc-wear": "two discs that wear",
     "wheelset": "both wheels of a wheelset on a track, from profiles",
-    "locomotive": "a wheel with friction that falls with slip, and a layer of dirt",
+    "locomotive": "a wheel with friction that falls with slip, and an interlayer of dirt",
     "article": "the article's spheres, at a speed that no machine has",
 }
 """Templates of `init`, the first by default; a new one is a file `files/templates/NAME.toml` and a line here."""

@@ -21,7 +21,7 @@ COARSE_GRID = (32, 64)
 DOMAIN_OVER_CONTACT = 1.1
 """Sides of the domain over those of the contact in it, as on the grids of the solution proper."""
 DOMAIN_FITS = 3
-"""Domains on which a contact below layers is solved in turn."""
+"""Domains on which a contact of coated bodies is solved in turn."""
 ATTEMPTS = 8
 """Domains tried; each one that proves too small makes the overlap half as deep again."""
 COARSE_TOLERANCE = 1e-6
@@ -79,7 +79,7 @@ def approach_weight(geometry: ContactGeometry, y: Array) -> Array:
 def contact_scales(
     geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None
 ) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile or layers, from a coarse normal solution.
+    """Scales of the contact of two bodies of which one has a profile or a coating, from a coarse normal solution.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.
@@ -108,7 +108,7 @@ def contact_scales(
 
 
 def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
-    """Scales below layers: the first domain is Hertz's contact of the surfaces' materials, each further one the contact
+    """Scales of coated bodies: the first domain is Hertz's contact of the surfaces' materials, each further one the contact
     found."""
     hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
@@ -123,7 +123,7 @@ def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: 
         box = _Box.around(found.scales)
         if fits == DOMAIN_FITS:
             return found.scales
-    raise Unsolvable("no contact of these layered bodies was found", "material")
+    raise Unsolvable("no contact of these coated bodies was found", "material")
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,7 @@ class RefinedContact:
 class NormalSolver:
     """Keeps Love's kernel and the plans for one grid. `applications` counts convolutions.
 
-    Of bodies with `coatings`, `contact_modulus` is that of the surfaces' materials. If the common surface is inclined, `tilt`
+    With `coatings`, `contact_modulus` is that of the surfaces' materials. If the common surface is inclined, `tilt`
     (ny,) is the cosine w of its inclination: pressures are then w p, which carry the load, and gaps and displacements are those
     along the normals over w, which an approach closes evenly."""
 
@@ -340,12 +340,12 @@ def border_elements(
     square = np.where(contact, pressure / scale, 0.0) ** 2
     loaded = np.minimum(square / np.maximum(LOADED_FROM * neighbour_max(square), 1e-300), 1.0)
     weight = 1.0 - neighbour_max(1.0 - loaded)
-    beside = neighbour_max(loaded)
-    i, j = places((beside > 0.0) & ~contact & (gap > 0.0))
+    highest_neighbour = neighbour_max(loaded)
+    i, j = places((highest_neighbour > 0.0) & ~contact & (gap > 0.0))
     coefficients, trust = _paraboloids(square, weight, i, j)
     square[i, j], bend = _continued(coefficients, gap[i, j] * contact_modulus / scale, grid)
     away = -square[i, j] / np.maximum(np.hypot(coefficients[:, 1], coefficients[:, 2]), 1e-300)
-    weight[i, j] = trust * beside[i, j] * np.minimum(away / OPEN_FROM, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
+    weight[i, j] = trust * highest_neighbour[i, j] * np.minimum(away / OPEN_FROM, 1.0) / (1.0 + (bend / TOLERABLE_BEND) ** 2)
     complete(square, weight)
     i, j = places(neighbour_max(contact) & neighbour_max(~contact))
     coefficients, trust = _paraboloids(square, weight, i, j)

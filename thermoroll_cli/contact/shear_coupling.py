@@ -1,4 +1,4 @@
-"""Coupling of pressure and shear between bodies of unlike elasticity (Dundurs' β, or layers)."""
+"""Coupling of pressure and shear between bodies of unlike elasticity (Dundurs' β, or coatings)."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Preconditioner of the normal contact below stiff layers: the inverse of the compliance in wave numbers, and a coarser grid.
+"""Preconditioner of the normal contact below stiff coatings: the inverse of the compliance in wave numbers, and a coarser grid.
 
-A stiff layer on a soft body bends like a plate: over a range of wave numbers k its compliance falls like 1/k⁴, and its inverse
+A stiff coating on a soft body bends like a plate: in a range of wave numbers k its compliance falls like 1/k⁴, and its inverse
 grows as steeply. Applied to a residual that ends at the border of the contact, this inverse gives far too large pressures
 there. So a smooth field through the averages of the residual over blocks of elements is separated. The compliance of the
 blocks, a small matrix, is inverted for it and continues it beyond the border; the inverse in wave numbers is for what remains

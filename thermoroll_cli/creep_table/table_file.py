@@ -19,7 +19,7 @@ from thermoroll_cli.exact.kalker import creepage_coefficients
 from thermoroll_cli.files.result.hdf5 import ResultFileError, create, dimension_scale, image_of, label, opened, stamp
 
 LARGEST_MAGNITUDE = 1e4
-"""Stands for full sliding, u = 1: what is left of the elastic creep there is of the order of its inverse."""
+"""Stands for full sliding, u = 1: the remaining elastic creep is of the order of its inverse."""
 
 DEFAULT_ASPECTS = (0.05, 0.075, 0.11, 0.155, 0.21, 0.27, 0.33, 0.39, 0.455, 0.53, 0.615, 0.84, 1.0, 1.42, 2.2, 3.6, 5.0, 10.0,
                    20.0)

@@ -160,7 +160,7 @@ class Case:
         content = self.settings.model_dump(exclude_none=True)
         if isinstance(content["numerics"].get("grid"), tuple):
             content["numerics"]["grid"] = list(content["numerics"]["grid"])
-        # Of a wheelset the creepages follow, and their defaults are none of its keys.
+        # The creepages of a wheelset follow from its motion; their defaults are none of its keys.
         follow = ("creepage", "force") if self.settings.wheelset is not None else ()
         return {key: value for key, value in content.items() if value not in ("", {}) and key not in follow}
 

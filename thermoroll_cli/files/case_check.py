@@ -110,7 +110,7 @@ class _Checker:
         constants = {key: value for key, value in given.items() if key not in BODIES}
         only_layers = all(isinstance(given[body], dict) and given[body].keys() == {"layers"} for body in own)
         if constants and "layers" not in constants and only_layers:
-            # Both bodies are of one material, and what is their own is a coating.
+            # Both bodies are of one material and differ in their coatings alone.
             if self._table(("material",), model.MaterialTable, constants) is None:
                 return None
             return self._table(("material",), model.TwoMaterials, {body: constants | given.get(body, {}) for body in BODIES})

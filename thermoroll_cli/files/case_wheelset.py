@@ -86,7 +86,7 @@ class WheelTable(Table):
 
 
 class WheelsetTable(Table):
-    """A wheelset: its profiles, position, load and motion. Of roll, height, angular velocity what is left out is found."""
+    """A wheelset: its profiles, position, load and motion. Roll, height and angular velocity are solved for if left out."""
 
     wheel_profile: Outline | None = Field(default=None, description="Outline of both wheels")
     nominal_radius_mm: float = quantity("mm", "Radius of the wheels at z = 0 of their outlines", ge=1, le=1e5)

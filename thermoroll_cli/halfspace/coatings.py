@@ -1,4 +1,4 @@
-"""Both bodies of a contact where one has layers at least: what their influence tables add to those of homogeneous bodies.
+"""Both bodies of a contact, one of them coated at least: differences of their influence tables to homogeneous bodies.
 
 Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`); here are the differences that layers make,
 summed over both bodies with the signs of `elastic`, the periodic symbols of the whole, and the half-space that surfaces look
@@ -43,14 +43,14 @@ class NearBorder:
 
 @dataclass(frozen=True)
 class Coatings:
-    """The `lower` and the `upper` body, of which one has layers at least."""
+    """The `lower` and the `upper` body, of which one is coated at least."""
 
     lower: Material
     upper: Material
 
     @classmethod
     def of(cls, lower: Material, upper: Material) -> Coatings | None:
-        """None where no layer is felt."""
+        """None if no coating is felt."""
         if not (lower.elastic_layers or upper.elastic_layers):
             return None
         return cls(*(Material(body.youngs_modulus, body.poisson_ratio, layers=body.elastic_layers) for body in (lower, upper)))

@@ -156,7 +156,7 @@ class Heat:
         return self.response.temperatures(self.into)
 
     def interface_temperatures(self) -> tuple[Array | None, Array | None]:
-        """Temperature rise below the uppermost layer of the lower and of the upper body in K, None without layers."""
+        """Temperature rise below the outermost coating of the lower and of the upper body in K, None without one."""
         found = getattr(self.response, "interface_temperatures", None)
         return (None, None) if found is None else found(self.into)
 

@@ -16,7 +16,7 @@ from thermoroll_cli.numerics.grid import Grid
 
 
 class LayerTables(Protocol):
-    """Contribution of layers to the response of a half-space of the top material (`layered_thermal.LayeredHeat`)."""
+    """Contribution of coatings to the response of a half-space of the top material (`layered_thermal.LayeredHeat`)."""
 
     def table(
         self, quantity: Literal["temperature", "interface", "expansion"], shape: tuple[int, int], sizes: tuple[float, float],
@@ -40,13 +40,13 @@ class HeatedBody:
     def layered_table(
         self, quantity: Literal["temperature", "interface", "expansion"], grid: Grid, *, slope: bool = False
     ) -> Array:
-        """Contribution of the layers per flux (`LayerTables.table`)."""
+        """Contribution of the coatings per flux (`LayerTables.table`)."""
         assert self.layers is not None
         return self.layers.table(quantity, grid.shape, (grid.dx, grid.dy), (self.speed_x, self.speed_y), slope=slope)
 
 
 Likeness = tuple[float, float, LayerTables | None]
-"""V dx/κ along x and y, and layers: bodies with the same ones have proportional responses."""
+"""V dx/κ along x and y, and coatings: bodies with the same ones have proportional responses."""
 
 
 @dataclass(frozen=True)
@@ -212,7 +212,7 @@ class HeatResponse:
                 self._rise(upper, flux, slope, 1.0 - heat.share, exchanged, -1.0))
 
     def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
-        """Temperature rise in K below the uppermost layer of the lower and of the upper body, None without layers."""
+        """Temperature rise in K below the outermost coating of the lower and of the upper body, None without one."""
         changes = self._changes(heat)
         found = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
             self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))

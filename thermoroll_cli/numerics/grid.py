@@ -164,7 +164,7 @@ MOST_PEAK_CURVATURE = 3.0
 """Largest ratio of the curvature of a peak to that of the field beside it. Temperature peaks behind narrow slip zones need more
 than 1 (with 1 their errors are 20 % larger); at the edge of a plateau the ratio is unbounded."""
 MOST_CUBIC_CURVATURE = 5.0
-"""The same ratio for a cubic; beside means the side that falls less."""
+"""The same ratio for a cubic; its field beside the peak is the side that falls less."""
 
 SMOOTH_BORDER_SHARE = 0.5
 """Share of an element's pressure that the next one carries at a smooth border, or more (0.55 where elements are whole)."""

@@ -20,7 +20,7 @@ PRECISION = np.float32
 
 
 @dataclass
-class _Judged:
+class EquivalentStresses:
     """Equivalent stresses, of total or of elastic stresses: (nz, nx, columns), and the ranges of σ_xz (nz, columns)."""
 
     von_mises: AnyArray
@@ -28,7 +28,7 @@ class _Judged:
     shear_range: AnyArray
 
     @classmethod
-    def empty(cls, shape: tuple[int, int, int]) -> _Judged:
+    def empty(cls, shape: tuple[int, int, int]) -> EquivalentStresses:
         return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty((shape[0], shape[2])))
 
     def take(self, layer: int, stress: AnyArray) -> None:
@@ -51,8 +51,8 @@ class Collector:
     keep: KeptFields | None
     plane_column: int
     interfaces: tuple[float, ...] = ()
-    elastic: _Judged = field(init=False)
-    total: _Judged = field(init=False)
+    elastic: EquivalentStresses = field(init=False)
+    total: EquivalentStresses = field(init=False)
     strength: StrengthCollector | None = None
     temperature: AnyArray | None = field(init=False)
     stresses: AnyArray | None = field(init=False)
@@ -61,8 +61,8 @@ class Collector:
 
     def __post_init__(self) -> None:
         shape = (len(self.depths), len(self.x), len(self.y))
-        self.elastic = _Judged.empty(shape)
-        self.total = _Judged.empty(shape) if self.thermal else self.elastic
+        self.elastic = EquivalentStresses.empty(shape)
+        self.total = EquivalentStresses.empty(shape) if self.thermal else self.elastic
         self.temperature = np.empty(shape, PRECISION) if self.thermal else None
         self.stresses = np.empty((6, *shape), PRECISION) if self.keep == "full" else None
         self.plane = np.empty((6, *shape[:2]), PRECISION) if self.keep else None
@@ -102,7 +102,7 @@ class Collector:
         values, x, y = self.at_interfaces[layer]
         return peak_of(values[[number]], self.depths[layer : layer + 1], x, y, self.mirrored)
 
-    def peaks(self, judged: _Judged, every: int = 1) -> dict[str, Peak]:
+    def peaks(self, judged: EquivalentStresses, every: int = 1) -> dict[str, Peak]:
         """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
         ranges = peak_of(judged.shear_range[:, None, :], self.depths, np.zeros(1), self.y, self.mirrored, every)
         equivalent, tension = (peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
@@ -123,7 +123,7 @@ class Collector:
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
 
-    def rivals(self, judged: _Judged) -> tuple[Peak, Peak]:
+    def rivals(self, judged: EquivalentStresses) -> tuple[Peak, Peak]:
         """Largest von Mises stress at the surface, and below it."""
         found = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
                  for part in (slice(0, 1), slice(1, None))]

@@ -236,7 +236,7 @@ class StrengthCollector:
 
 
 def shear_yields(body: Material, own: float, depths: Array) -> Array:
-    """Shear yield stress of a body at `depths`, its `own` below its layers; infinite in layers that do not yield."""
+    """Shear yield stress of a body at `depths`, its `own` below its coatings; infinite in coatings that do not yield."""
     yields = np.full(len(depths), own)
     for face, layer in reversed(list(zip(body.interfaces, body.layers, strict=True))):
         yields[depths <= face] = layer.shear_yield or math.inf

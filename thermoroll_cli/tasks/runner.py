@@ -92,7 +92,7 @@ def check_main_guard() -> None:
 def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callable[[str], None]) -> Generator[str]:
     """Work off `tasks`, keep every item in `journal` as soon as it is done, and yield its key.
 
-    Processes write into the journal themselves, so what they have finished is kept whatever happens to this one. Close the
+    Processes write into the journal themselves, so finished tasks are kept whatever happens to this one. Close the
     iterator to stop: the processes end at once; they also end when this process dies. When a process dies, the tasks in
     flight are tried again, one alone at a time. One that `DEATHS` processes died of is taken apart, and a single item given up
     after as many. `note` is called with remarks.
@@ -192,7 +192,7 @@ class _Processes:
             return failed
 
     def check(self) -> None:
-        """Nothing: a process that dies breaks the pool, which its tasks tell."""
+        """Does nothing: a process that dies breaks the pool, and its tasks fail."""
 
     @staticmethod
     def result(future: Future[list[Item]]) -> list[Item]:
