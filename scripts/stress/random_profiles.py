@@ -1,5 +1,5 @@
 """Seeded contacts of bodies with transverse profiles: crowned rollers, lopsided shapes, two bumps, arcs of unlike radii that
-meet with a kink in the curvature."""
+meet with a kink in the curvature; and what such shapes leave out: edges, places far from y = 0, conformal grooves."""
 
 from __future__ import annotations
 
@@ -9,21 +9,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.rolling.differential_slip import compliance_shares
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 KINDS = ("crown", "cubic", "bumps", "kink")
+AWKWARD = ("edge", "off centre", "groove")
 SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3
 POINTS = 241
 
 
-def random_profile_contact(seed: int) -> Problem:
-    """The contact of `seed`, always the same; its kind is `KINDS[seed % 4]`."""
+def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
+    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS` or of `AWKWARD`."""
     rng = np.random.default_rng([13, seed])
     while True:
-        problem = _drawn(rng, KINDS[seed % len(KINDS)])
+        kind = kinds[seed % len(kinds)]
+        problem = _groove(rng) if kind == "groove" else _drawn(rng, kind)
         try:
             scales = DerivedQuantities(problem).scales
         except ValueError:
@@ -34,7 +38,8 @@ def random_profile_contact(seed: int) -> Problem:
 
 def _drawn(rng: np.random.Generator, kind: str) -> Problem:
     half = _log(rng, -3.0, -1.7)
-    profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink}[kind](rng, half)
+    profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink, "edge": _edge, "off centre": _off_centre,
+               }[kind](rng, half)
     radius_x = half * _log(rng, 0.3, 2.0)
     flat = math.inf
     geometry = Geometry(flat, flat, radius_x, flat, upper_profile=profile)
@@ -88,6 +93,28 @@ def _kink(rng: np.random.Generator, half: float) -> Profile:
         return np.where(t < place, -0.5 * (t - place) ** 2, -0.5 * ratio * (t - place) ** 2)
 
     return _points(arcs, half, half * _log(rng, -1.6, -0.7))
+
+
+def _edge(rng: np.random.Generator, half: float) -> Profile:
+    """Two straight lines that meet at y = 0 or beside it."""
+    place, steep = float(rng.choice([0.0, rng.uniform(-0.2, 0.2)])), _log(rng, -3.0, -1.7)
+    left, right = half * steep * (1.0 + place), half * steep * (1.0 - place) * float(rng.uniform(0.5, 2.0))
+    return Profile(((-half, -left), (half * place, 0.0), (half, -right)), "linear")
+
+
+def _off_centre(rng: np.random.Generator, half: float) -> Profile:
+    """A lopsided arc that touches up to 0.8 of its half-width from y = 0."""
+    return replace(_cubic(rng, half), offset=half * float(rng.uniform(-0.8, 0.8)))
+
+
+def _groove(rng: np.random.Generator) -> Problem:
+    """A ball in a groove that follows it, up to half a radian to either side."""
+    radius, half = _log(rng, -3.0, -1.7), float(rng.uniform(0.05, 0.45))
+    geometry = Geometry(float(rng.choice([math.inf, 4.0 * radius])), -radius * float(rng.uniform(1.02, 1.3)), radius, radius)
+    body = _material(rng, heated=False)
+    problem = Problem(body, body, geometry, 1.0, Friction(float(rng.uniform(0.05, 0.4))), Motion(1.0), Heating(heat=False))
+    load = (half * radius / DerivedQuantities(problem).scales.semi_axis_y) ** 3
+    return replace(problem, normal_force=load, geometry=conformal_patch(geometry, compliance_shares(problem)))
 
 
 def _points(shape: Callable[[np.ndarray], np.ndarray], half: float, height: float) -> Profile:

@@ -66,7 +66,8 @@ def _broken(result: Result, state: State) -> list[str]:
     friction = fields.get("friction_coefficient", problem.friction.coefficient)
     hold("pressure < 0", float(-pressure.min()), 0.0)
     hold("gap < 0", float(-fields["gap"].min()) / DerivedQuantities(problem).scales.approach, GAP)
-    hold("load", abs(float(pressure.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)
+    carried = pressure * np.cos(problem.geometry.inclination(grid.y))
+    hold("load", abs(float(carried.sum()) * grid.element_area / problem.normal_force - 1.0), LOAD)
     bound = friction * pressure
     excess = np.maximum(shear - bound, 0.0)
     hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))
@@ -97,12 +98,10 @@ def _work(problem: Problem, state: State, grid: Grid, traction: np.ndarray, pres
     """Power over V that the motion puts in: ξ·F + ξ_φ M_z, what differential slip adds, and for dissimilar bodies what the
     pressure's moment does."""
     motion = problem.motion
-    slip = np.zeros_like(traction)
-    slip[0] = state.scalars["creepage_longitudinal"] if motion.creepage_x is None else motion.creepage_x
-    slip[1] = state.scalars["creepage_lateral"] if motion.creepage_y is None else motion.creepage_y
     derived = DerivedQuantities(problem)
-    slip[0] += derived.kinematics.differential_slip(grid.y) - motion.spin * grid.y
-    slip[1] += motion.spin * grid.x[:, None]
+    slip = derived.kinematics.rigid_slip(grid)
+    slip[0] += state.scalars["creepage_longitudinal"] if motion.creepage_x is None else 0.0
+    slip[1] += state.scalars["creepage_lateral"] if motion.creepage_y is None else 0.0
     if derived.dissimilar:
         coupling = NormalShearCoupling(grid, derived.coupling_constant, coatings=derived.coatings)
         slip -= coupling.tangential_gradient(pressure)

@@ -14,7 +14,7 @@ import traceback
 import warnings
 from dataclasses import replace
 
-from scripts.stress.random_profiles import KINDS, random_profile_contact
+from scripts.stress.random_profiles import AWKWARD, KINDS, random_profile_contact
 from scripts.stress.stress import LARGE_WORK, Outcome, table, told
 from scripts.stress.stress_checks import solve_to_check, violations
 from thermoroll_cli.problem.problem import Numerics, Problem
@@ -26,18 +26,18 @@ GRIDS = ((16, 16), (24, 24), (32, 32), (33, 47), (24, 64), (48, 48), (64, 32))
 PROFILE_CONVERGED_SHARE = 0.99
 
 
-def problem_of(seed: int) -> Problem:
+def problem_of(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
     """The contact of `seed`, on one of `GRIDS`."""
-    return replace(random_profile_contact(seed), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
+    return replace(random_profile_contact(seed, kinds), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
 
 
-def run_seed(seed: int) -> Outcome:
+def run_seed(seed: int, kinds: tuple[str, ...] = KINDS) -> Outcome:
     """Solve the contact of `seed` and check the result; warnings count as crashes."""
-    start, kind = time.perf_counter(), f"profile, {KINDS[seed % len(KINDS)]}"
+    start, kind = time.perf_counter(), f"profile, {kinds[seed % len(kinds)]}"
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            result = solve_to_check(problem_of(seed))
+            result = solve_to_check(problem_of(seed, kinds))
         broken = (*violations(result), *patch_violations(result.problem, result.patches))
         return Outcome(seed, kind, True, result.converged, result.reason, broken, result.work["levels"][-1]["applications"],
                        time.perf_counter() - start)
@@ -61,7 +61,8 @@ def patch_violations(problem: Problem, patches: tuple) -> tuple[str, ...]:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seed", type=int, help="the contact of this seed only")
-    parser.add_argument("--cases", type=int, default=CASES)
+    parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--cases", type=int, default=CASES, help="of the usual kinds, and as many awkward ones")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--write", action="store_true", help="put the table into docs/robustness.md")
     wishes = parser.parse_args()
@@ -69,7 +70,8 @@ def main() -> int:
         print(problem_of(wishes.seed), told(run_seed(wishes.seed)), sep="\n")
         return 0
     with multiprocessing.get_context("spawn").Pool(wishes.jobs) as pool:
-        outcomes = pool.map(run_seed, range(wishes.cases), chunksize=4)
+        drawn = [(seed, kinds) for kinds in (KINDS, AWKWARD) for seed in range(wishes.first, wishes.first + wishes.cases)]
+        outcomes = pool.starmap(run_seed, drawn, chunksize=4)
     print(table(outcomes))
     for outcome in outcomes:
         if outcome.broken or not outcome.converged or outcome.work > LARGE_WORK:
