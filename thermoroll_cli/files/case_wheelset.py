@@ -128,7 +128,7 @@ def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) ->
         position=Position(wheelset.si("lateral_shift_mm"), wheelset.si("height_mm") or 0.0, wheelset.si("roll_mrad") or 0.0,
                           wheelset.si("yaw_mrad")),
         motion=MotionOfWheelset(
-            contact.motion.speed, math.nan if found else -(wheelset.angular_velocity_rad_s or 0.0),
+            contact.motion.speed, None if found else -(wheelset.angular_velocity_rad_s or 0.0),
             wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s"), wheelset.si("roll_rate_mrad_s"),
             wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf)),
         vertical=wheelset.vertical_N,

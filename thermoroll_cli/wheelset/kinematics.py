@@ -14,10 +14,10 @@ from thermoroll_cli.wheelset.placement import Position
 @dataclass(frozen=True)
 class MotionOfWheelset:
     """Velocities of the wheelset (m/s) along the track, to the right and down, rates of roll and yaw (rad/s), its angular
-    velocity about the axle (rad/s, negative forward), and the curvature of the track (1/m, to the right)."""
+    velocity about the axle (rad/s, negative forward; None: to be found), and the curvature of the track (1/m, to the right)."""
 
     speed: float
-    angular_velocity: float
+    angular_velocity: float | None
     lateral: float = 0.0
     vertical: float = 0.0
     roll_rate: float = 0.0
@@ -49,6 +49,7 @@ class Slip:
     def _rotations(self) -> tuple[Array, Array, Array]:
         """ω_r, and ω without and with the rotation about the axle alone."""
         m, rotation = self.motion, self.position.rotation
+        assert m.angular_velocity is not None
         rail = np.array([0.0, 0.0, -m.speed * m.curvature])
         return rail, rotation @ np.array([m.roll_rate, 0.0, m.yaw_rate]), rotation @ np.array([0.0, m.angular_velocity, 0.0])
 

@@ -172,7 +172,8 @@ class _Search:
         self.rounds, self.drift = 0, math.inf
         if before is not None:
             self._know(before.patches)
-        self.drive = _Drive(problem.motion.angular_velocity)
+        given = problem.motion.angular_velocity
+        self.drive = _Drive(math.nan if given is None else given)
         self.standing = None if before is None else before.standing
 
     def rounds_of(self, problem: WheelsetProblem, most: int, ratio: float, drive: float) -> str:
