@@ -101,9 +101,9 @@ def query(
     With a law of friction the table is
     asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
     """
-    found = CreepForceTable.default() if file is None else CreepForceTable.read(file)
+    table = CreepForceTable.default() if file is None else CreepForceTable.read(file)
     if csv is not None and not semi_axes:
-        write_csv(csv, found.values)
+        write_csv(csv, table.values)
         raise typer.Exit
     axes = options.numbers(_given("--semi-axes-mm", semi_axes or None), 2, "two numbers A,B", "--semi-axes-mm")
     contact = _given("--shear-modulus-GPa", modulus), _given("--friction", friction), _given("--normal-N", load)
@@ -111,7 +111,7 @@ def query(
         falling = None if law is None else _law(
             law, _given("--limit-coefficient", limit), contact[1], _given("--half-slip-m-s", half_slip))
         rolling = math.nan if law is None else _given("--speed-m-s", speed)
-        columns = _forces(found, (longitudinal, lateral, spin), axes, contact, outside, falling, rolling)
+        columns = _forces(table, (longitudinal, lateral, spin), axes, contact, outside, falling, rolling)
     except OutsideTable as cause:
         streams.error(f"{file or 'the table that comes with the program'}: {cause}")
         raise typer.Exit(ExitCode.INVALID_CASE) from None
@@ -192,7 +192,7 @@ def _law(kind: LawChoice, limit: float, friction: float, half_slip: float) -> Fr
 
 
 def _forces(
-    found: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
+    table: CreepForceTable, creepages: tuple[str, str, str], semi_axes: Sequence[float],
     contact: tuple[float, float, float], outside: OutsideChoice, law: FrictionLaw | None, speed: float,
 ) -> dict[str, NDArray[np.float64]]:
     """Columns of forces, in the units of their names. Raises OutsideTable, ValueError."""
@@ -200,12 +200,12 @@ def _forces(
     values = [_values(text, hint) for text, hint in zip(creepages, hints, strict=True)]
     xi, eta, phi = (np.asarray(grid, dtype=float).ravel() for grid in np.meshgrid(*values, indexing="ij"))
     (a, b), (modulus, friction, load) = semi_axes, contact
-    forces = found.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9, friction=friction,
+    forces = table.forces(xi, eta, phi * 1e3, semi_axes=(a * 1e-3, b * 1e-3), shear_modulus=modulus * 1e9, friction=friction,
                           load=load, outside=outside, law=law, speed=speed)
     return {
         "creepage_longitudinal": xi, "creepage_lateral": eta, "creepage_spin_rad_mm": phi, "force_x_N": forces.force_x,
         "force_y_N": forces.force_y, "force_error_N": forces.error, "spin_moment_Nmm": forces.spin_moment * 1e3,
         "spin_moment_error_Nmm": forces.spin_moment_error * 1e3, "T_gamma_N": forces.t_gamma,
         "T_gamma_error_N": forces.t_gamma_error, "gamma_st": forces.stick_fraction,
-        "poisson_ratio": np.full_like(xi, found.values.poisson_ratio),
+        "poisson_ratio": np.full_like(xi, table.values.poisson_ratio),
     }

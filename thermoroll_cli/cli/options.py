@@ -117,9 +117,9 @@ def usage(option: str) -> Iterator[None]:
 def numbers(text: str, count: int, words: str, option: str, kind: Callable[[str], Any] = float) -> list[Any]:
     """The `count` numbers of a list with commas. Ends the program (usage) where `text` is not that, as `words` say."""
     with contextlib.suppress(ValueError):
-        found = [kind(part) for part in text.split(",")]
-        if len(found) == count:
-            return found
+        values = [kind(part) for part in text.split(",")]
+        if len(values) == count:
+            return values
     raise typer.BadParameter(f'"{text}" is not {words}', param_hint=option)
 
 

@@ -96,15 +96,16 @@ def contact_scales(
         rear, front = geometry.along(depth, inside)
         box = _Box(0.5 * (front - rear), float(inside[0]), float(inside[-1]), 0.5 * (front + rear))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-        found = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, depth, mirror=mirror)
-        if found is not None:
+        solution = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, depth, mirror=mirror)
+        if solution is not None:
             break
         depth *= 1.5
     else:
         raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry")
     # Once more with all elements on the contact: its border is known to an element.
-    grown = _Box.around(found.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-    return (_solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, found, mirror=mirror) or found).scales
+    grown = _Box.around(solution.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
+    finer = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, solution, mirror=mirror)
+    return (finer or solution).scales
 
 
 def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
@@ -112,17 +113,18 @@ def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: 
     found."""
     hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
-    found, fits = None, 0
+    solution, fits = None, 0
     for _ in range(4 * ATTEMPTS):
         grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
-        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, found or hertz.approach, mirror=True)
+        start = solution or hertz.approach
+        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, start, mirror=True)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
-        found, fits = attempt, fits + 1
-        box = _Box.around(found.scales)
+        solution, fits = attempt, fits + 1
+        box = _Box.around(solution.scales)
         if fits == DOMAIN_FITS:
-            return found.scales
+            return solution.scales
     raise Unsolvable("no contact of these coated bodies was found", "material")
 
 

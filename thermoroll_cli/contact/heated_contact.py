@@ -145,26 +145,26 @@ class HeatedContactSolver:
         A step that fails is halved. Returns the state at the highest heat reached; if that is below 1, no state was found
         `SMALLEST_STEP` beyond it, or `MOST_APPLICATIONS` were used up."""
         before = self.applications
-        found = self.solve(pressure, tolerance)
-        if found.converged:
-            return found
-        if found.residual <= INTERMEDIATE_RESIDUAL:
+        trial = self.solve(pressure, tolerance)
+        if trial.converged:
+            return trial
+        if trial.residual <= INTERMEDIATE_RESIDUAL:
             # The gap is closed and only border elements keep changing: raising the heat would not help.
-            found = self.solve(pressure, INTERMEDIATE_RESIDUAL)
-            if found.converged:
-                return found
+            trial = self.solve(pressure, INTERMEDIATE_RESIDUAL)
+            if trial.converged:
+                return trial
         reached = self.solve(pressure, INTERMEDIATE_RESIDUAL, 0.0)
         step = 0.25
         while (reached.reached < 1.0 and step >= SMALLEST_STEP and reached.converged
                and self.applications - before < MOST_APPLICATIONS):
             heat = min(1.0, reached.reached + step)
-            found = self.solve(reached.pressure, INTERMEDIATE_RESIDUAL, heat)
-            if found.converged:
-                reached, step = found, STEP_GROWTH * step
+            trial = self.solve(reached.pressure, INTERMEDIATE_RESIDUAL, heat)
+            if trial.converged:
+                reached, step = trial, STEP_GROWTH * step
             else:
                 step *= 0.5
         if reached.reached == 1.0:
             # The final tolerance is not part of the continuation: if it is missed, the heat has been reached all the same.
-            found = self.solve(reached.pressure, tolerance)
-            reached = found if found.converged else reached
+            trial = self.solve(reached.pressure, tolerance)
+            reached = trial if trial.converged else reached
         return replace(reached, converged=reached.converged and reached.reached == 1.0, raised=True)

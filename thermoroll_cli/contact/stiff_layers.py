@@ -69,9 +69,9 @@ class Blocks:
         factors = scipy.linalg.cho_factor(compliance, check_finite=False)
 
         def forces(displacement: Array) -> Array:
-            found = np.zeros(held.shape)
-            found[held] = scipy.linalg.cho_solve(factors, displacement[held], check_finite=False)
-            return found
+            force = np.zeros(held.shape)
+            force[held] = scipy.linalg.cho_solve(factors, displacement[held], check_finite=False)
+            return force
 
         def displacements(force: Array) -> Array:
             spectrum = self._convolution.forward(force)

@@ -123,10 +123,10 @@ def build_table(
     counts = {task.key: task.count for task in (*grid, *checks)}
     with Journal(journal_path(path), plan.identity, resume=resume) as journal:
         pending = [task for task in (*grid, *checks) if task.key not in journal or not journal[task.key]["solved"]]
-        found = plan.points - sum(task.count for task in pending)
-        if found:
-            note(f"{found} of {plan.points} points are solved already")
-            report(found, False)
+        finished = plan.points - sum(task.count for task in pending)
+        if finished:
+            note(f"{finished} of {plan.points} points are solved already")
+            report(finished, False)
         for key in run(pending, journal, workers, note):
             report(counts[key], True)
         table = _assembled(plan, [np.array(journal[task.key]["values"]) for task in grid])
@@ -164,8 +164,8 @@ def _quality(table: TableValues, checks: list[TableTask], direct: list[Array]) -
     interpolant = Interpolant(table)
     misses = []
     for task, values in zip(checks, direct, strict=True):
-        found = interpolant(np.array([task.ratio]), task.scaled)
-        misses.append(np.hypot(*(found - values[:4])[FORCES][:2]))
+        interpolated = interpolant(np.array([task.ratio]), task.scaled)
+        misses.append(np.hypot(*(interpolated - values[:4])[FORCES][:2]))
     missed = np.concatenate(misses)
     missed = missed[~np.isnan(missed)]
     return replace(quality, points=len(missed), rms=float(np.sqrt(np.mean(missed**2))), largest=float(missed.max()))

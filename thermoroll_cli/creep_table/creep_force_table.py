@@ -147,9 +147,9 @@ class CreepForceTable:
             error = error + np.where(phi == 0.0, LAW_ERROR, LAW_ERROR_WITH_SPIN) * np.abs(without_slip - limit)
         moment_error = np.where(moment == 0.0, 0.0, error * mean)
         work_error = np.hypot(xi, eta) * error + np.abs(phi) * moment_error
-        found = (force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error, moment_error,
+        columns = (force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error, moment_error,
                  work_error)
-        return TableForces(*(np.where(unknown, math.nan, v).reshape(shape) for v in found))
+        return TableForces(*(np.where(unknown, math.nan, v).reshape(shape) for v in columns))
 
     @property
     def _range(self) -> tuple[float, float]:
@@ -264,12 +264,12 @@ def _slopes_along_u(values: Array, aspect_ratio: float, poisson_ratio: float) ->
     nodes = np.arange(t)
     clamped = np.concatenate([linear, np.hypot(linear[0], linear[1])[None]])
     index = [0, 1, 2, 4]
-    found = np.empty_like(values)
-    found[index] = CubicSpline(nodes, values[index], axis=1, bc_type=((1, clamped), "not-a-knot"))(nodes, 1)
-    found[3] = CubicSpline(nodes, values[3])(nodes, 1)
-    found[3:, 1:] = _monotone(values[3:], found[3:])[:, 1:]
-    found[3, 0] = _monotone(values[3:4], found[3:4])[0, 0]
-    return found
+    slopes = np.empty_like(values)
+    slopes[index] = CubicSpline(nodes, values[index], axis=1, bc_type=((1, clamped), "not-a-knot"))(nodes, 1)
+    slopes[3] = CubicSpline(nodes, values[3])(nodes, 1)
+    slopes[3:, 1:] = _monotone(values[3:], slopes[3:])[:, 1:]
+    slopes[3, 0] = _monotone(values[3:4], slopes[3:4])[0, 0]
+    return slopes
 
 
 def _monotone(values: Array, steep: Array) -> Array:

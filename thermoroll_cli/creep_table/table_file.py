@@ -166,8 +166,8 @@ def _read(path: str | os.PathLike[str], file: h5py.File) -> TableValues:
                               "table")
     ratios, u, v, w = (file[name][()] for name in DIMENSIONS)
     axes = Axes(tuple(ratios.tolist()), len(u), len(v), len(w))
-    for name, found, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
-        if not np.allclose(found, own, atol=1e-12):
+    for name, stored, own in zip(DIMENSIONS[1:], (u, v, w), (axes.u, axes.v, axes.w), strict=True):
+        if not np.allclose(stored, own, atol=1e-12):
             raise ValueError(f"the axis {name} does not increase evenly")
     values = np.stack([file[name][()].astype(float) for name in QUANTITIES], axis=1)
     errors = file["solver_error"][()].astype(float)

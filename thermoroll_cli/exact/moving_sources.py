@@ -122,9 +122,9 @@ def find_maximum(temperature: Callable[[float], float], low: float, high: float)
 
     The position is good to about 1e-7 of the interval (the peak is flat), the value to rounding.
     """
-    found = minimize_scalar(lambda x: -temperature(x), bounds=(low, high), method="bounded",
+    minimum = minimize_scalar(lambda x: -temperature(x), bounds=(low, high), method="bounded",
                             options={"xatol": 1e-8 * (high - low)})
-    return TemperatureMaximum(-float(found.fun), float(found.x))
+    return TemperatureMaximum(-float(minimum.fun), float(minimum.x))
 
 
 def check_medium(conductivity: float, diffusivity: float, speed: float) -> None:

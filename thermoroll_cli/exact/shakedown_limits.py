@@ -31,9 +31,9 @@ def line_shakedown(friction: float) -> float:
         stress = line_shear(float(place[0]), abs(float(place[1])), friction)
         return -abs(stress)
 
-    found = min(scipy.optimize.minimize(shear, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12}).fun
+    smallest = min(scipy.optimize.minimize(shear, start, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-12}).fun
                 for start in ((-0.85, 0.5), (0.85, 0.5)))
-    return float(min(-1.0 / found, 1.0 / friction if friction > 0.0 else math.inf))
+    return float(min(-1.0 / smallest, 1.0 / friction if friction > 0.0 else math.inf))
 
 
 def line_shear(x: float, z: float, friction: float) -> float:

@@ -305,8 +305,8 @@ def _unknown_key(table: KeyPath, key: str) -> str:
         return f"{key} belongs in [{elsewhere[0]}]"
     if same:
         wanted = UNIT_AT_END.search(same)
-        found = f"not {unit.group()[1:]}" if unit else "which is missing here"
-        return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {found}'
+        given = f"not {unit.group()[1:]}" if unit else "which is missing here"
+        return f'did you mean "{same}"? The unit is part of the key: {wanted.group()[1:] if wanted else "none"}, {given}'
     near = _nearest(key, known)
     return f'did you mean "{near}"?' if near else f"known here: {', '.join(known)}"
 

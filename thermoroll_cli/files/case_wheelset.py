@@ -120,7 +120,7 @@ class WheelsetTable(Table):
 def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) -> WheelsetProblem:
     """The wheelset that both tables describe; `contact` has everything else."""
     names: tuple[SideName, ...] = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
-    found = wheelset.angular_velocity_rad_s is None
+    finds_speed = wheelset.angular_velocity_rad_s is None
     return WheelsetProblem(
         contact=contact,
         rails={side: _rail(track, getattr(track, side)) for side in names},
@@ -128,12 +128,12 @@ def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) ->
         position=Position(wheelset.si("lateral_shift_mm"), wheelset.si("height_mm") or 0.0, wheelset.si("roll_mrad") or 0.0,
                           wheelset.si("yaw_mrad")),
         motion=MotionOfWheelset(
-            contact.motion.speed, None if found else -(wheelset.angular_velocity_rad_s or 0.0),
+            contact.motion.speed, None if finds_speed else -(wheelset.angular_velocity_rad_s or 0.0),
             wheelset.si("lateral_velocity_mm_s"), wheelset.si("vertical_velocity_mm_s"), wheelset.si("roll_rate_mrad_s"),
             wheelset.si("yaw_rate_mrad_s"), 1.0 / (track.curve_radius_m or math.inf)),
         vertical=wheelset.vertical_N,
         finds_roll=wheelset.roll_mrad is None and len(names) == 2,
-        finds_speed=found,
+        finds_speed=finds_speed,
         traction=wheelset.traction_N,
         curved=wheelset.patches == "curved",
     )  # fmt: skip

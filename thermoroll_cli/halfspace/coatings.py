@@ -93,13 +93,14 @@ class Coatings:
     def _compliances(self) -> tuple[SurfaceCompliance, SurfaceCompliance]:
         """k times the compliance of the lower and of the upper body."""
         k = np.exp(self._log_wave_numbers)
-        found = []
+        compliances = []
         for body in (self.lower, self.upper):
             top = halfspace_compliance(body.surface.youngs_modulus, body.surface.poisson_ratio)
             more = difference_compliance(body.layers, (body.youngs_modulus, body.poisson_ratio), k) if body.layers else None
-            found.append(SurfaceCompliance(*(np.broadcast_to(part + (0.0 if more is None else getattr(more, name)), k.shape)
-                                             for name, part in vars(top).items())))
-        return found[0], found[1]
+            compliances.append(SurfaceCompliance(*(
+                np.broadcast_to(part + (0.0 if more is None else getattr(more, name)), k.shape)
+                for name, part in vars(top).items())))
+        return compliances[0], compliances[1]
 
     def compliance(self, wave_numbers: Array) -> dict[str, Array]:
         """k times the compliance of both bodies together in 1/Pa: for pressure ("nn"), for shear along ("tt") and across ("ss")

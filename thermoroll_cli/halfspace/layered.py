@@ -79,7 +79,7 @@ class _Reflections:
 def _reflections(layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array) -> list[_Reflections]:
     """All layers, from the surface down."""
     count = wave_numbers.size
-    found: list[_Reflections] = []
+    stack: list[_Reflections] = []
     impedance = np.broadcast_to(Constants.of(*substrate).down, (count, 2, 2))
     for layer in reversed(layers):
         own = Constants.of(layer.youngs_modulus, layer.poisson_ratio)
@@ -90,8 +90,8 @@ def _reflections(layers: Sequence[Layer], substrate: tuple[float, float], wave_n
         reflection = -np.linalg.inv(upward) @ np.linalg.solve(own.up - impedance, own.down - impedance) @ downward
         echo = upward @ propagation @ reflection * np.exp(-2.0 * phase)[:, None, None]
         impedance = own.down + (own.up - own.down) @ echo @ np.linalg.inv(own.displacement + echo)
-        found.insert(0, _Reflections(own, propagation, np.exp(-phase)[:, None, None], reflection, echo))
-    return found
+        stack.insert(0, _Reflections(own, propagation, np.exp(-phase)[:, None, None], reflection, echo))
+    return stack
 
 
 def difference_compliance(layers: Sequence[Layer], substrate: tuple[float, float], wave_numbers: Array) -> SurfaceCompliance:
@@ -115,7 +115,7 @@ def layer_waves(
 ) -> tuple[list[tuple[Array, Array]], Array]:
     """Coefficients of downward and upward solutions in each layer, and of those in the substrate: (n, 2, 2) each, the last axis
     for unit tractions (T, S)/2k on the surface."""
-    found: list[tuple[Array, Array]] = []
+    coefficients: list[tuple[Array, Array]] = []
     face = np.empty(0)
     for number, layer in enumerate(_reflections(layers, substrate, wave_numbers)):
         own = layer.own
@@ -123,8 +123,8 @@ def layer_waves(
                           else np.linalg.inv(own.stress + own.up @ layer.echo))
         up = np.asarray(layer.reflection @ down * layer.decay)
         face = own.displacement @ layer.propagation @ down * layer.decay + MIRROR @ own.displacement @ up
-        found.append((down, up))
-    return found, np.asarray(np.linalg.inv(Constants.of(*substrate).displacement) @ face)
+        coefficients.append((down, up))
+    return coefficients, np.asarray(np.linalg.inv(Constants.of(*substrate).displacement) @ face)
 
 
 STEP = 0.02

@@ -41,11 +41,11 @@ def element_stresses(
 
     (6, nx, ny) each, at offsets (i dx, j dy), i < nx, j < ny, signs as in `subsurface_elastic`. The depth of an interface is
     its upper side, the next larger number its lower side."""
-    found = element_integrals(_point_stresses(body, depth), PRESSURE + TRACTION if traction else PRESSURE, shape, dx, dy)
-    mean, turned, xy, zz, xz, yz = found[:6]
+    integrals = element_integrals(_point_stresses(body, depth), PRESSURE + TRACTION if traction else PRESSURE, shape, dx, dy)
+    mean, turned, xy, zz, xz, yz = integrals[:6]
     loads = [np.stack([mean - turned, mean + turned, zz, -xy, -xz, -yz])]
     if traction:
-        mean, mean_y, zz, zz_y, single, single_y, triple, triple_y, even, double, yz = found[6:]
+        mean, mean_y, zz, zz_y, single, single_y, triple, triple_y, even, double, yz = integrals[6:]
         loads += [np.stack([triple - mean - single, single - mean - triple, -zz, triple_y - single_y, even + double, yz]),
                   np.stack([single_y - mean_y + triple_y, -mean_y - single_y - triple_y, -zz_y, -single - triple, yz,
                             even - double])]

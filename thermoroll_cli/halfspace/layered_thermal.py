@@ -118,7 +118,7 @@ class LayeredHeat:
         """Downward wave a per flux at the surface, its echo there (over a), and of each layer s, e^{−sh} and b/a."""
         conductivity, diffusivity, _ = thermal_constants(self.body)
         admittance: Complex = np.asarray(conductivity * np.sqrt(k * k + drift / diffusivity))
-        found: list[tuple[Complex, Complex, Complex]] = []
+        stack: list[tuple[Complex, Complex, Complex]] = []
         for layer in reversed(self.body.layers):
             conductivity, diffusivity, _ = thermal_constants(layer)
             root: Complex = np.sqrt(k * k + drift / diffusivity)
@@ -127,8 +127,8 @@ class LayeredHeat:
             reflection: Complex = np.asarray((own - admittance) / (own + admittance) * decay)
             echo: Complex = np.asarray(reflection * decay)
             admittance = own * (1.0 - echo) / (1.0 + echo)
-            found.insert(0, (root, decay, reflection))
-        return np.asarray(1.0 / (own * (1.0 - echo))), echo, found
+            stack.insert(0, (root, decay, reflection))
+        return np.asarray(1.0 / (own * (1.0 - echo))), echo, stack
 
 
 def thermal_constants(material: Material | Layer) -> tuple[float, float, float]:

@@ -110,10 +110,10 @@ def _equal_steps(mapped: Function, slope: Function, first: float, last: float, s
     rough = np.linspace(first, last, 400)
     image = mapped(rough)
     wanted = np.arange(image[0], image[-1] + step, step)
-    found = np.interp(wanted, image, rough)
+    nodes = np.interp(wanted, image, rough)
     for _ in range(4):
-        found = found + (wanted - mapped(found)) / slope(found)
-    return np.asarray(found)
+        nodes = nodes + (wanted - mapped(nodes)) / slope(nodes)
+    return np.asarray(nodes)
 
 
 STATIONARY_PECLET = 1e-11

@@ -157,8 +157,8 @@ class Heat:
 
     def interface_temperatures(self) -> tuple[Array | None, Array | None]:
         """Temperature rise below the outermost coating of the lower and of the upper body in K, None without one."""
-        found = getattr(self.response, "interface_temperatures", None)
-        return (None, None) if found is None else found(self.into)
+        interface_temperatures = getattr(self.response, "interface_temperatures", None)
+        return (None, None) if interface_temperatures is None else interface_temperatures(self.into)
 
 
 def divide(

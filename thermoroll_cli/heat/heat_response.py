@@ -126,12 +126,12 @@ class KeptTables:
         for key, table in known:
             if key == peclets:
                 return table
-        found = self._interpolated([(math.log(key[0] / peclets[0]), table) for key, table in known
-                                    if key[1] == peclets[1] and key[0] * peclets[0] > 0.0])
-        if found is None:
-            found = self._build(grid.nx, grid.ny, grid.dy / grid.dx, *peclets)
-            self._known = [*self._known[1 - MOST_TABLES :], (shape, peclets, found)]
-        return found
+        new = self._interpolated([(math.log(key[0] / peclets[0]), table) for key, table in known
+                                  if key[1] == peclets[1] and key[0] * peclets[0] > 0.0])
+        if new is None:
+            new = self._build(grid.nx, grid.ny, grid.dy / grid.dx, *peclets)
+            self._known = [*self._known[1 - MOST_TABLES :], (shape, peclets, new)]
+        return new
 
     @staticmethod
     def _interpolated(nodes: list[tuple[float, Array]]) -> Array | None:
@@ -214,9 +214,9 @@ class HeatResponse:
     def interface_temperatures(self, heat: DividedHeat) -> tuple[Array | None, Array | None]:
         """Temperature rise in K below the outermost coating of the lower and of the upper body, None without one."""
         changes = self._changes(heat)
-        found = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
+        below = (None if body.layers is None else self._below(body, into, share * changes) for body, into, share in zip(
             self.bodies, (heat.lower, heat.upper), (heat.share, 1.0 - heat.share), strict=True))
-        lower, upper = found
+        lower, upper = below
         return lower, upper
 
     def _changes(self, heat: DividedHeat) -> Array:

@@ -133,9 +133,9 @@ monotone (docs/numerics.md)."""
 def framed(field: AnyArray, width: int = 1) -> AnyArray:
     """`field` (nx, ny) with `width` more elements of zeros on all sides; np.pad takes several times as long."""
     nx, ny = field.shape
-    found = np.zeros((nx + 2 * width, ny + 2 * width), dtype=field.dtype)
-    found[width : width + nx, width : width + ny] = field
-    return found
+    padded = np.zeros((nx + 2 * width, ny + 2 * width), dtype=field.dtype)
+    padded[width : width + nx, width : width + ny] = field
+    return padded
 
 
 def neighbour_max(field: AnyArray) -> AnyArray:

@@ -53,8 +53,8 @@ class Curve:
 
 def centreline_figure(frame: RunFrame) -> Figure | None:
     """Heat flux, temperature, pressure and shear traction along the cut, whichever exist; None without pressure."""
-    found = [(quantity, curves_of(frame, quantity)) for quantity in (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)]
-    diagrams = [(quantity, curves) for quantity, curves in found if curves]
+    candidates = [(quantity, curves_of(frame, quantity)) for quantity in (HEAT_FLUX, TEMPERATURE, PRESSURE, TRACTION)]
+    diagrams = [(quantity, curves) for quantity, curves in candidates if curves]
     if not diagrams:
         return None
     columns = min(2, len(diagrams))

@@ -99,8 +99,8 @@ class DrawnState:
         """The quantity at the element centres (SI), the length of a vector; None where it was not computed."""
         vector = quantity.fields[0].endswith("_x")
         names = quantity.fields if vector or not body else [name for name in quantity.fields if name.endswith(body)]
-        found = [self.state.fields.get(name) for name in names]
-        arrays = [np.nan_to_num(np.asarray(values, dtype=float)) for values in found
+        present = [self.state.fields.get(name) for name in names]
+        arrays = [np.nan_to_num(np.asarray(values, dtype=float)) for values in present
                   if values is not None and np.isfinite(values).any()]
         if not arrays or (vector and len(arrays) < len(names)):
             return None
@@ -194,8 +194,8 @@ class RunFrame:
         named: list[str] = [body for body in BODIES if any(name.endswith(body) for name in quantity.fields)]
         if not named:
             return [""]
-        found = {body: [state.values(quantity, body) for state in self.states] for body in named}
-        there = {body: [v for v in values if v is not None] for body, values in found.items()}
+        by_body = {body: [state.values(quantity, body) for state in self.states] for body in named}
+        there = {body: [v for v in values if v is not None] for body, values in by_body.items()}
         shown = [body for body in named if there[body]]
         if len(shown) < 2:
             return shown
@@ -276,8 +276,8 @@ def length_scale(largest: float, words: str) -> AxisScale:
 def _best_cut(drawn: DrawnState) -> float:
     """y = 0, or the y of the row that passes the largest share of every maximum if y = 0 passes much less."""
     rows = drawn.state.y
-    found = [drawn.values(quantity) for quantity in QUANTITIES.values()]
-    fields: list[Any] = [values for values in found if values is not None and values.any()]
+    quantities = [drawn.values(quantity) for quantity in QUANTITIES.values()]
+    fields: list[Any] = [values for values in quantities if values is not None and values.any()]
     if not fields:
         return 0.0
     shares = np.min([np.abs(values).max(axis=0) / np.abs(values).max() for values in fields], axis=0)

@@ -132,7 +132,7 @@ def one_line(text: str, length: int) -> str:
 def readable(text: str) -> str:
     """A number as print has it: a minus sign in place of a hyphen, `× 10⁻⁵` in place of `e-5`."""
     raised = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    text = re.sub(r"e[+]?(-?)0*(\d+)", lambda found: " × 10" + "".join(found.groups()).translate(raised), text)
+    text = re.sub(r"e[+]?(-?)0*(\d+)", lambda match: " × 10" + "".join(match.groups()).translate(raised), text)
     return text.replace("-", "−")
 
 

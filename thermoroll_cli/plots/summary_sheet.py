@@ -102,11 +102,11 @@ def summary_figure(frame: RunFrame) -> Figure:
 def _maps(frame: RunFrame) -> Iterator[Map]:
     """Quantity, values and body of the maps worth drawing; of two bodies that both get warmer, the hotter one."""
     for quantity in (PRESSURE, TRACTION, HEAT_FLUX, TEMPERATURE):
-        found = [(values, body) for body in frame.bodies(quantity)
+        drawn = [(values, body) for body in frame.bodies(quantity)
                  if (values := frame.last.values(quantity, body)) is not None and values.any()]
-        if len(found) > 1 and all(limits_of([values], from_zero=True)[0] >= 0.0 for values, _ in found):
-            found = [max(found, key=lambda each: float(each[0].max()))]
-        for values, body in found:
+        if len(drawn) > 1 and all(limits_of([values], from_zero=True)[0] >= 0.0 for values, _ in drawn):
+            drawn = [max(drawn, key=lambda each: float(each[0].max()))]
+        for values, body in drawn:
             yield quantity, values, body
 
 

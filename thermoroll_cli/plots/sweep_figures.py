@@ -192,7 +192,7 @@ def _family_scale(table: Numbers, names: tuple[str, ...]) -> float:
 
 def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
     """Whether two swept quantities have many values each, and a point for most pairs."""
-    counts = [np.unique(found[np.isfinite(found)]).size for found in (table[name] for name in over)]
+    counts = [np.unique(column[np.isfinite(column)]).size for column in (table[name] for name in over)]
     return min(counts) >= GRID and len(table[over[0]]) >= 0.8 * counts[0] * counts[1]
 
 
@@ -282,17 +282,17 @@ def _draw_map(axes: Axes, table: Numbers, names: Sequence[str], over: Sequence[s
     """A quantity over two swept ones as a map; crosses where points failed."""
     x, y, values = table[over[0]], table[over[1]], merged(table, names)
     assert values is not None
-    columns, rows = (np.unique(found[np.isfinite(found)]) for found in (x, y))
+    columns, rows = (np.unique(axis_values[np.isfinite(axis_values)]) for axis_values in (x, y))
     cells = np.full((rows.size, columns.size), math.nan)
     cells[np.searchsorted(rows, y), np.searchsorted(columns, x)] = np.where(failed, math.nan, values)
     low, high = float(np.nanmin(cells)), float(np.nanmax(cells))
     wide = max(0.5 * (high - low), 0.5 * NARROWEST * max(abs(low), abs(high)))
     image = axes.pcolormesh(columns, rows, cells, shading="nearest", cmap="viridis", rasterized=True,
                             vmin=0.5 * (low + high) - wide, vmax=0.5 * (low + high) + wide)
-    for set_scale, axis, found in ((axes.set_xscale, axes.xaxis, columns), (axes.set_yscale, axes.yaxis, rows)):
-        if is_logarithmic(found):
+    for set_scale, axis, marks in ((axes.set_xscale, axes.xaxis, columns), (axes.set_yscale, axes.yaxis, rows)):
+        if is_logarithmic(marks):
             set_scale("log")
-            _few_decades(axis, found)
+            _few_decades(axis, marks)
     axes.plot(x[failed], y[failed], "x", color=style.ALERT, markersize=4.0)
     axes.set(xlabel=words_of(over[0]), ylabel=words_of(over[1]))
     bar = axes.figure.colorbar(image, ax=axes, pad=0.02)
@@ -358,15 +358,15 @@ def _mark_failed(axes: Axes, lines: list[Line]) -> None:
 
 def numbers(values: Sequence[Any]) -> Column:
     """The column as numbers, nan for words and what is not finite."""
-    found = np.array([value if isinstance(value, int | float) else math.nan for value in values], dtype=float)
-    return np.where(np.isfinite(found), found, math.nan)
+    array = np.array([value if isinstance(value, int | float) else math.nan for value in values], dtype=float)
+    return np.where(np.isfinite(array), array, math.nan)
 
 
 def places(values: Sequence[Any]) -> tuple[Column, list[str]]:
     """Swept values as places on an axis: the numbers, or for words 0, 1, … and the words there."""
-    found = numbers(values)
-    if np.isfinite(found).any() or not values:
-        return found, []
+    array = numbers(values)
+    if np.isfinite(array).any() or not values:
+        return array, []
     words = list(dict.fromkeys(str(value) for value in values))
     return np.array([float(words.index(str(value))) for value in values]), words
 
@@ -385,8 +385,8 @@ def unbounded_points(table: Table, names: Sequence[str]) -> NDArray[np.bool_]:
 
 def merged(table: Numbers, names: Sequence[str]) -> Column | None:
     """The largest of the named columns point by point; None where none of them holds a number."""
-    found = [table[name] for name in names if name in table and np.any(np.isfinite(table[name]))]
-    return np.fmax.reduce(found) if found else None
+    columns = [table[name] for name in names if name in table and np.any(np.isfinite(table[name]))]
+    return np.fmax.reduce(columns) if columns else None
 
 
 def summaries(table: Numbers) -> list[dict[str, Any]]:

@@ -365,9 +365,9 @@ def errors_with_rivals(
     border = derived.problem.friction.coefficient / elements if derived.kinematics.has_traction else 0.0
     at_surface = scale * estimate([grid[0].value for grid in rivals], scale, order=ORDER_AT_SURFACE, unresolved=border)
     own = at_surface if strongest is surface else max(error[value] * scale, surface.value + at_surface - strongest.value)
-    found = {value: own / scale}
+    errors = {value: own / scale}
     if rival.value + (at_surface if rival is surface else 0.0) >= strongest.value - error[value] * scale:
         for axis, place in places.items():
             distance = abs(getattr(strongest, axis) - getattr(rival, axis)) * 1e3
-            found[place] = error[place] + distance / error_scale(place, reference)
-    return found
+            errors[place] = error[place] + distance / error_scale(place, reference)
+    return errors

@@ -94,17 +94,17 @@ def creep_maximum(
     bounds = math.log(low), math.log(creepages[-1])
     top = scipy.optimize.minimize_scalar(lambda c: -force(math.exp(c)), bounds=bounds, method="bounded",
                                          options={"xatol": MAXIMUM_RESOLUTION})
-    found = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
-    if wanted > found.force:
-        return found
+    maximum = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
+    if wanted > maximum.force:
+        return maximum
     while forces[-1] > wanted and len(forces) <= MOST_STEPS:
         creepages.append(FACTOR * creepages[-1])
         forces.append(force(creepages[-1]))
     if forces[-1] > wanted:
-        return found
-    start, end = math.log(max(found.creepage, creepages[-1] / FACTOR)), math.log(creepages[-1])
+        return maximum
+    start, end = math.log(max(maximum.creepage, creepages[-1] / FACTOR)), math.log(creepages[-1])
     falling = scipy.optimize.brentq(lambda c: force(math.exp(c)) - wanted, start, end, xtol=BRANCH_RESOLUTION)
-    return replace(found, falling=math.exp(falling))
+    return replace(maximum, falling=math.exp(falling))
 
 
 def beyond_maximum(problem: Problem, maximum: CreepMaximum, solve: Callable[[Problem], Result]) -> Result:

@@ -83,9 +83,9 @@ class SolvedBefore:
     ) -> Neighbours | None:
         """Those on a grid of `shape`; `coarse` is the next coarser one, and `coarser` are the neighbours there. None if the
         last problem was not solved on such a grid."""
-        found = [next((level for level in levels if level.discretisation.grid.shape == shape
+        same_grid = [next((level for level in levels if level.discretisation.grid.shape == shape
                        and level.discretisation.extent == extent), None) for levels in self._levels]
-        last, before = (*found, None, None)[:2]
+        last, before = (*same_grid, None, None)[:2]
         if last is None:
             return None
         return Neighbours(last, before, coarse, None if coarser is None else coarser.last,
@@ -136,19 +136,19 @@ class Neighbours:
         last = _state(self.last, coupled=coupled)
         if last is None or (self.coarse is not None and _state(self.coarse, coupled=coupled) is None):
             return None
-        found, creepage = _scaled(self.last.discretisation, last.contact)
+        fields, creepage = _scaled(self.last.discretisation, last.contact)
         before, t = _state(self.before, coupled=coupled), self.t
         if before is not None and t:
             old, old_creepage = _scaled(self.before.discretisation, before.contact)  # type: ignore[union-attr]
-        if before is None or not t or old.keys() != found.keys():
-            old, old_creepage, t = found, creepage, 0.0
-        found = {name: field + t * (field - old[name]) for name, field in found.items()}
+        if before is None or not t or old.keys() != fields.keys():
+            old, old_creepage, t = fields, creepage, 0.0
+        fields = {name: field + t * (field - old[name]) for name, field in fields.items()}
         creepage = creepage + t * (creepage - old_creepage)
         change = self._coarse_change(grid, t, coupled=coupled)
-        if change is not None and change[0].keys() == found.keys():
-            found = {name: field + change[0][name] for name, field in found.items()}
+        if change is not None and change[0].keys() == fields.keys():
+            fields = {name: field + change[0][name] for name, field in fields.items()}
             creepage = creepage + change[1]
-        return Prediction(derived, found, creepage, last.contact.normal.contact)
+        return Prediction(derived, fields, creepage, last.contact.normal.contact)
 
     def _coarse_change(self, grid: Grid, t: float, *, coupled: bool) -> tuple[Fields, Array] | None:
         """P(Δ_coarse − t Δ_coarse,old)."""
@@ -185,9 +185,9 @@ def _scaled(here: Discretisation, contact: Contact) -> tuple[Fields, Array]:
     """The fields of a state and its creepages in Hertz's units."""
     derived, normal = here.derived, contact.normal
     bound = (derived.problem.friction.coefficient if contact.friction is None else contact.friction) * normal.pressure
-    found = {
+    fields = {
         "pressure": normal.pressure / derived.scales.peak_pressure,
         "start": normal.start / derived.scales.peak_pressure,
         "share": contact.tangential.traction / np.where(bound > 0.0, bound, 1.0),
     } | {name: field / UNKNOWNS[name](derived) for name, field in unknowns_of(contact).items()}
-    return found, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)
+    return fields, np.array(contact.tangential.creepage) / (derived.saturation_creepage or 1.0)

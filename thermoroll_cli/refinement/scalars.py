@@ -127,12 +127,12 @@ def _off_centre(discretisation: Discretisation, contact: Contact, force_x: float
     if geometry.elliptic:
         return {}
     place = float((pressure * geometry.lateral_place(grid.y)).sum() / pressure.sum())
-    found = {"contact_y_mm": place * 1e3, "spin_moment_at_contact_Nmm": (moment + place * force_x) * 1e3}
+    scalars = {"contact_y_mm": place * 1e3, "spin_moment_at_contact_Nmm": (moment + place * force_x) * 1e3}
     inclination, across = geometry.inclination(grid.y), contact.tangential.traction[1]
     if not inclination.any():
-        return found
+        return scalars
     sine, cosine = np.sin(inclination), np.cos(inclination)
-    return found | {"contact_force_y_N": float((across * cosine - pressure * sine).sum()) * grid.element_area,
+    return scalars | {"contact_force_y_N": float((across * cosine - pressure * sine).sum()) * grid.element_area,
                     "contact_force_z_N": float((pressure * cosine + across * sine).sum()) * grid.element_area}
 
 
@@ -261,13 +261,13 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
     """Area (µm²) and largest depth (nm) that each body loses per passage, and volume per distance rolled (mm³/m)."""
     if problem.wear is None:
         return {}
-    found: dict[str, float] = {}
+    scalars: dict[str, float] = {}
     for body in BODIES:
         depth = worn_per_passage(problem, getattr(problem.wear, body), fields, dx)
         area = float(depth.sum()) * dy
-        found |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
+        scalars |= {f"wear_area_{body}_um2": area * 1e12, f"wear_depth_max_{body}_nm": peak_value(depth[None]) * 1e9,
                   f"wear_rate_{body}_mm3_m": area * 1e9}
-    return found
+    return scalars
 
 
 def _hottest(rise: Array) -> float:

@@ -129,8 +129,8 @@ class Solver:
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
-        found = all(level.coupled is None or level.coupled.converged for level in refining_both(levels)[-3:])
-        result = result_of(problem, plan, levels, seconds, extrapolated=self.options.extrapolated and found)
+        all_converged = all(level.coupled is None or level.coupled.converged for level in refining_both(levels)[-3:])
+        result = result_of(problem, plan, levels, seconds, extrapolated=self.options.extrapolated and all_converged)
         result = with_subsurface(result, plan, levels)
         if result.converged:
             self._solved = [(problem, levels), *self._solved[:1]]

@@ -78,8 +78,8 @@ class Starts:
     def predicted_coupled(self) -> Contact | None:
         """The coupled state that neighbours predict, on the usual domain."""
         here = self.discretisation
-        found = None if self.neighbours is None else self.neighbours.predicted(here.derived, here.grid, coupled=True)
-        return None if found is None else found.contact(here.isothermal_pressure, coupled=True)
+        prediction = None if self.neighbours is None else self.neighbours.predicted(here.derived, here.grid, coupled=True)
+        return None if prediction is None else prediction.contact(here.isothermal_pressure, coupled=True)
 
     @property
     def of_coupled(self) -> RefinementLevel | None:

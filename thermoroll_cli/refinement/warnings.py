@@ -148,12 +148,12 @@ def warnings_after(
 ) -> list[str]:
     """Doubts about a solved state with `heat`, from its `slip` s/V (2, nx, ny) and the temperature `rises` of both bodies in
     K, of which the `highest` is reported."""
-    found = [*sideways_warning(heat, slip)]
+    warnings = [*sideways_warning(heat, slip)]
     if derived.kinematics.has_traction:
-        found += tangential_expansion_warning(derived, *rises)
+        warnings += tangential_expansion_warning(derived, *rises)
     if highest > LARGEST_RISE:
-        found.append(f"temperature rises by up to {highest:.4g} K: {NO_SOLID}")
-    return found
+        warnings.append(f"temperature rises by up to {highest:.4g} K: {NO_SOLID}")
+    return warnings
 
 
 def feedback_warning(derived: DerivedQuantities, rises: tuple[Array, Array], friction: Array) -> Iterator[str]:
@@ -314,8 +314,8 @@ WIDE = 2.0
 
 def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
     """The bodies that bring heat back, by name, at the creepage that is given (0 where it is to be found)."""
-    found = zip(BODIES, rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
-    return {body: roller for body, roller in found if roller is not None}
+    pairs = zip(BODIES, rollers(derived.problem, derived.problem.motion.creepage_x or 0.0), strict=True)
+    return {body: roller for body, roller in pairs if roller is not None}
 
 
 def track_facts(derived: DerivedQuantities) -> dict[str, float]:

@@ -73,17 +73,17 @@ def leading_ring(pressure: Array, covered: Array) -> Mask:
         along > SLOPE_ALONG_ROLLING * float(np.abs(along).max()))
 
 
-def known_gradient(pressure: Array, found: Array, exact: Array, covered: Array) -> Array:
+def known_gradient(pressure: Array, computed: Array, exact: Array, covered: Array) -> Array:
     """E as (3, n, m), its components xx, yy, xy in 1/Pa, zero away from the leading edge.
 
-    `found` and `exact` (3, n, m) are ∂u_x/∂x and ∂u_y/∂x under tractions (p, 0), (0, p) of their own direction, and the one
+    `computed` and `exact` (3, n, m) are ∂u_x/∂x and ∂u_y/∂x under tractions (p, 0), (0, p) of their own direction, and the one
     under the other: by the operator (`RollingGradient.of_shape`) and the true ones, dimensionless."""
     ring = leading_ring(pressure, covered)
-    return np.asarray(np.where(ring, (exact - found) / np.where(ring, pressure, 1.0), 0.0))
+    return np.asarray(np.where(ring, (exact - computed) / np.where(ring, pressure, 1.0), 0.0))
 
 
 def continued_gradient(
-    pressure: Array, found: Array, isotropic: Array, dx: float, dy: float, compliance: ShearCompliance
+    pressure: Array, computed: Array, isotropic: Array, dx: float, dy: float, compliance: ShearCompliance
 ) -> Array:
     """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
     from the normal problem, as u_z inside the contact is what closes the gap.
@@ -91,12 +91,12 @@ def continued_gradient(
     The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Only the
     directional kernel across n changes, by dir·(I − n nᵀ) times the same."""
     c = compliance
-    missing = isotropic - (found[0] + found[1]) / (2.0 * c.isotropic + c.directional)
+    missing = isotropic - (computed[0] + computed[1]) / (2.0 * c.isotropic + c.directional)
     along, across = _slopes(pressure, dx, dy)
     size = np.hypot(along, across)
     size[size == 0.0] = 1.0
     nx, ny = along / size, across / size
-    return found + missing * np.stack([
+    return computed + missing * np.stack([
         c.isotropic + c.directional * ny * ny, c.isotropic + c.directional * nx * nx, -c.directional * nx * ny])
 
 
@@ -302,7 +302,7 @@ def interlayer_ends(
     first = np.maximum.accumulate(np.where(begins, np.arange(len(share))[:, None], 0), axis=0)
     upstream -= np.take_along_axis(upstream, first, axis=0)
     profile = share * (upstream + 0.5 * share)
-    found = difference(np.pad(profile, ((MARGIN, MARGIN), (0, 0))), weights, 1.0)
-    missed = (1.0 - found) / np.where(contact, profile, 1.0)
-    ends = contact & (np.abs(1.0 - found) > END_CHANGE)
+    computed = difference(np.pad(profile, ((MARGIN, MARGIN), (0, 0))), weights, 1.0)
+    missed = (1.0 - computed) / np.where(contact, profile, 1.0)
+    ends = contact & (np.abs(1.0 - computed) > END_CHANGE)
     return np.asarray(np.where(ends, interlayer / dx * missed, 0.0))

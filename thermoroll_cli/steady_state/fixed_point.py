@@ -351,7 +351,7 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     by_shear = 0.0 if after.shear_displacement is None else after.shear_displacement
     gap = undeformed - rest - by_shear - defect
     solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, load)
-    found = solver.continued(normal.pressure * tilt, tolerance)
+    state = solver.continued(normal.pressure * tilt, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.
-    return replace(found, pressure=found.pressure / tilt, expansion=found.expansion * tilt + rest,
-                   reached=found.reached if found.reached > 0.0 else 1.0)
+    return replace(state, pressure=state.pressure / tilt, expansion=state.expansion * tilt + rest,
+                   reached=state.reached if state.reached > 0.0 else 1.0)

@@ -90,8 +90,8 @@ def crown_bound(derived: DerivedQuantities) -> float:
     prescribed forces at three times the saturation creepage."""
     p, motion, scales = derived.problem, derived.problem.motion, derived.scales
     share = p.heating.partition
-    found = 3.0 * derived.saturation_creepage
-    along, across = (found if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
+    saturation = 3.0 * derived.saturation_creepage
+    along, across = (saturation if c is None else abs(c) for c in (motion.creepage_x, motion.creepage_y))
     slip = math.hypot(along, across) + abs(motion.spin) * max(scales.semi_axis_x, scales.semi_axis_y)
     line = 0.5 * math.pi * scales.semi_axis_x * scales.peak_pressure * p.friction.highest * slip * motion.speed
     shares = (1.0, 1.0) if share == "matched" else (share, 1.0 - share)

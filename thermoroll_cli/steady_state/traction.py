@@ -208,10 +208,10 @@ class TractionSolver:
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""
         grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
-        found = self._of_half_spaces(window, compliance).of_shape(window.cut(normal.pressure))
+        gradient = self._of_half_spaces(window, compliance).of_shape(window.cut(normal.pressure))
         both = window.both_sides
         if window.mirror is not None:
-            found = np.stack([unfolded(field, parity) for field, parity in zip(found, (1, 1, -1), strict=True)])
+            gradient = np.stack([unfolded(field, parity) for field, parity in zip(gradient, (1, 1, -1), strict=True)])
         pressure, covered = both.cut(normal.pressure), both.cut(normal.covered)
         if undisturbed and derived.problem.has_hertz_solution:
             along, across, mixed = shear_gradients(derived.hertz, compliance.isotropic, compliance.directional)
@@ -223,8 +223,8 @@ class TractionSolver:
             if self._coatings is not None:
                 modulus = self._coatings.near_border(grid.dx, grid.dy).contact_modulus
             isotropic = np.pi * modulus * difference(closed, self.options.difference_weights, grid.dx)
-            exact = continued_gradient(pressure, found, isotropic, grid.dx, grid.dy, compliance)
-        return known_gradient(pressure, found, exact, covered)[:, :, -window.shape[1] :]
+            exact = continued_gradient(pressure, gradient, isotropic, grid.dx, grid.dy, compliance)
+        return known_gradient(pressure, gradient, exact, covered)[:, :, -window.shape[1] :]
 
     def _closing(self, derived: DerivedQuantities, normal: Pressure) -> Array:
         """u_z^e inside the contact up to a constant, offset − h_i in m, continued outside, with `MARGIN` more rows at either

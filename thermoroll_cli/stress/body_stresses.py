@@ -90,12 +90,12 @@ class Collector:
 
     def cut_off(self) -> list[int]:
         """Layers that are interfaces whose shear stress grows up to the border of its domain."""
-        found = []
+        layers = []
         for layer, (_, x, y) in self.at_interfaces.items():
             peak = self._at_interface(layer, 0)
             if not (x[0] < peak.x < x[-1] and (self.mirrored or y[0] < peak.y) and peak.y < y[-1]):
-                found.append(layer)
-        return found
+                layers.append(layer)
+        return layers
 
     def _at_interface(self, layer: int, number: int) -> Peak:
         """The largest shear stress (0) or σ_zz (1) of an interface."""
@@ -125,9 +125,9 @@ class Collector:
 
     def rivals(self, judged: EquivalentStresses) -> tuple[Peak, Peak]:
         """Largest von Mises stress at the surface, and below it."""
-        found = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
+        peaks = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
                  for part in (slice(0, 1), slice(1, None))]
-        return found[0], found[1]
+        return peaks[0], peaks[1]
 
     def result(self, most_stressed: Peak) -> BodyStresses:
         """The kept fields, on both sides of a mirror."""
@@ -202,10 +202,10 @@ def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirr
     best = _refined(values, place, depths, x, y, mirrored)
     for _ in range(MOST_MOVES):
         moved = tuple(int(np.argmin(np.abs(axis - at))) for axis, at in ((depths, best.z), (x, best.x), (y, best.y)))
-        found = _refined(values, moved, depths, x, y, mirrored)
-        if not found.value > best.value:
+        refined = _refined(values, moved, depths, x, y, mirrored)
+        if not refined.value > best.value:
             break
-        best = found
+        best = refined
     return best
 
 
@@ -238,11 +238,11 @@ def _refined(values: AnyArray, place: tuple[Any, ...], depths: AnyArray, x: AnyA
     for _ in range(ZOOMS):
         samples = [np.linspace(a, b, POINTS_PER_ZOOM if b > a else 1) for a, b in zip(low, high, strict=True)]
         bases = [_lagrange(axis, sample) for axis, sample in zip(nodes, samples, strict=True)]
-        found = bases[1] @ np.tensordot(bases[0], cube, axes=1) @ bases[2].T
-        top = np.unravel_index(int(np.argmax(found)), found.shape)
+        interpolated = bases[1] @ np.tensordot(bases[0], cube, axes=1) @ bases[2].T
+        top = np.unravel_index(int(np.argmax(interpolated)), interpolated.shape)
         centre = [float(sample[i]) for sample, i in zip(samples, top, strict=True)]
-        if found[top] > best.value:
-            best = Peak(float(found[top]), centre[1], centre[2], centre[0])
+        if interpolated[top] > best.value:
+            best = Peak(float(interpolated[top]), centre[1], centre[2], centre[0])
         for axis, at in enumerate(centre):
             reach = 0.125 * (high[axis] - low[axis])
             low[axis], high[axis] = max(limits[axis][0], at - reach), min(limits[axis][1], at + reach)

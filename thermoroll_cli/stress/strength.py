@@ -184,15 +184,15 @@ class StrengthCollector:
         parts = [np.arange(part.stop)[part] for part in within_layers(self.depths)]
         parts = [np.union1d(part[::every], part[1:2]) for part in parts]
         bonded = self.depths <= (-1.0, *self.body.interfaces)[-1]
-        own, found = self.strength.shear_yield or 1.0, {}
+        own, peaks = self.strength.shear_yield or 1.0, {}
         counted = own / shear_yields(self.body, own, self.depths)
         for name, values in (("shakedown_k", counted * self.shakedown_k), ("elastic_shakedown_k", counted * self.elastic_k),
                              ("alternating_k", counted * self.alternating_k.max(axis=1)),
                              ("dang_van_max", np.where(bonded, 0.0, self.dang_van.max(axis=1)))):
             largest = [largest_over_depth(self.depths[part], values[part]) for part in parts]
             below, depth = max(largest, key=lambda value_at: value_at[0])
-            found[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
-        return found
+            peaks[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
+        return peaks
 
     def scalars(self, body: str, every: int = 1) -> dict[str, float]:
         """Scalars in the units of their names (`SUBSURFACE_SCALARS`), nan where no depth counts."""

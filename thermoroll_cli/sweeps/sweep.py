@@ -207,7 +207,7 @@ class Sweep:
 
     def _finished(self, journal: Journal, note: Callable[[str], None]) -> dict[str, str]:
         """The keys of points that have a result, with the names of their files."""
-        found = {}
+        files = {}
         for key in self._keys:
             if key not in journal or not (record := journal[key])["solved"]:
                 continue
@@ -220,8 +220,8 @@ class Sweep:
                 except ResultFileError as cause:
                     note(f"{cause}; solved again")
                     continue
-            found[key] = record["file"]
-        return found
+            files[key] = record["file"]
+        return files
 
     def _stretches(self, finished: dict[str, str]) -> Iterator[Stretch]:
         """Stretches with points that are still to be solved. A name that a finished point has is not given again."""

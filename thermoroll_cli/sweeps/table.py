@@ -164,10 +164,10 @@ class SweepColumns:
 def columns_of(rows: Rows, title: str = "") -> SweepColumns:
     """The table with all rows known now: the swept keys, texts, and arrays of numbers, those below the surface where any row
     has them."""
-    keys, found = tuple(axis.key for axis in rows.points.axes), set[str]()
+    keys, present = tuple(axis.key for axis in rows.points.axes), set[str]()
     for row in rows:
-        found |= row.summary.keys() & SUBSURFACE_SCALARS.keys()
-    below = [name for name in SUBSURFACE_SCALARS if name in found]
+        present |= row.summary.keys() & SUBSURFACE_SCALARS.keys()
+    below = [name for name in SUBSURFACE_SCALARS if name in present]
     prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
     columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1])}
     # Scalars of a wheelset and of its patches.

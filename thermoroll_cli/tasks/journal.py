@@ -79,7 +79,7 @@ class Journal(Mapping[str, dict[str, Any]]):
 
     def update(self) -> list[str]:
         """The keys of the records that have come since the last call, in their order."""
-        found = []
+        keys = []
         with open(self.path, "rb") as stream:
             stream.seek(self._end)
             for line in stream:
@@ -89,9 +89,9 @@ class Journal(Mapping[str, dict[str, Any]]):
                 with contextlib.suppress(ValueError, KeyError, TypeError):
                     key = str(json.loads(line)["key"])
                     self._places[key] = self._end, len(line)
-                    found.append(key)
+                    keys.append(key)
                 self._end += len(line)
-        return found
+        return keys
 
     def keep(self, record: Record, content: bytes = b"") -> None:
         """Write `content` to the file that the record names, if there is any, then the record. Raises WriteError."""

@@ -110,10 +110,10 @@ class Facing:
             return []
         runs = np.split(inside, np.flatnonzero(np.diff(inside) > 1) + 1)
         bounds = [0, *(int(a[-1] + np.argmax(gap[a[-1] : b[0] + 1])) for a, b in itertools.pairwise(runs)), len(y) - 1]
-        found = []
+        regions = []
         for k, run in enumerate(runs):
             weights = np.zeros(len(y))
             weights[run] = (-gap[run]) ** WEIGHT
-            found.append(Region(float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
+            regions.append(Region(float(y[run[0]]), float(y[run[-1]]), (float(y[bounds[k]]), float(y[bounds[k + 1]])),
                                 float((-gap[run] * np.cos(self.angle[run])).max()), self.place(weights)))
-        return found
+        return regions

@@ -114,9 +114,9 @@ class WheelsetSolver:
         except NoHeight as cause:
             return state.without_height(cause)
         assert state.standing is not None
-        found = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift)
-        self._before = found if not reason else None
-        return found
+        wheelset = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift)
+        self._before = wheelset if not reason else None
+        return wheelset
 
     def solver(self, side: SideName, place: float, *, rough: bool) -> Solver:
         """The solver that has solved the patch nearest to `place` on a side before."""

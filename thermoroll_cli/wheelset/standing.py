@@ -43,8 +43,8 @@ def stand(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]
     start = None if before is None else before.height
     if not problem.finds_roll:
         wheels = _wheels(problem, solved, problem.position.roll)
-        height, found = height_of(list(wheels.values()), problem.vertical, start)
-        return Standing(problem.position.roll, height, dict(zip(wheels, found, strict=True)))
+        height, of_wheels = height_of(list(wheels.values()), problem.vertical, start)
+        return Standing(problem.position.roll, height, dict(zip(wheels, of_wheels, strict=True)))
     return _rolled(problem, solved, before)
 
 
@@ -65,10 +65,10 @@ def _rolled(
 
     def standing(roll: float) -> tuple[float, Standing]:
         nonlocal start
-        found = {side: height_of([wheel], half, start) for side, wheel in _wheels(problem, solved, roll).items()}
-        (left, _), (right, _) = found["left"], found["right"]
+        standings = {side: height_of([wheel], half, start) for side, wheel in _wheels(problem, solved, roll).items()}
+        (left, _), (right, _) = standings["left"], standings["right"]
         start = 0.5 * (left + right)
-        return left - right, Standing(roll, start, {side: bearings[0] for side, (_, bearings) in found.items()})
+        return left - right, Standing(roll, start, {side: bearings[0] for side, (_, bearings) in standings.items()})
 
     return level(standing, problem.span, 0.0 if before is None else before.roll)
 
@@ -81,7 +81,7 @@ def level(difference_at: Callable[[float], tuple[float, Found]], span: float, ro
     low, high = -math.inf, math.inf
     last: tuple[float, float] | None = None
     for _ in range(ROLL_ROUNDS):
-        difference, found = difference_at(roll)
+        difference, standing = difference_at(roll)
         if abs(difference) <= ROLLED or high - low < ROLLED:
             break
         low, high = (roll, high) if difference < 0.0 else (low, roll)
@@ -94,4 +94,4 @@ def level(difference_at: Callable[[float], tuple[float, Found]], span: float, ro
             roll -= math.copysign(max(ROLL_STEP, 2.0 * abs(difference) / span), difference)
         else:
             roll = 0.5 * (low + high)
-    return found
+    return standing

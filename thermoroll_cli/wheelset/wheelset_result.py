@@ -99,10 +99,10 @@ def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -
     sliding = sum(patch.result.problem.traction_limit for patch in solved.patches) * solved.problem.motion.speed
     if scalars["power_balance_error"] * scalars["Q_F_W"] > LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding):
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
-    found = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
+    of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
                           for warning in (*patch.result.warnings, *_turning(patch.solved)))
     return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
-                          (*warnings, *found))
+                          (*warnings, *of_patches))
 
 
 def _turning(patch: SolvedPatch) -> Iterator[str]:
@@ -197,8 +197,8 @@ class _Sums:
         errors = dict.fromkeys(names, forces + moved + solved.drift)
         errors["height_mm"] = height / depth
         for name, of_patch in (("Q_F_W", "Q_F_W"), ("T_gamma_N", "T_gamma_N"), ("pressure_max_MPa", "pressure_max_MPa")):
-            found = (patch.result.error.get(of_patch, math.nan) for patch in solved.patches)
-            errors[name] = moved + max(found, default=math.nan)
+            own = (patch.result.error.get(of_patch, math.nan) for patch in solved.patches)
+            errors[name] = moved + max(own, default=math.nan)
         rises = [patch.result.error.get(f"temperature_rise_max_{body}_K", math.nan) for patch in solved.patches
                  for body in ("lower", "upper")]
         errors["temperature_rise_max_K"] = moved + max((error for error in rises if not math.isnan(error)), default=math.nan)

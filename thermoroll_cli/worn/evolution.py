@@ -177,7 +177,7 @@ def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
     """The doubts of `state`, one step after `before`. Errors of the worn area add up. A row that wears too much carries less
     from then on, so that the depth has the error of the area and of one passage's shape, at most as deep as one step wears."""
     assert before.result is not None
-    step, found = state.distance - before.distance, {}
+    step, errors = state.distance - before.distance, {}
     for body in BODIES:
         old, new = (np.array([rates.max(), rates.sum() * rows.size])
                     for rates, rows in ((before.rates[body], before.rows), (state.rates[body], state.rows)))
@@ -185,8 +185,8 @@ def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
                        for name in (f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2"))
         doubt = before.doubts[body] + np.array([step * old * area, 0.5 * step * (new - old), [0.0, 0.0]])
         doubt[2, 0] = max(doubt[2, 0], step * old[0] * shape)
-        found[body] = doubt
-    return found
+        errors[body] = doubt
+    return errors
 
 
 def _step(wear: Wear, state: WearState, result: Result) -> float:

@@ -266,9 +266,9 @@ def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5
         with h5py.File(path, "r", locking=False) as file:
             if _python(file.attrs.get("program")) != PROGRAM or "format_version" not in file.attrs:
                 raise ResultFileError(f"{path}: an HDF5 file, but not a {PROGRAM} {kind}")
-            found = _python(file.attrs.get("kind", "result"))
-            if found != kind:
-                raise ResultFileError(f"{path}: a {PROGRAM} {found}, not a {kind}")
+            stored = _python(file.attrs.get("kind", "result"))
+            if stored != kind:
+                raise ResultFileError(f"{path}: a {PROGRAM} {stored}, not a {kind}")
             if (written := int(file.attrs["format_version"])) != version:
                 by = _python(file.attrs.get("program_version", "unknown"))
                 raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads format "
@@ -368,9 +368,10 @@ def _read_body(group: h5py.Group) -> BodyStresses:
 
 def _read_attributes(group: h5py.Group) -> dict[str, Any]:
     """The attributes of a group of /summary; texts that hold JSON are read."""
-    found = {name: _python(value) for name, value in group.attrs.items()}
-    texts = {name for name, value in found.items() if isinstance(value, str) and value[:1] in ("{", "[")} - {"status", "reason"}
-    return {name: json.loads(value) if name in texts else value for name, value in found.items()}
+    attributes = {name: _python(value) for name, value in group.attrs.items()}
+    texts = {name for name, value in attributes.items()
+             if isinstance(value, str) and value[:1] in ("{", "[")} - {"status", "reason"}
+    return {name: json.loads(value) if name in texts else value for name, value in attributes.items()}
 
 
 def _python(value: Any) -> Any:
