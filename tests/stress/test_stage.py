@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from tests.support.interpolation import at_point
-from tests.support.scenes import elastic, ellipse, rolling, spheres
+from tests.support.scenes import MECHANICAL, elastic, ellipse, rolling, spheres
+from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.names import BOND_SCALARS, STRENGTH_SCALARS, SUBSURFACE_SCALARS
-from thermoroll_cli.problem.problem import Heating, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Heating, Material, Numerics, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
@@ -222,6 +223,24 @@ def test_too_shallow_is_told():
     for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_upper_MPa"):
         assert name in warning and math.isnan(result.subsurface.error[name])
     assert not solved(SubsurfaceRequest(layers=16), grid=16, friction=0.0).warnings
+
+
+@pytest.mark.parametrize("depth", [None, 0.001, 0.01, 0.02, 0.05, 0.08, 0.11])
+def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) -> None:
+    """The largest stresses of the whole body are covered, or have no estimate and are named, wherever the layers (mm) end."""
+    body, strength = Material(210e9, 0.28), Strength(300e6, 0.3)
+    problem = rolling(geometry=Geometry(0.02, 0.02, 0.02, 0.03), body=body, load=100.0, friction=0.3, creepage=(1e-3, 0.0),
+                      heating=MECHANICAL)
+    full, cut = (solve(replace(problem, numerics=Numerics((32, 32)), subsurface=SubsurfaceRequest(
+        ("lower",), lower_strength=strength, depth=last))) for last in (None, depth and 1e-3 * depth))
+    assert bool(cut.warnings) == (depth is not None)
+    found = cut.subsurface.scalars
+    for name, value in found.items():
+        error = cut.subsurface.error[name] * error_scale(name, cut.summary())
+        off = abs(value - full.subsurface.scalars[name])
+        told = name.removeprefix("elastic_") in "".join(cut.warnings) or not name.endswith("_max_lower_MPa")
+        reference = full.subsurface.error[name] * error_scale(name, full.summary())
+        assert (math.isnan(error) and told) or off <= error + reference, name
 
 
 def test_few_layers_have_wide_estimates_and_a_warning():

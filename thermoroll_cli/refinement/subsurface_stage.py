@@ -102,12 +102,12 @@ def _below_the_surface(
     by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
     scalars, by_layers = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
-    cut_off = _in_the_deepest_layer(peaks[-1], finest)
-    largest = [name for name in scalars if name in cut_off and name.endswith("_MPa") and not name.startswith("elastic_")
-               and name.replace("_below_", "_") not in cut_off - {name}]
-    warnings = [f"largest in the deepest layer computed, without an error estimate: {', '.join(largest)}; set a larger "
-                "subsurface.depth_mm"] if largest else []
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    near, cut_off = AT_SURFACE * width, _cut_off(finest, width)
+    largest = [name for name in scalars if name in cut_off and name.endswith("_MPa")
+               and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
+    warnings = [f"may be larger below the last layer computed, and have no error estimate: {', '.join(largest)}; set a larger "
+                "subsurface.depth_mm"] if largest else []
     sparse = [body for body in finest if few_layers(depths[body], width)]
     warnings += [f"{len(depths[body])} layers of the {body} body are far apart, which makes the error estimates of its "
                  "stresses wide: set more subsurface.layers" for body in sparse]
@@ -121,7 +121,7 @@ def _below_the_surface(
         "numerics.extent"
         for body, collector in finest.items() if collector.cut_off()
     ]
-    near, grid = AT_SURFACE * width, levels[-1].own_discretisation.grid
+    grid = levels[-1].own_discretisation.grid
     at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
     error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()),
                              sparse=sparse, cut_off=cut_off)
@@ -232,16 +232,23 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float
     return names
 
 
-def _in_the_deepest_layer(peaks: Peaks, collectors: Collectors) -> set[str]:
-    """Names of the scalars whose maximum lies in the deepest layer, so that it may be larger below."""
+def _cut_off(collectors: Collectors, width: float) -> set[str]:
+    """Names of the scalars whose maximum over depth may lie below the last layer: the largest values of each depth still grow
+    there, and as they grow would exceed all above them within twice the depth; or they have no peak below the surface above one
+    `width`, the smaller semi-axis, within which those of Hertz's contacts lie."""
     names: set[str] = set()
-    for (stress, body), peak in peaks.items():
-        if peak.z >= collectors[body].depths[-1]:
-            names |= scalars_of(stress, body, peak).keys()
     for body, collector in collectors.items():
-        if collector.strength is not None:
-            names |= collector.strength.in_the_deepest_layer(body)
-    return names
+        depths = collector.depths
+        for quantity, values in collector.profiles().items():
+            slopes = np.diff(values) / np.diff(depths)
+            peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > AT_SURFACE * width)
+            unseen = depths[-1] < width and not peaked.any()
+            reached = values[-1] + slopes[-1] * depths[-1] if slopes[-1] > 0.0 else -math.inf
+            if unseen or reached >= values[1:].max():
+                names |= {f"{quantity}_below_{body}_MPa"}
+            if unseen or reached >= values.max():
+                names |= {*scalars_of(quantity, body, Peak()), depth_name(quantity, body), f"{quantity}_{body}_MPa"}
+    return names.intersection(SUBSURFACE_SCALARS)
 
 
 def _rivals(collected: Sequence[Collectors]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import AnyArray
+from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.numerics.convolution import unfolded
 from thermoroll_cli.problem.names import STRESSES, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import KeptFields
@@ -108,6 +108,17 @@ class Collector:
         equivalent, tension = (peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
                                for values in (judged.von_mises, judged.principal))
         return {"von_mises": equivalent, "orthogonal_shear_range": ranges, "tensile_stress": tension}
+
+    def profiles(self) -> dict[str, Array]:
+        """Largest stresses (Pa) of each depth, (nz,), by the names of their peaks, where they may grow below the last."""
+        profiles = {} if self.strength is None else self.strength.profiles()
+        for prefix, judged in (("", self.total), ("elastic_", self.elastic)):
+            profiles |= {f"{prefix}von_mises": judged.von_mises.max(axis=(1, 2)),
+                         f"{prefix}orthogonal_shear_range": judged.shear_range.max(axis=1),
+                         f"{prefix}tensile_stress": judged.principal.max(axis=(1, 2))}
+        if self.interfaces and self.depths[-1] <= self.interfaces[-1]:
+            profiles["layer_tension"] = profiles["tensile_stress"]
+        return profiles
 
     def bond_peaks(self, every: int = 1) -> dict[str, Peak]:
         """Largest shear stress and largest σ_zz of the interfaces of a body with layers, no smaller than far away, and largest

@@ -178,17 +178,22 @@ class StrengthCollector:
         self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
         self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
 
+    def profiles(self) -> dict[str, Array]:
+        """Largest values (Pa) of each depth, (nz,)."""
+        bonded = self.depths <= (-1.0, *self.body.interfaces)[-1]
+        own = self.strength.shear_yield or 1.0
+        counted = own / shear_yields(self.body, own, self.depths)
+        return {"shakedown_k": counted * self.shakedown_k, "elastic_shakedown_k": counted * self.elastic_k,
+                "alternating_k": counted * self.alternating_k.max(axis=1),
+                "dang_van_max": np.where(bonded, 0.0, self.dang_van.max(axis=1))}
+
     def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
         """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one and the first below
         the surface."""
         parts = [np.arange(part.stop)[part] for part in within_layers(self.depths)]
         parts = [np.union1d(part[::every], part[1:2]) for part in parts]
-        bonded = self.depths <= (-1.0, *self.body.interfaces)[-1]
-        own, peaks = self.strength.shear_yield or 1.0, {}
-        counted = own / shear_yields(self.body, own, self.depths)
-        for name, values in (("shakedown_k", counted * self.shakedown_k), ("elastic_shakedown_k", counted * self.elastic_k),
-                             ("alternating_k", counted * self.alternating_k.max(axis=1)),
-                             ("dang_van_max", np.where(bonded, 0.0, self.dang_van.max(axis=1)))):
+        peaks = {}
+        for name, values in self.profiles().items():
             largest = [largest_over_depth(self.depths[part], values[part]) for part in parts]
             below, depth = max(largest, key=lambda value_at: value_at[0])
             peaks[name] = Peak(float(values[0]), 0.0, 0.0, 0.0), Peak(below, 0.0, 0.0, depth)
@@ -215,15 +220,6 @@ class StrengthCollector:
             if stronger(surface, below) is surface:
                 names |= {f"{name}_{body}_MPa", depth_name(name, body)}
         return names
-
-    def in_the_deepest_layer(self, body: str) -> set[str]:
-        """Names of the scalars whose largest value lies in the deepest layer."""
-        names = set()
-        for name, (surface, below) in self.peaks().items():
-            if below.z >= self.depths[-1]:
-                names |= {f"{name}_below_{body}_MPa"}
-                names |= {f"{name}_{body}_MPa", depth_name(name, body)} if stronger(surface, below) is below else set()
-        return names.intersection(SUBSURFACE_SCALARS)
 
     def fields(self) -> dict[str, AnyArray]:
         """The kept fields over z, or over z and y, on both sides of a mirror (names of `STRENGTH_FIELDS`)."""
