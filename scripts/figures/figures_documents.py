@@ -101,7 +101,7 @@ def _merged(rows: Iterable[tuple[str, ...]]) -> list[list[str]]:
             continue
         if name.replace("lower", "upper") in kept and "lower" in name:
             name, cells = name.replace("lower", "*"), [_either(cell) for cell in cells]
-        merged.append([f"`{name}`", *cells])
+        merged.append([f"`{name}`", *(cell.replace("|", "\\|") for cell in cells)])
     return merged
 
 
@@ -111,20 +111,28 @@ def _either(meaning: str) -> str:
 
 def _keys() -> Iterator[list[str]]:
     schema = case_schema()
+    shown: dict[int, str] = {}
     for name, entry in schema["properties"].items():
         shape = _resolved(entry, schema)
         if "properties" not in shape:
             yield _key(name, shape, required=False)
         else:
-            yield from _table(f"[{name}]", shape, schema)
+            yield from _table([f"[{name}]"], shape, schema, shown)
 
 
-def _table(name: str, shape: Schema, schema: Schema) -> Iterator[list[str]]:
-    """The heading of a table with its keys, then the tables inside it, of which those of both bodies are one."""
-    yield [f"**`{name}`**", "", "", shape.get("description", "")]
+def _table(names: list[str], shape: Schema, schema: Schema, shown: dict[int, str]) -> Iterator[list[str]]:
+    """The heading of a table, or of two of both bodies or sides, with its keys, then the tables inside it. `shown` has the
+    first name of every shape: its keys are not repeated."""
+    heading = ", ".join(f"**`{name}`**" for name in names)
+    if id(shape) in shown:
+        yield [heading, "", "", f"The keys of `{shown[id(shape)]}`"]
+        return
+    shown[id(shape)] = names[0]
+    yield [heading, "", "", shape.get("description", "")]
     inner: list[tuple[str, Schema]] = []
     lists: list[tuple[str, Schema]] = []
-    required = set(shape.get("required", ())) | ({"youngs_modulus_GPa", "poisson_ratio"} if name == "[material]" else set())
+    required = set(shape.get("required", ()))
+    required |= {"youngs_modulus_GPa", "poisson_ratio"} if names == ["[material]"] else set()
     for key, entry in shape["properties"].items():
         found = _resolved(entry, schema)
         if "properties" in found:
@@ -134,16 +142,17 @@ def _table(name: str, shape: Schema, schema: Schema) -> Iterator[list[str]]:
         else:
             yield _key(key, found, required=key in required)
     for key, item in lists:
-        yield from _table(f"[{name[:-1]}.{key}]]", item, schema)
+        yield from _table([f"[{name[:-1]}.{key}]]" for name in names], item, schema, shown)
     for key, found in inner:
-        if "upper" in key:
+        if "upper" in key or key == "right":
             continue
-        place = f"{name[:-1]}.{key}]"
-        both = f"{place}`**, **`{place.replace('lower', 'upper')}"
+        places = [f"{name[:-1]}.{key}]" for name in names]
+        both = list(dict.fromkeys(twin for place in places for twin in
+                                  (place, place.replace("lower", "upper").replace("left", "right"))))
         if found["properties"].keys() == shape["properties"].keys() - {"lower", "upper"}:
-            yield [f"**`{both}`**", "", "", "the same keys, where the bodies differ"]
+            yield [", ".join(f"**`{place}`**" for place in both), "", "", "The same keys, if the bodies differ"]
         else:
-            yield from _table(both, found, schema)
+            yield from _table(both, found, schema, shown)
 
 
 def _resolved(entry: Schema, schema: Schema) -> Schema:
