@@ -43,7 +43,7 @@ def test_what_does_not_fit_is_an_error(text: str, words: str) -> None:
     ("\n[friction]\nmemory_um = 2.0\n", ["friction.memory_um has no effect"]),
     ('\n[friction]\nlaw = "table"\ntable = [[0.0, 0.3], [1.0, 0.4]]\n\n[layer]\ncompliance_um_GPa = 2.0\n', []),
     (LAW + "memory_um = 2.0\n", []),
-    (LAW + "memory_um = 1e-6\n\n[layer]\ncompliance_um_GPa = 100.0\n", ["is shorter than the shear of the layer"]),
+    (LAW + "memory_um = 1e-6\n\n[layer]\ncompliance_um_GPa = 100.0\n", ["is shorter than the shear of the interlayer"]),
     (LAW + "memory_um = 1e3\n\n[layer]\ncompliance_um_GPa = 100.0\n", []),
 ])
 def test_memory_that_does_nothing_or_too_little_is_warned_of(text: str, words: list[str]) -> None:

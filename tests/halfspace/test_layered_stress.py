@@ -18,7 +18,7 @@ from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.halfspace.layered_stress import element_stresses, waves_along
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Layer
-from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms
+from thermoroll_cli.stress.superposition import ElasticStresses, StressTransforms
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "layered_stress.json").read_text())
 STEEL = (210e9, 0.3)
@@ -145,10 +145,10 @@ def largest_error(row_stack: list, elements: int) -> float:
     grid = Grid.over((elements, elements), 2.2, 2.2)
     edges, worst = (np.arange(elements + 1) - 0.5 * elements) * grid.dx, 0.0
     load = element_averages(HertzContact(*8 * (1.0,)), edges, edges)[0]
-    transforms = LayerTransforms(grid, mirrored=False)
+    transforms = StressTransforms(grid, mirrored=False)
     for row in row_stack:
         body = body_of(row)
-        layers = ElasticLayers(transforms, load, None, body.layers[0].poisson_ratio, body)
+        layers = ElasticStresses(transforms, load, None, body.layers[0].poisson_ratio, body)
         stress = layers.at(depth_of(row))[0]
         got = [at_point(stress[component], (grid.x, grid.y), (row["r"], 0.0)) for component in (0, 1, 2, 4)]
         worst = max(worst, np.abs(np.subtract(got, [row[name] for name in ("rr", "tt", "zz", "rz")])).max())

@@ -25,7 +25,7 @@ from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.warnings import unresolved_layers
+from thermoroll_cli.refinement.warnings import unresolved_coatings
 from thermoroll_cli.rolling.element_borders import known_gradient
 from thermoroll_cli.rolling.newton import TangentialProblem
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
@@ -293,7 +293,7 @@ def test_estimates_cover_what_finer_grids_change(thickness: float) -> None:
     assert any(named) == (thickness < 1e-4)
     for side in (int(found.group(1)) for found in named if found):
         derived = DerivedQuantities(problem)
-        assert not list(unresolved_layers(derived, derived.grid((side, side), 2.2)))
+        assert not list(unresolved_coatings(derived, derived.grid((side, side), 2.2)))
 
 
 # --- files -------------------------------------------------------------------------------------------------------

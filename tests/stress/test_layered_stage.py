@@ -23,7 +23,7 @@ from thermoroll_cli.problem.result import Result, within_layers
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.refinement.subsurface_plan import layer_depths, with_interfaces
+from thermoroll_cli.refinement.subsurface_plan import usual_depths, with_interfaces
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.body_stresses import peak_of
 from thermoroll_cli.stress.strength import first_principal
@@ -51,7 +51,7 @@ def stresses_of(result: Result, body: str) -> np.ndarray:
 
 
 def test_depths_have_both_sides_of_interfaces() -> None:
-    plain = layer_depths(1e-3)
+    plain = usual_depths(1e-3)
     assert with_interfaces(plain, ()) is plain
     depths = with_interfaces(plain, (2e-6, 5e-4, 1.0))
     assert (np.diff(depths) > 0.0).all() and depths[0] == 0.0 and depths[-1] == plain[-1]
@@ -67,7 +67,7 @@ def test_the_peak_of_a_bent_layer_lies_at_a_face() -> None:
     """|bending stress| in a thin stiff layer: a V whose polynomials must not exceed its ends, wherever the layer lies."""
     axis = np.arange(3.0)
     for top, bottom in ((2e-6, 1.2e-5), (2e-6, 8e-5), (1e-5, 1e-4), (6e-5, 1.2e-4)):
-        depths = with_interfaces(layer_depths(1e-3), (top, bottom))
+        depths = with_interfaces(usual_depths(1e-3), (top, bottom))
         for shift in (0.0, 0.1, 0.2):
             bending = np.abs((depths - top) / (bottom - top) - 0.5 - shift)
             values = np.where((depths > top) & (depths <= bottom), bending, 0.0)[:, None, None] * np.ones((1, 3, 3))
@@ -128,7 +128,7 @@ def test_a_layer_of_the_bodys_material_changes_nothing() -> None:
 
 def test_bodies_coated_alike_share_tables() -> None:
     problem = replace(rolling(grid=16), lower=COATED, upper=COATED, heating=MECHANICAL, subsurface=SubsurfaceRequest())
-    assert "same layers" in make_plan(problem).skipped["below the surface, tables of the second body"]
+    assert "same coatings" in make_plan(problem).skipped["below the surface, tables of the second body"]
     other = make_plan(replace(problem, upper=STEEL)).skipped
     assert "below the surface, tables of the second body" not in other
 

@@ -15,7 +15,7 @@ from tests.support.scenes import strong_circle
 from thermoroll_cli import read_result
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.stress.smallest_ball import smallest_balls
-from thermoroll_cli.stress.strength import deviator, largest_over_depth, layer_shakedown, line_fatigue, tresca_shear
+from thermoroll_cli.stress.strength import deviator, largest_over_depth, line_fatigue, shakedown_at_depth, tresca_shear
 
 REFERENCE = json.loads((Path(__file__).parents[1] / "reference" / "life_shakedown_fatigue.json").read_text())
 SQRT3 = math.sqrt(3.0)
@@ -26,14 +26,14 @@ def test_random_histories_agree_with_an_interior_point_method(cloud: dict) -> No
     stress = np.array(cloud["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
     tolerance = REFERENCE["meta"]["tolerance"]
     fatigue = line_fatigue(stress, cloud["a_DV"])
-    assert layer_shakedown(stress).k * SQRT3 == pytest.approx(cloud["shakedown_xx_yy_xy"], rel=tolerance["clouds_balls"])
+    assert shakedown_at_depth(stress).k * SQRT3 == pytest.approx(cloud["shakedown_xx_yy_xy"], rel=tolerance["clouds_balls"])
     assert fatigue.alternating_k[0] * SQRT3 == pytest.approx(cloud["ball_5d"], rel=tolerance["clouds_balls"])
     assert fatigue.dang_van[0] == pytest.approx(cloud["dang_van"], rel=tolerance["clouds_dang_van"])
 
 
 def test_the_residual_stress_brings_all_states_to_the_yield_stress() -> None:
     stress = np.array(REFERENCE["clouds"][1]["stress_xx_yy_zz_xy_xz_yz_MPa"]).T[:, :, None]
-    found = layer_shakedown(stress)
+    found = shakedown_at_depth(stress)
     residual = np.zeros((6, 1, 1))
     residual[[0, 1, 3], 0, 0] = found.residual
     loaded = np.linalg.norm(deviator(stress + residual), axis=-1)
@@ -45,7 +45,7 @@ def test_a_mirrored_state_needs_only_one_half() -> None:
     half = np.random.default_rng(1).normal(size=(6, 20, 8))
     signs = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])[:, None, None]
     whole = np.concatenate([signs * half[:, :, ::-1], half], axis=2)
-    assert layer_shakedown(half, mirrored=True).k == pytest.approx(layer_shakedown(whole).k, rel=1e-9)
+    assert shakedown_at_depth(half, mirrored=True).k == pytest.approx(shakedown_at_depth(whole).k, rel=1e-9)
 
 
 def test_balls_of_many_sets_are_optimal_and_do_not_depend_on_the_start() -> None:

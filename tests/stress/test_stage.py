@@ -245,7 +245,7 @@ def test_a_maximum_below_the_last_layer_is_covered_or_told(depth: float | None) 
 
 def test_few_layers_have_wide_estimates_and_a_warning():
     few, true = (solved(SubsurfaceRequest(("lower",), layers=layers), grid=16, creepage=(0.01, 0.0)) for layers in (6, None))
-    assert "6 layers" in few.warnings[-1] and not true.warnings
+    assert "6 depths" in few.warnings[-1] and not true.warnings
     for name in ("von_mises_max_lower_MPa", "orthogonal_shear_range_max_lower_MPa", "von_mises_depth_lower_mm"):
         error = few.subsurface.error[name] * error_scale(name, few.summary())
         assert error > abs(few.subsurface.scalars[name] - true.subsurface.scalars[name]) > 0.0, name

@@ -18,7 +18,7 @@ from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.refinement.subsurface_stage import SurfaceLoad
 from thermoroll_cli.stress.strength import first_principal, von_mises
-from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, Sharpened, ThermalLayers, averaging
+from thermoroll_cli.stress.superposition import ElasticStresses, Sharpened, StressTransforms, ThermalStresses, averaging
 
 FIELDS = json.loads((Path(__file__).parents[1] / "reference" / "subsurface_fields.json").read_text())
 NU = 0.3
@@ -39,13 +39,13 @@ def largest_errors(n, pe):
     """Of elastic stresses in p₀, thermal ones in Eα q₀a/k(1−ν) and temperatures in q₀a/k, at the points inside the domain."""
     grid, load = hertz_load(n)
     axes = grid.x, grid.y
-    transforms = LayerTransforms(grid, mirrored=False)
-    elastic = ElasticLayers(transforms, load, np.stack([load, np.zeros_like(load)]), NU)
+    transforms = StressTransforms(grid, mirrored=False)
+    elastic = ElasticStresses(transforms, load, np.stack([load, np.zeros_like(load)]), NU)
     points = [r for r in FIELDS["elastic"] if abs(r["x"]) <= 1.0]
     hot = [r for r in FIELDS["thermal"] if abs(r["x"]) <= 1.0 and r["Pe"] == pe]
     depths = np.array(sorted({r["z"] for r in points}))
     worst = np.zeros(3)
-    for z, (stress, rise) in zip(depths, ThermalLayers(transforms, heated(load, pe)).layers(depths), strict=True):
+    for z, (stress, rise) in zip(depths, ThermalStresses(transforms, heated(load, pe)).at(depths), strict=True):
         pressed, dragged = elastic.at(z)
         for r in points:
             if r["z"] == z:
@@ -78,9 +78,9 @@ def test_layers_are_sums_over_elements(aspect):
     pressure, (tx, ty), heat = random.random(grid.shape), random.random((2, *grid.shape)), random.random(grid.shape)
     depth, speed = 3.1e-3, (2.0, 0.3)
     load = SurfaceLoad(pressure, None, heat, NU, 1.0, 5.0, 7.0, 1e-3, speed)
-    transforms = LayerTransforms(grid, mirrored=False)
-    pressed, dragged = ElasticLayers(transforms, pressure, np.stack([tx, ty]), NU).at(depth)
-    ((hot, rise),) = ThermalLayers(transforms, load).layers(np.array([depth]))
+    transforms = StressTransforms(grid, mirrored=False)
+    pressed, dragged = ElasticStresses(transforms, pressure, np.stack([tx, ty]), NU).at(depth)
+    ((hot, rise),) = ThermalStresses(transforms, load).at(np.array([depth]))
     x, y, z = np.arange(-8.0, 9.0), aspect * np.arange(-6.0, 7.0), depth / grid.dx
     peclet = [s * grid.dx / 1e-3 for s in speed]
     tables = {
@@ -119,14 +119,14 @@ def plain_sum(table, source):
 def test_half_is_enough_where_the_state_is_its_mirror_image():
     grid, load = hertz_load(12)
     traction = np.stack([load * (1.0 + grid.x[:, None]), 0.3 * load * grid.y * grid.x[:, None]])
-    whole, half = (LayerTransforms(grid, mirrored) for mirrored in (False, True))
+    whole, half = (StressTransforms(grid, mirrored) for mirrored in (False, True))
     for depth in (0.0, 0.4):
-        for a, b in zip(*(ElasticLayers(t, load, traction, NU).at(depth) for t in (whole, half)), strict=True):
+        for a, b in zip(*(ElasticStresses(t, load, traction, NU).at(depth) for t in (whole, half)), strict=True):
             np.testing.assert_allclose(b, a[:, :, 6:], rtol=0.0, atol=1e-13)
     found, transforms = [], []
     for one in (whole, half):
         before = counted.transforms
-        found.append(list(ThermalLayers(one, heated(load, 5.0)).layers(np.array([0.0, 0.3]))))
+        found.append(list(ThermalStresses(one, heated(load, 5.0)).at(np.array([0.0, 0.3]))))
         transforms.append(counted.transforms - before)
     for (a, hot), (b, warm) in zip(*found, strict=True):
         np.testing.assert_allclose(b, a[:, :, 6:], rtol=0.0, atol=1e-13)
@@ -140,7 +140,7 @@ def test_a_cut_carries_the_load():
     load inside is the stress under the middle of an element as wide as the domain."""
     side = 14.0
     grid, load = hertz_load(96, side)
-    elastic = ElasticLayers(LayerTransforms(grid, mirrored=False), load, np.stack([load, np.zeros_like(load)]), NU)
+    elastic = ElasticStresses(StressTransforms(grid, mirrored=False), load, np.stack([load, np.zeros_like(load)]), NU)
     force, middle = load.sum(), np.zeros(1)
     for depth in (0.5, 1.0):
         pressed, dragged = elastic.at(depth)
@@ -156,12 +156,12 @@ def test_a_cut_carries_the_load():
 def test_surface_carries_what_is_put_on_it():
     grid, load = hertz_load(24)
     traction = np.stack([0.3 * load, 0.1 * load * grid.x[:, None]])
-    transforms = LayerTransforms(grid, mirrored=False)
-    pressed, dragged = ElasticLayers(transforms, load, traction, NU).at(0.0)
+    transforms = StressTransforms(grid, mirrored=False)
+    pressed, dragged = ElasticStresses(transforms, load, traction, NU).at(0.0)
     on_it = [transforms.plane.inverse(Sharpened(transforms, t).below(0.0)) for t in (load, *traction)]
     np.testing.assert_allclose(pressed[2], -on_it[0], rtol=0.0, atol=1e-13)
     np.testing.assert_allclose(dragged[[4, 5]], -np.stack(on_it[1:]), rtol=0.0, atol=1e-13)
-    ((hot, _),) = ThermalLayers(transforms, heated(load, 20.0)).layers(np.zeros(1))
+    ((hot, _),) = ThermalStresses(transforms, heated(load, 20.0)).at(np.zeros(1))
     assert np.abs(hot[[2, 4, 5]]).max() < 1e-13 * np.abs(hot).max()
 
 
@@ -187,7 +187,7 @@ def test_stresses_change_smoothly_with_depth_beneath_slender_elements():
     def stress(elements, depths):
         grid = Grid.over((elements, elements), 2.2 * hertz.semi_axis_x, 2.2 * hertz.semi_axis_y)
         edges = [np.append(c - 0.5 * d, c[-1] + 0.5 * d) for c, d in ((grid.x, grid.dx), (grid.y, grid.dy))]
-        layers = ElasticLayers(LayerTransforms(grid, mirrored=False), element_averages(hertz, *edges)[0], None, NU)
+        layers = ElasticStresses(StressTransforms(grid, mirrored=False), element_averages(hertz, *edges)[0], None, NU)
         middle = elements // 2
         return np.array([von_mises(layers.at(depth)[0])[middle, middle] for depth in depths]) / hertz.peak_pressure
 

@@ -111,7 +111,7 @@ class CreepForceTable:
         if outside not in get_args(Outside):
             raise ValueError(f"outside is one of {', '.join(get_args(Outside))}, not {outside!r}")
         if law is not None and law.memory:
-            raise ValueError("no table knows friction with memory, nor a layer between the bodies: solve such cases by "
+            raise ValueError("no table knows friction with memory, nor an interlayer: solve such cases by "
                              "thermoroll run or sweep")
         xi, eta, phi, a, b, modulus, mu, weight = np.broadcast_arrays(*(
             np.asarray(v, dtype=float) for v in (longitudinal, lateral, spin, *semi_axes, shear_modulus, friction, load)))

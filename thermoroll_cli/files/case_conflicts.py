@@ -43,7 +43,7 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_law, _layer, _thermal_constants, _layers, _bulk_temperatures, _recirculation,
+        _convexity, _profiles, _friction_law, _interlayer, _thermal_constants, _coatings, _bulk_temperatures, _recirculation,
         _strength, _subsurface, _wear, _wheelset)  # fmt: skip
     for check in checks:
         tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
@@ -180,7 +180,7 @@ def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conf
         speed_before = speed
 
 
-def _layer(layer: model.LayerTable) -> Iterator[Conflict]:
+def _interlayer(layer: model.InterlayerTable) -> Iterator[Conflict]:
     if layer.compliance_um_GPa is None and layer.yield_MPa is None:
         yield Conflict(("layer",), "has no constant", "compliance_um_GPa, yield_MPa or both", at_key=True)
 
@@ -203,7 +203,7 @@ MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e5
 """Largest ratios of the moduli of neighbours that the solvers are made for."""
 
 
-def _layers(sections: Sections) -> Iterator[Conflict]:
+def _coatings(sections: Sections) -> Iterator[Conflict]:
     geometry, strength = sections.get("geometry"), sections.get("strength")
     for path, body_material in _materials(sections):
         below: MaterialTable | model.CoatingTable = body_material

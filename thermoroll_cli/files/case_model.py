@@ -71,18 +71,18 @@ class MaterialConstants(Table):
 
 
 class CoatingTable(MaterialConstants):
-    """A bonded layer of a body, from the surface down."""
+    """A bonded layer of the coating of a body."""
 
     thickness_um: float = quantity("um", "Thickness of the layer", ge=1e-6, le=1e9)
-    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress; without it the layer does not yield", None, ge=1e-12,
+    shear_yield_MPa: float | None = quantity("MPa", "Shear yield stress; without it this layer does not yield", None, ge=1e-12,
                                              le=1e9)  # fmt: skip
 
 
 class MaterialTable(MaterialConstants):
-    """Constants of one material, with layers on it."""
+    """Constants of the material of a body, and its coating."""
 
     layers: Annotated[list[CoatingTable] | None, Allowed(f"1 to {MOST_LAYERS} tables, from the surface down")] = Field(
-        default=None, description="Bonded layers, from the surface down", min_length=1, max_length=MOST_LAYERS
+        default=None, description="Coating: bonded layers, from the surface down", min_length=1, max_length=MOST_LAYERS
     )
 
 
@@ -174,12 +174,12 @@ class FrictionTable(Table):
     )
 
 
-class LayerTable(Table):
+class InterlayerTable(Table):
     """A third body between the surfaces, which shears under the traction."""
 
-    compliance_um_GPa: float | None = quantity("um/GPa", "Thickness of the layer over its shear modulus", None, ge=1e-12,
+    compliance_um_GPa: float | None = quantity("um/GPa", "Thickness of the interlayer over its shear modulus", None, ge=1e-12,
                                                le=1e12)
-    yield_MPa: float | None = quantity("MPa", "Shear stress at which the layer deforms plastically", None, ge=1e-9, le=1e9)
+    yield_MPa: float | None = quantity("MPa", "Shear stress at which the interlayer deforms plastically", None, ge=1e-9, le=1e9)
 
 
 class RollingTable(Table):
@@ -264,11 +264,11 @@ class SubsurfaceTable(Table):
     bodies: Annotated[
         list[Literal["lower", "upper"]], Allowed('["lower"], ["upper"] or ["lower", "upper"]')
     ] = Field(default=["lower", "upper"], description="Bodies to look into", min_length=1, max_length=2)  # fmt: skip
-    depth_mm: float | None = quantity("mm", "Depth of the last layer; default 2.2 of the smaller semi-axis", None, ge=1e-9,
+    depth_mm: float | None = quantity("mm", "Largest depth; default 2.2 of the smaller semi-axis", None, ge=1e-9,
                                       le=1e9)
     layers: int | None = Field(
         default=None, ge=4, le=400,
-        description="Layers from the surface down; by default each is 1.157 times as deep as the one before",
+        description="Number of depths, the surface included; by default each is 1.157 times as deep as the one before",
     )  # fmt: skip
     thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")
     fields: Literal["plane", "von_mises", "full"] = Field(
@@ -342,7 +342,7 @@ class Settings(Head):
     load: LoadTable
     rolling: RollingTable
     friction: FrictionTable = FrictionTable.model_construct()
-    layer: LayerTable | None = None
+    layer: InterlayerTable | None = None
     creepage: CreepageTable = CreepageTable.model_construct()
     force: ForceTable = ForceTable.model_construct()
     thermal: ThermalTable = ThermalTable.model_construct()

@@ -1,6 +1,6 @@
 """Both bodies of a contact, one of them coated at least: differences of their influence tables to homogeneous bodies.
 
-Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`); here are the differences that layers make,
+Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`); here are the differences of coatings,
 summed over both bodies with the signs of `elastic`, the periodic symbols of the whole, and the half-space that surfaces look
 like near borders. A wrapped-around table is no preconditioner for stiff layers: periodic symbols come from the compliance in
 wave numbers, summed over the nearest aliases.

@@ -23,8 +23,8 @@ class BorderHalfSpaces(Protocol):
     def compliance(self) -> ShearCompliance: ...
 
 
-class Layers(Protocol):
-    """Additional tangential compliance by layers on two half-spaces (`coatings.Coatings`)."""
+class AddedCompliance(Protocol):
+    """Additional tangential compliance by the coatings of two half-spaces (`coatings.Coatings`)."""
     def shear_tables(self, nx: int, ny: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
     def periodic_symbols(self, padded: tuple[int, int], dx: float, dy: float) -> tuple[Array, Array, Array, Array]: ...
     def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
@@ -41,7 +41,7 @@ class ShearCompliance:
     isotropic: float
     directional: float
     interlayer: float = 0.0
-    coatings: Layers | None = None
+    coatings: AddedCompliance | None = None
     trust: float = 1.0
 
     @classmethod

@@ -20,7 +20,7 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
 @dataclass(frozen=True)
 class Scalar:
     """A number that a result reports. `listed`: `run` prints it without `-v`. `brief` is a meaning for narrow terminals,
-    `without_hertz` the meaning where there is no Hertz contact to compare with: of profiles and layers."""
+    `without_hertz` the meaning where there is no Hertz contact to compare with: of profiles and coatings."""
 
     name: str
     meaning: str
@@ -153,8 +153,8 @@ SCALARS = _scalars(
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
               brief="temperature rise at the centre"),
     *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature"),
-    *_of_both("temperature_interface_max_{}_K", "hottest place below the uppermost layer", "temperature", listed=True,
-              brief="hottest below the top layer"),
+    *_of_both("temperature_interface_max_{}_K", "hottest place below the top layer of a coating", "temperature", listed=True,
+              brief="hottest below the top coating"),
     *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
     *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
     *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
@@ -286,12 +286,12 @@ BOND_SCALARS = _scalars(*(
     Scalar(f"{name}_max_{body}_MPa", f"{meaning}, {body} body", "stress below", True)
     for body in BODIES
     for name, meaning in (
-        ("interface_shear", "largest shear stress of an interface between layers"),
+        ("interface_shear", "largest shear stress of an interface below or in a coating"),
         ("interface_tension", "largest tension across such an interface"),
-        ("layer_tension", "largest first principal stress in the layers"),
+        ("layer_tension", "largest first principal stress in the coating"),
     )
 ))  # fmt: skip
-"""Stresses that detach or crack bonded layers."""
+"""Stresses that detach or crack coatings."""
 
 SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _scalars(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",

@@ -32,8 +32,8 @@ stages."""
 
 @dataclass(frozen=True)
 class Layer:
-    """A bonded layer of a body: `thickness` (m), constants as those of `Material`, and shear yield stress (Pa; None where it
-    does not yield)."""
+    """A bonded layer of the coating of a body: `thickness` (m), constants as those of `Material`, and shear yield stress
+    (Pa; None if it does not yield)."""
 
     thickness: float
     youngs_modulus: float
@@ -46,8 +46,8 @@ class Layer:
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic body, bonded `layers` on it from the surface down. Thermal constants are None in a purely mechanical problem
-    (SI units)."""
+    """An isotropic body with a coating of bonded `layers`, from the surface down. Thermal constants are None in a purely
+    mechanical problem (SI units)."""
 
     youngs_modulus: float
     poisson_ratio: float
@@ -67,7 +67,7 @@ class Material:
 
     @property
     def interfaces(self) -> tuple[float, ...]:
-        """Depth of the lower face of each layer in m."""
+        """Depth of the lower face of each layer of the coating in m."""
         return tuple(accumulate(layer.thickness for layer in self.layers))
 
     @property
@@ -187,7 +187,7 @@ class Strength:
 
 @dataclass(frozen=True)
 class SubsurfaceRequest:
-    """Requested stresses below the surface (SI): the bodies, the `depth` of the last layer and the number of `layers` (None:
+    """Requested stresses below the surface (SI): the bodies, the largest `depth` and the number of depths, `layers` (None:
     by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields
     are kept, and the strength of the bodies whose shakedown and fatigue are requested."""
 
@@ -281,12 +281,12 @@ class Problem:
 
     @property
     def contact_modulus(self) -> float:
-        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa; below layers that of the surfaces' materials."""
+        """E* with 1/E* = (1 − ν₁²)/E₁ + (1 − ν₂²)/E₂ in Pa; of coated bodies that of the surfaces' materials."""
         return 1.0 / (1.0 / self.lower.surface.plane_strain_modulus + 1.0 / self.upper.surface.plane_strain_modulus)
 
     @property
     def coated(self) -> bool:
-        """True if a body has layers with an elastic effect."""
+        """True if a body has a coating with an elastic effect."""
         return bool(self.lower.elastic_layers or self.upper.elastic_layers)
 
     @property

@@ -132,7 +132,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     bound = contact.traction_bound(problem.friction.coefficient)
     limit = float(bound.sum()) * grid.element_area
     if problem.interlayer.yield_stress is not None and problem.prescribed_force > limit:
-        return [f"the layer yields: it carries {limit:.6g} N at most, less than the prescribed "
+        return [f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):

@@ -42,7 +42,7 @@ SPREAD = 0.5
 stick area that reaches the creepages that are found."""
 AT_SURFACE = 0.02
 """Depth in smaller semi-axes above which a peak below the surface is one of the surface."""
-HALF_THE_LAYERS = 1.0 / 31.0
+HALF_THE_DEPTHS = 1.0 / 31.0
 """Part of the change from every second layer to all: five layers locate a maximum to fifth order, 2⁵ − 1 = 31. If layers are
 sparser than every second one of the default, no order is seen and the whole change counts."""
 FLOOR = 1.5e-5
@@ -314,20 +314,20 @@ def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
 
 
 def stress_estimates(
-    grids: Levels, half_the_layers: Mapping[str, float], reference: Mapping[str, float], at_surface: Collection[str],
+    grids: Levels, half_the_depths: Mapping[str, float], reference: Mapping[str, float], at_surface: Collection[str],
     elements: float, derived: DerivedQuantities, left_out: float, *, sparse: Collection[str] = (),
     cut_off: Collection[str] = (),
 ) -> dict[str, float]:
     """Estimated error of each scalar below the surface on the last of `grids`, over its `error_scale`.
 
-    `half_the_layers` are the scalars of the last grid from every second layer, `reference` those of the state and of the
+    `half_the_depths` are the scalars of the last grid from every second layer, `reference` those of the state and of the
     inputs, from which the scales follow; `at_surface` names those whose maximum lies at the surface, `sparse` the bodies with
     few layers. Those `cut_off`, whose maximum lies in the deepest layer, have no estimate."""
     errors = {}
     for name in grids[-1]:
         scale, surface, stress = error_scale(name, reference), name in at_surface, name.endswith("_MPa")
-        part = 1.0 if any(f"_{body}_" in name for body in sparse) else HALF_THE_LAYERS
-        layers = part * abs(half_the_layers[name] - grids[-1][name]) / scale
+        part = 1.0 if any(f"_{body}_" in name for body in sparse) else HALF_THE_DEPTHS
+        layers = part * abs(half_the_depths[name] - grids[-1][name]) / scale
         # At the border of the contact tractions change by μp over an element.
         sheared = surface and stress and derived.kinematics.has_traction
         border = derived.problem.friction.coefficient / elements if sheared else 0.0

@@ -19,7 +19,7 @@ from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, esti
 from thermoroll_cli.refinement.plan import Plan, first_of_both
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of, state_of
 from thermoroll_cli.refinement.sharp_places import sharp_places
-from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_layers, warnings_after
+from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_coatings, warnings_after
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.iteration import expansion_in
@@ -99,7 +99,7 @@ def result_of(
     sharp = sharp_places(last.own_discretisation, last.contact)
     errors = estimates(coupled, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
     reasons = failures(derived, last.discretisation, last.isothermal, last.own_discretisation, last.coupled)
-    warnings = [*plan.warnings, *unresolved_layers(derived, last.own_discretisation.grid), *sharp.warnings]
+    warnings = [*plan.warnings, *unresolved_coatings(derived, last.own_discretisation.grid), *sharp.warnings]
     heat = last.own_discretisation.heat(last.contact) if plan.runs("heat") else None
     if heat is not None:
         fields = last.coupled_state.fields

@@ -218,7 +218,7 @@ class Centre:
 def _friction_scalars(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
     """Mean coefficient of friction over slip, and the criterion of falling friction, p₀ |dμ/ds| V B₀ with the compliance B₀ of
     an element to its own traction. Beyond about 0.7, without memory, convergence with the grid is of first order only. That of
-    a layer does not count: it grows with every refinement, and a layer needs memory."""
+    an interlayer does not count: it grows with every refinement, and an interlayer needs memory."""
     derived, grid = discretisation.derived, discretisation.grid
     problem, law, scalars = derived.problem, derived.problem.friction.law, {}
     pressure = contact.normal.pressure * (contact.normal.contact & ~contact.tangential.stick)

@@ -1,4 +1,4 @@
-"""The stage below the surface before it runs: the depths of its layers, whether there is heat, what it costs."""
+"""The stage below the surface before it runs: its depths, whether there is heat, what it costs."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.stress.superposition import TABLE_BYTES
 
 FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
-"""Depth of the first layer below the surface, in the smaller semi-axis of the contact; ratio of one layer to the next above;
-depth of the last. 28 layers: the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
+"""First depth below the surface, in the smaller semi-axis of the contact; ratio of one depth to the next above;
+the largest depth. 28 depths: the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
 SKIN = 0.3
-"""First layer in thicknesses of the heated skin."""
+"""First depth in thicknesses of the heated skin."""
 STEPS_THROUGH = 4
-"""Steps from the upper to the lower face of a bonded layer, at least."""
+"""Steps from the upper to the lower face of a layer of a coating, at least."""
 
 
 def skin_depth(semi_axis: float, peclet: float) -> float:
@@ -27,11 +27,11 @@ def skin_depth(semi_axis: float, peclet: float) -> float:
     return 2.0 * semi_axis / math.sqrt(peclet) if peclet > 0.0 else math.inf
 
 
-def layer_depths(width: float, depth: float | None = None, layers: int | None = None, skin: float = math.inf) -> Array:
+def usual_depths(width: float, depth: float | None = None, layers: int | None = None, skin: float = math.inf) -> Array:
     """Depths in m: the surface, then a geometric sequence down to `depth` (default 2.2 of `width`).
 
-    `width` is the smaller semi-axis of the contact. The first layer lies at 0.05 of it, or at 0.3 `skin` if heat enters
-    less; where so many `layers` reach that by equal steps, steps are equal. Without a number of layers there are as many as
+    `width` is the smaller semi-axis of the contact. The first depth lies at 0.05 of it, or at 0.3 `skin` if heat enters
+    less; where so many `layers` reach that by equal steps, steps are equal. Without a number of depths there are as many as
     a ratio of 1.157 takes."""
     last = DEPTH * width if depth is None else depth
     first = min(FIRST * width, SKIN * skin, 0.5 * last)
@@ -43,7 +43,7 @@ def layer_depths(width: float, depth: float | None = None, layers: int | None = 
     return np.concatenate([[0.0], np.geomspace(first, last, layers - 1)])
 
 
-def few_layers(depths: Array, width: float) -> bool:
+def few_depths(depths: Array, width: float) -> bool:
     """Whether `depths` of a contact with the smaller semi-axis `width` are sparser than every second one of the default."""
     steps, reach = np.diff(depths), np.maximum(FIRST * width, (RATIO**2 - 1.0) * depths[:-1])
     return bool(np.any(steps > reach * (1.0 + 1e-9)))
@@ -74,14 +74,14 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str,
     if heated and derived.problem.heating.peclet == "rolling":
         skin = min(skin_depth(derived.scales.semi_axis_x, derived.peclet(getattr(derived.problem, each)))
                    for each in request.bodies)
-    return with_interfaces(layer_depths(width, request.depth, request.layers, skin), getattr(derived.problem, body).interfaces)
+    return with_interfaces(usual_depths(width, request.depth, request.layers, skin), getattr(derived.problem, body).interfaces)
 
 
 STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
 """Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
 LAYERED_SECONDS = 2e-6
-"""Time that the tables of a body with layers take per element and depth."""
+"""Time that the tables of a coated body take per element and depth."""
 SIDEWAYS = 0.5
 """Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
 
@@ -120,7 +120,7 @@ def subsurface_plan(
     if mirrored:
         skipped[f"{STAGE}, y < 0"] = "the mirror image of y > 0"
     if len(request.bodies) == 2 and len(_tables(request, derived)) == 1:
-        alike = "layers" if derived.problem.lower.layers else "Poisson ratio"
+        alike = "coatings" if derived.problem.lower.layers else "Poisson ratio"
         skipped[f"{STAGE}, tables of the second body"] = f"both bodies have the same {alike}"
     depths = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
     most, last = max(map(len, depths.values())), float(depths[request.bodies[0]][-1])

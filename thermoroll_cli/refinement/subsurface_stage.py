@@ -19,13 +19,13 @@ from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.outcome import RefinementLevel, refining_both
 from thermoroll_cli.refinement.plan import Plan
-from thermoroll_cli.refinement.subsurface_plan import depths_of, few_layers, hot_bodies
+from thermoroll_cli.refinement.subsurface_plan import depths_of, few_depths, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
-from thermoroll_cli.stress.superposition import ElasticLayers, LayerTransforms, SurfaceLoad, ThermalLayers
+from thermoroll_cli.stress.superposition import ElasticStresses, StressTransforms, SurfaceLoad, ThermalStresses
 
 Collectors = dict[str, Collector]
 """By body."""
@@ -100,16 +100,16 @@ def _below_the_surface(
     finest = collected[-1]
     peaks = [_peaks(collectors) for collectors in collected]
     by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
-    scalars, by_layers = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
+    scalars, every_second = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
     near, cut_off = AT_SURFACE * width, _cut_off(finest, width)
     largest = [name for name in scalars if name in cut_off and name.endswith("_MPa")
                and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
-    warnings = [f"may be larger below the last layer computed, and have no error estimate: {', '.join(largest)}; set a larger "
+    warnings = [f"may be larger below the last depth computed, and have no error estimate: {', '.join(largest)}; set a larger "
                 "subsurface.depth_mm"] if largest else []
-    sparse = [body for body in finest if few_layers(depths[body], width)]
-    warnings += [f"{len(depths[body])} layers of the {body} body are far apart, which makes the error estimates of its "
+    sparse = [body for body in finest if few_depths(depths[body], width)]
+    warnings += [f"{len(depths[body])} depths of the {body} body are far apart, which makes the error estimates of its "
                  "stresses wide: set more subsurface.layers" for body in sparse]
     warnings += [
         f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
@@ -123,7 +123,7 @@ def _below_the_surface(
     ]
     grid = levels[-1].own_discretisation.grid
     at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
-    error = stress_estimates(by_grid, by_layers, summary, at_surface, elements, derived, sum(plan.left_out.values()),
+    error = stress_estimates(by_grid, every_second, summary, at_surface, elements, derived, sum(plan.left_out.values()),
                              sparse=sparse, cut_off=cut_off)
     for value, places, rivals in _rivals(collected):
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
@@ -143,9 +143,9 @@ def _collect(
     discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: dict[str, Array], *, thermal: bool,
     last: bool,
 ) -> Collectors:
-    """All layers of the bodies asked for on one grid; fields are kept of the `last` one."""
+    """All depths of the bodies asked for on one grid; fields are kept of the `last` one."""
     mirrored = discretisation.derived.kinematics.mirror_on(discretisation.grid.ny, heated=thermal) == (1, -1)
-    transforms = LayerTransforms(discretisation.grid, mirrored)
+    transforms = StressTransforms(discretisation.grid, mirrored)
     loads = surface_loads(discretisation, contact, request.bodies, thermal)
     y = discretisation.grid.y[-transforms.columns :]
     pressure = contact.normal.pressure[:, -transforms.columns :]
@@ -159,33 +159,33 @@ def _collect(
         if (strength := getattr(request, f"{body}_strength")) is not None:
             material = getattr(discretisation.derived.problem, body)
             collector.strength = StrengthCollector(strength, material, depths[body], len(y), mirrored, collector.thermal)
-    heats = {body: ThermalLayers(transforms, load).layers(depths[body]) for body, load in loads.items()
+    heats = {body: ThermalStresses(transforms, load).at(depths[body]) for body, load in loads.items()
              if load.heat is not None}
     for alike in _alike(loads):
         first = loads[alike[0]]
-        elastic = ElasticLayers(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
-        for layer, depth in enumerate(depths[alike[0]]):
+        elastic = ElasticStresses(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
+        for index, depth in enumerate(depths[alike[0]]):
             parts = elastic.at(float(depth))
             for body in alike:
-                collectors[body].take(layer, loads[body].elastic(*parts), next(heats[body]) if body in heats else None)
+                collectors[body].take(index, loads[body].elastic(*parts), next(heats[body]) if body in heats else None)
     for body, collector in collectors.items():
-        for layer in collector.cut_off():
-            collector.take_interface(layer, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[layer])))
+        for index in collector.cut_off():
+            collector.take_interface(index, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[index])))
     return collectors
 
 
-def _on_a_wider_domain(transforms: LayerTransforms, load: SurfaceLoad, depth: float) -> tuple[Array, Array, Array]:
-    """Elastic stresses of a layer on twice the domain, and its x and y."""
+def _on_a_wider_domain(transforms: StressTransforms, load: SurfaceLoad, depth: float) -> tuple[Array, Array, Array]:
+    """Elastic stresses at a depth on twice the domain, and its x and y."""
     grid = transforms.grid
     margin = (grid.nx // 2,) * 2, (grid.ny // 2,) * 2
-    wide = LayerTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), transforms.mirrored)
+    wide = StressTransforms(replace(grid, nx=grid.nx + sum(margin[0]), ny=grid.ny + sum(margin[1])), transforms.mirrored)
     traction = None if load.traction is None else np.pad(load.traction, ((0, 0), *margin))
-    elastic = ElasticLayers(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
+    elastic = ElasticStresses(wide, np.pad(load.pressure, margin), traction, load.poisson_ratio, load.layered)
     return load.elastic(*elastic.at(depth)), wide.grid.x, wide.grid.y[-wide.columns :]
 
 
 def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:
-    """Bodies whose elastic stresses differ by the sign of τ alone: of the same Poisson ratio, or the same layers."""
+    """Bodies whose elastic stresses differ by the sign of τ alone: of the same Poisson ratio, or the same coating."""
     groups: dict[tuple[float, LayeredBody | None], list[str]] = {}
     for body, load in loads.items():
         groups.setdefault((load.poisson_ratio, load.layered), []).append(body)
@@ -233,7 +233,7 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float
 
 
 def _cut_off(collectors: Collectors, width: float) -> set[str]:
-    """Names of the scalars whose maximum over depth may lie below the last layer: the largest values of each depth still grow
+    """Names of the scalars whose maximum over depth may lie below the last depth: the largest values of each depth still grow
     there, and as they grow would exceed all above them within twice the depth; or they have no peak below the surface above one
     `width`, the smaller semi-axis, within which those of Hertz's contacts lie."""
     names: set[str] = set()

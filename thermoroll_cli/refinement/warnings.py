@@ -68,55 +68,56 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
-            *_half_space_warnings(derived), *layer_warnings(problem),
+            *_half_space_warnings(derived), *coating_warnings(problem),
             *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
 
 
-THICK_LAYER = 0.1
-"""Thickness of layers over the smallest radius of their body from which plane layers are a doubtful model."""
+THICK_COATING = 0.1
+"""Thickness of a coating over the smallest radius of its body from which plane layers are a doubtful model."""
 STIFF_ON_SOFT = 30.0
-"""Modulus of a layer over that below it from which layers bend as plates, and break."""
+"""Modulus of a layer over that below it from which coatings bend as plates, and break."""
 
 
-def layer_warnings(problem: Problem) -> Iterator[str]:
-    """Doubts about bonded layers."""
+def coating_warnings(problem: Problem) -> Iterator[str]:
+    """Doubts about coatings."""
     geometry = problem.geometry
     radii = zip((geometry.lower_radius_x, geometry.upper_radius_x), geometry.across_radii, strict=True)
     for body, material, both in zip(BODIES, (problem.lower, problem.upper), radii, strict=True):
         thickness, radius = sum(layer.thickness for layer in material.layers), min(map(abs, both))
-        if thickness > THICK_LAYER * radius:
-            yield (f"layers of the {body} body are {thickness / radius:.2g} of its smallest radius thick: plane layers are a "
-                   f"doubtful model above {THICK_LAYER:g}")
+        if thickness > THICK_COATING * radius:
+            yield (f"the coating of the {body} body is {thickness / radius:.2g} of its smallest radius thick: plane layers are "
+                   f"a doubtful model above {THICK_COATING:g}")
         below = (*(layer.youngs_modulus for layer in material.layers[1:]), material.youngs_modulus)
         for number, (layer, modulus) in enumerate(zip(material.layers, below, strict=False), 1):
             if layer.youngs_modulus > STIFF_ON_SOFT * modulus:
-                yield (f"layer {number} of the {body} body is {layer.youngs_modulus / modulus:.3g} times stiffer than what is "
-                       f"below it: above {STIFF_ON_SOFT:g} layers bend like plates, and real ones crack")
+                yield (f"layer {number} of the coating of the {body} body is {layer.youngs_modulus / modulus:.3g} times "
+                       f"stiffer than the material below it: above {STIFF_ON_SOFT:g} layers bend like plates, and real ones "
+                       "crack")
 
 
 RESOLVED_BORDER = 0.5
 """Part to which half-spaces describe a border within an element (`coatings.NearBorder.trust`), at least."""
 
 
-def unresolved_layers(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
-    """Doubt about layers of the order of an element, which matter at the border and for the stresses in them."""
+def unresolved_coatings(derived: DerivedQuantities, grid: Grid) -> Iterator[str]:
+    """Doubt about coatings as thin as an element, which matter at the border and for the stresses in them."""
     coatings, request, element = derived.coatings, derived.problem.subsurface, min(grid.dx, grid.dy)
     for body in () if request is None else request.bodies:
         for layer in getattr(derived.problem, body).layers[:1]:
             if layer.thickness < THICK * element:
-                yield (f"the uppermost layer of the {body} body is {layer.thickness / element:.2g} elements thick: near "
+                yield (f"the top layer of the {body} body's coating is {layer.thickness / element:.2g} elements thick: near "
                        "borders of contact and stick its stresses vary within elements; "
                        f"{_resolving(grid, layer.thickness)} would resolve them")
     if coatings is None or coatings.near_border(grid.dx, grid.dy).trust >= RESOLVED_BORDER:
         return
     bodies = (coatings.lower, coatings.upper)
     thickness = min(body.layers[0].thickness for body in bodies if body.layers)
-    yield (f"the grid does not resolve the uppermost layer, {thickness / element:.2g} elements thick: the contact ends "
+    yield (f"the grid does not resolve the top layer of a coating, {thickness / element:.2g} elements thick: the contact ends "
            f"at the border of an element, which shows in areas; {_resolving(grid, thickness)} would resolve it")
 
 
 def _resolving(grid: Grid, thickness: float) -> str:
-    """The grid of which `THICK` elements are as thick as a layer."""
+    """The grid of which `THICK` elements are as thick as a layer of a coating."""
     finer = THICK * min(grid.dx, grid.dy) / thickness
     nx, ny = (math.ceil(finer * side) for side in grid.shape)
     return f"numerics.grid = {nx}" if nx == ny else f"numerics.grid = [{nx}, {ny}]"
@@ -186,12 +187,12 @@ def _constants(problem: Problem) -> Iterator[str]:
 
 
 def _materials(problem: Problem) -> Iterator[tuple[Material | Layer, str]]:
-    """Bodies and their layers."""
+    """Bodies and the layers of their coatings."""
     both = ((problem.lower, "both bodies"),) if problem.lower == problem.upper else (
         (problem.lower, "the lower body"), (problem.upper, "the upper body"))
     for body, whose in both:
         yield body, whose
-        yield from ((layer, f"layer {number} of {whose}") for number, layer in enumerate(body.layers, 1))
+        yield from ((layer, f"layer {number} of the coating of {whose}") for number, layer in enumerate(body.layers, 1))
 
 
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
@@ -235,7 +236,7 @@ def _memory(derived: DerivedQuantities) -> Iterator[str]:
     slip = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0) + abs(motion.spin) * derived.scales.mean_radius
     needed = derived.interlayer_shear * law.fall(math.inf if problem.prescribed_force else slip * motion.speed)
     if law.memory < needed:
-        yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the layer while friction falls, "
+        yield (f"friction.memory_um = {law.memory * 1e6:.3g} is shorter than the shear of the interlayer while friction falls, "
                f"{needed * 1e6:.3g} µm: where slip begins the state may depend on the grid; a longer memory avoids that")
 
 

@@ -33,12 +33,12 @@ class DerivedQuantities:
         """Hertz's contact of homogeneous bodies with radii. Raises ValueError for others: see `scales`."""
         p = self.problem
         if not p.has_hertz_solution:
-            raise ValueError("bodies with a transverse profile or with layers are in no Hertz contact")
+            raise ValueError("bodies with a transverse profile or with coatings are in no Hertz contact")
         return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
 
     @cached_property
     def scales(self) -> ContactScales:
-        """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and layers."""
+        """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and coatings."""
         p = self.problem
         if not p.has_hertz_solution:
             return contact_scales(p.geometry, p.contact_modulus, p.normal_force, self.coatings)
@@ -46,7 +46,7 @@ class DerivedQuantities:
 
     @cached_property
     def coatings(self) -> Coatings | None:
-        """Contribution of layers to influence tables; None without layers."""
+        """Contribution of coatings to influence tables; None without coatings."""
         return Coatings.of(self.problem.lower, self.problem.upper)
 
     @cached_property

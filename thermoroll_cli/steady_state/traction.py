@@ -121,7 +121,7 @@ class TractionSolver:
         friction: Array | None, *, undisturbed: bool,
     ) -> Traction:
         """Tractions and slip under the pressure `normal` (`undisturbed` says that it is Hertz's), driven by the slip `rigid`
-        (2, nx, ny); `friction` as in `Discretisation.roll`. Raises Unsolvable where a layer yields far below the force."""
+        (2, nx, ny); `friction` as in `Discretisation.roll`. Raises Unsolvable if the interlayer yields far below the force."""
         problem, motion = derived.problem, derived.problem.motion
         mirror = derived.kinematics.mirror_on(self.grid.ny, heated=not undisturbed or friction is not None)
         window = self.window_around(normal.contact, mirror, derived)
@@ -252,7 +252,7 @@ class TractionSolver:
         return convolution, convolution.quadrant_spectrum(table)
 
     def _of_half_spaces(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
-        """The operator of the half-spaces that stand for the bodies at the border; without layers that of the solver itself."""
+        """The operator of the half-spaces that stand for the bodies at the border; without coatings the solver's own."""
         if self._coatings is None:
             return self._solvers[window.mirror].gradient
         return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
@@ -285,9 +285,9 @@ def _capped(most: float, bound: Array, covered: Array) -> Array:
 
 
 def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
-    """Raises Unsolvable where the prescribed force reaches `margin` times the `limit` (N) that a layer which yields carries."""
+    """Raises Unsolvable if the prescribed force reaches `margin` times the `limit` (N) that a yielding interlayer carries."""
     if problem.interlayer.yield_stress is not None and problem.prescribed_force >= margin * limit:
-        raise Unsolvable(f"the layer yields: it carries {limit:.6g} N at most, and the prescribed force is "
+        raise Unsolvable(f"the interlayer yields: it carries {limit:.6g} N at most, and the prescribed force is "
                          f"{problem.prescribed_force:.6g} N", "force")
 
 

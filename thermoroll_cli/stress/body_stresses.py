@@ -1,4 +1,4 @@
-"""Stresses of one body, layer by layer: the fields that are kept, their scalars, and the largest values between layers and
+"""Stresses of one body, depth by depth: the fields that are kept, their scalars, and the largest values between depths and
 elements."""
 
 from __future__ import annotations
@@ -31,17 +31,17 @@ class EquivalentStresses:
     def empty(cls, shape: tuple[int, int, int]) -> EquivalentStresses:
         return cls(np.empty(shape, PRECISION), np.empty(shape, PRECISION), np.empty((shape[0], shape[2])))
 
-    def take(self, layer: int, stress: AnyArray) -> None:
-        """Keep the equivalent stresses of a layer with stresses (6, nx, columns)."""
-        self.von_mises[layer] = von_mises(stress)
-        self.principal[layer] = first_principal(stress)
-        self.shear_range[layer] = row_ranges(stress[4])
+    def take(self, index: int, stress: AnyArray) -> None:
+        """Keep the equivalent stresses of one depth, from stresses (6, nx, columns)."""
+        self.von_mises[index] = von_mises(stress)
+        self.principal[index] = first_principal(stress)
+        self.shear_range[index] = row_ranges(stress[4])
 
 
 @dataclass
 class Collector:
-    """Collects the layers of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `interfaces`
-    are the depths of those of a body with bonded layers."""
+    """Collects the depths of one body from the surface down. `columns` along y hold y > 0 of a `mirrored` state; `interfaces`
+    are the depths of those of a coated body."""
 
     depths: AnyArray
     x: AnyArray
@@ -67,43 +67,43 @@ class Collector:
         self.stresses = np.empty((6, *shape), PRECISION) if self.keep == "full" else None
         self.plane = np.empty((6, *shape[:2]), PRECISION) if self.keep else None
 
-    def take(self, layer: int, elastic: AnyArray, thermal: tuple[AnyArray, AnyArray] | None) -> None:
-        """One layer: elastic stresses (6, nx, columns) in Pa, and thermal stresses with temperatures in K."""
-        self.elastic.take(layer, elastic)
+    def take(self, index: int, elastic: AnyArray, thermal: tuple[AnyArray, AnyArray] | None) -> None:
+        """One depth: elastic stresses (6, nx, columns) in Pa, and thermal stresses with temperatures in K."""
+        self.elastic.take(index, elastic)
         stress = elastic
         if thermal is not None and self.temperature is not None:
             stress = elastic + thermal[0]
-            self.temperature[layer] = thermal[1]
-            self.total.take(layer, stress)
+            self.temperature[index] = thermal[1]
+            self.total.take(index, stress)
         if self.strength is not None:
-            self.strength.take(layer, elastic, stress)
+            self.strength.take(index, elastic, stress)
         if self.stresses is not None:
-            self.stresses[:, layer] = stress
+            self.stresses[:, index] = stress
         if self.plane is not None:
-            self.plane[:, layer] = stress[:, :, self.plane_column]
-        if self.depths[layer] in self.interfaces:
-            self.take_interface(layer, stress, self.x, self.y)
+            self.plane[:, index] = stress[:, :, self.plane_column]
+        if self.depths[index] in self.interfaces:
+            self.take_interface(index, stress, self.x, self.y)
 
-    def take_interface(self, layer: int, stress: AnyArray, x: AnyArray, y: AnyArray) -> None:
-        """An interface: stresses (6, len(x), len(y)) on a domain that may be wider than that of other layers."""
-        self.at_interfaces[layer] = np.stack([np.hypot(stress[4], stress[5]), stress[2]]), x, y
+    def take_interface(self, index: int, stress: AnyArray, x: AnyArray, y: AnyArray) -> None:
+        """An interface: stresses (6, len(x), len(y)) on a domain that may be wider than that of other depths."""
+        self.at_interfaces[index] = np.stack([np.hypot(stress[4], stress[5]), stress[2]]), x, y
 
     def cut_off(self) -> list[int]:
         """Layers that are interfaces whose shear stress grows up to the border of its domain."""
-        layers = []
-        for layer, (_, x, y) in self.at_interfaces.items():
-            peak = self._at_interface(layer, 0)
+        indices = []
+        for index, (_, x, y) in self.at_interfaces.items():
+            peak = self._at_interface(index, 0)
             if not (x[0] < peak.x < x[-1] and (self.mirrored or y[0] < peak.y) and peak.y < y[-1]):
-                layers.append(layer)
-        return layers
+                indices.append(index)
+        return indices
 
-    def _at_interface(self, layer: int, number: int) -> Peak:
+    def _at_interface(self, index: int, number: int) -> Peak:
         """The largest shear stress (0) or σ_zz (1) of an interface."""
-        values, x, y = self.at_interfaces[layer]
-        return peak_of(values[[number]], self.depths[layer : layer + 1], x, y, self.mirrored)
+        values, x, y = self.at_interfaces[index]
+        return peak_of(values[[number]], self.depths[index : index + 1], x, y, self.mirrored)
 
     def peaks(self, judged: EquivalentStresses, every: int = 1) -> dict[str, Peak]:
-        """Largest von Mises stress, range of σ_xz and first principal stress, of every layer or only every `every`-th one."""
+        """Largest von Mises stress, range of σ_xz and first principal stress, of every depth or only every `every`-th one."""
         ranges = peak_of(judged.shear_range[:, None, :], self.depths, np.zeros(1), self.y, self.mirrored, every)
         equivalent, tension = (peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
                                for values in (judged.von_mises, judged.principal))
@@ -121,11 +121,11 @@ class Collector:
         return profiles
 
     def bond_peaks(self, every: int = 1) -> dict[str, Peak]:
-        """Largest shear stress and largest σ_zz of the interfaces of a body with layers, no smaller than far away, and largest
-        first principal stress in its layers; nan where no interface was computed."""
+        """Largest shear stress and largest σ_zz of the interfaces of a coated body, no smaller than far away, and largest
+        first principal stress in its coating; nan where no interface was computed."""
         if not self.interfaces:
             return {}
-        shear, tension = ([self._at_interface(layer, number) for layer in self.at_interfaces] for number in (0, 1))
+        shear, tension = ([self._at_interface(index, number) for index in self.at_interfaces] for number in (0, 1))
         far_away = [Peak(0.0, z=self.interfaces[0])] if tension else []
         bonded = self.depths <= self.interfaces[-1]
         return {
@@ -186,7 +186,7 @@ def _nearest(axis: AnyArray, at: float) -> int:
 
 
 LAYER_POINTS, ELEMENT_POINTS = 5, 3
-"""Points of the interpolating polynomials: along the depth, where layers are far apart, and along the surface."""
+"""Points of the interpolating polynomials: along the depth, where the depths are far apart, and along the surface."""
 MOST_MOVES = 16
 ZOOMS, POINTS_PER_ZOOM = 7, 9
 """Each zoom samples so many points per axis and shrinks to a quarter."""
@@ -196,7 +196,7 @@ def peak_of(
     values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool = False, every: int = 1
 ) -> Peak:
     """The largest of `values` (nz, nx, ny) on `depths` × `x` × `y`, between them by polynomials through the neighbours in the
-    same layer, of all depths or only every `every`-th one.
+    same layer of the coating, of all depths or only every `every`-th one.
 
     If the largest value is at the surface, the surface alone is searched as well. A `mirrored` field, even in y, is given for
     y > 0 only. Positions are in the units of the arrays."""
@@ -208,7 +208,7 @@ def peak_of(
 
 def _followed(values: AnyArray, depths: AnyArray, x: AnyArray, y: AnyArray, mirrored: bool) -> Peak:
     """The maximum near the largest of `values`, searched again around each place found: on an inclined ridge it may lie between
-    two layers, several elements away from the largest value on a layer."""
+    two depths, several elements away from the largest value at one depth."""
     place = np.unravel_index(int(np.argmax(values)), values.shape)
     best = _refined(values, place, depths, x, y, mirrored)
     for _ in range(MOST_MOVES):

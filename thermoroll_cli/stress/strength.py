@@ -6,7 +6,7 @@ lower bound for a single track. With the deviator in the metric of von Mises,
 
     q = (σzz − ½(σxx + σyy), (√3/2)(σxx − σyy), √3 σxy, √3 σxz, √3 σyz),      |q| = von Mises stress,
 
-the residual stresses shift the first three components, and the shear yield stress that a layer needs is k = R/√3 with the
+the residual stresses shift the first three components, and the shear yield stress that a depth needs is k = R/√3 with the
 smallest ball R² = min over c of max |q₁₋₃ − c|² + q₄² + q₅² around its states, the unloaded one included.
 
 Alternating plasticity is excluded, whatever the residual stress, if k ≥ R₅/√3 with the smallest ball in all five components
@@ -64,15 +64,15 @@ def deviator(stress: AnyArray) -> Array:
 
 
 @dataclass(frozen=True)
-class LayerShakedown:
-    """Shear yield stress `k` (Pa) that one layer needs, and the `residual` stresses xx, yy, xy (Pa) for which this suffices."""
+class ShakedownAtDepth:
+    """Shear yield stress `k` (Pa) that one depth needs, and the `residual` stresses xx, yy, xy (Pa) for which this suffices."""
 
     k: float
     residual: tuple[float, float, float]
 
 
-def layer_shakedown(stress: AnyArray, *, mirrored: bool = False) -> LayerShakedown:
-    """Shakedown of one layer with stresses (6, nx, ny) in Pa; a `mirrored` state, even in y, is given for y > 0 only.
+def shakedown_at_depth(stress: AnyArray, *, mirrored: bool = False) -> ShakedownAtDepth:
+    """Shakedown of one depth with stresses (6, nx, ny) in Pa; a `mirrored` state, even in y, is given for y > 0 only.
 
     By symmetry ρ_xy = 0 in a mirrored state."""
     q = deviator(stress).reshape(-1, 5)
@@ -82,13 +82,13 @@ def layer_shakedown(stress: AnyArray, *, mirrored: bool = False) -> LayerShakedo
     ball = smallest_balls(states[..., :free], states[..., free])
     c1, c2, c3 = (*ball.centres[0], 0.0)[:3]
     residual = c1 - c2 / SQRT3, c1 + c2 / SQRT3, -c3 / SQRT3
-    return LayerShakedown(math.sqrt(ball.squared_radii[0] / 3.0), residual)
+    return ShakedownAtDepth(math.sqrt(ball.squared_radii[0] / 3.0), residual)
 
 
 @dataclass(frozen=True)
 class LineFatigue:
-    """Lines of rolling of one layer: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, starting points for the next
-    layer."""
+    """Lines of rolling at one depth: `alternating_k` and `dang_van` (ny,) in Pa, and the `balls`, starting points for the next
+    depth."""
 
     alternating_k: Array
     dang_van: Array
@@ -96,9 +96,9 @@ class LineFatigue:
 
 
 def line_fatigue(stress: AnyArray, dang_van_coefficient: float, start: Balls | None = None) -> LineFatigue:
-    """Alternating plasticity and Dang Van's stress of every line of rolling of a layer with stresses (6, nx, ny) in Pa.
+    """Alternating plasticity and Dang Van's stress of every line of rolling of a depth with stresses (6, nx, ny) in Pa.
 
-    `dang_van_coefficient` weighs the hydrostatic stress, positive in tension; `start` are the balls of a layer nearby."""
+    `dang_van_coefficient` weighs the hydrostatic stress, positive in tension; `start` are the balls of a depth nearby."""
     history = deviator(stress).transpose(1, 0, 2)
     history = np.concatenate([history, np.zeros_like(history[:, :1])], axis=1)
     balls = smallest_balls(history, start=start)
@@ -124,7 +124,7 @@ def tresca_shear(q: Array) -> Array:
 
 
 def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
-    """Largest of `values` (nz,) below the surface and its depth, by the parabola through the highest layer and its neighbours.
+    """Largest of `values` (nz,) below the surface and its depth, by the parabola through the largest value and its neighbours.
 
     The surface, at depth 0, serves only as a neighbour: with friction it converges more slowly and has a scalar of its own.
     If the values fall from the surface downwards, they are largest at the first depth below it."""
@@ -143,9 +143,9 @@ def largest_over_depth(depths: Array, values: Array) -> tuple[float, float]:
 
 @dataclass
 class StrengthCollector:
-    """Collects the layers of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state.
+    """Collects the depths of one body from the surface down; `columns` along y hold y > 0 of a `mirrored` state.
 
-    Stresses in bonded layers count as much as the body's shear yield stress exceeds theirs, and not at all where a layer does
+    Stresses in a coating count as much as the body's shear yield stress exceeds theirs, and not at all where its layer does
     not yield; Dang Van's stress is that of the `body` below them."""
 
     strength: Strength
@@ -163,20 +163,20 @@ class StrengthCollector:
     _above: LineFatigue | None = None
 
     def __post_init__(self) -> None:
-        layers = len(self.depths)
-        self.shakedown_k, self.elastic_k, self.limit_k = np.empty(layers), np.empty(layers), np.empty(layers)
-        self.residual = np.empty((layers, 3))
-        self.alternating_k, self.dang_van = np.empty((layers, self.columns)), np.empty((layers, self.columns))
+        count = len(self.depths)
+        self.shakedown_k, self.elastic_k, self.limit_k = np.empty(count), np.empty(count), np.empty(count)
+        self.residual = np.empty((count, 3))
+        self.alternating_k, self.dang_van = np.empty((count, self.columns)), np.empty((count, self.columns))
 
-    def take(self, layer: int, elastic: AnyArray, total: AnyArray) -> None:
-        """One layer: elastic and total stresses (6, nx, columns) in Pa, the same array without thermal stresses."""
-        needed = layer_shakedown(total, mirrored=self.mirrored)
-        self.shakedown_k[layer], self.residual[layer] = needed.k, needed.residual
-        self.elastic_k[layer] = layer_shakedown(elastic, mirrored=self.mirrored).k if self.thermal else needed.k
-        self.limit_k[layer] = float(von_mises(total).max()) / math.sqrt(3.0)
+    def take(self, index: int, elastic: AnyArray, total: AnyArray) -> None:
+        """One depth: elastic and total stresses (6, nx, columns) in Pa, the same array without thermal stresses."""
+        needed = shakedown_at_depth(total, mirrored=self.mirrored)
+        self.shakedown_k[index], self.residual[index] = needed.k, needed.residual
+        self.elastic_k[index] = shakedown_at_depth(elastic, mirrored=self.mirrored).k if self.thermal else needed.k
+        self.limit_k[index] = float(von_mises(total).max()) / math.sqrt(3.0)
         start = None if self._above is None else self._above.balls
         self._above = line_fatigue(total, self.strength.dang_van_coefficient, start)
-        self.alternating_k[layer], self.dang_van[layer] = self._above.alternating_k, self._above.dang_van
+        self.alternating_k[index], self.dang_van[index] = self._above.alternating_k, self._above.dang_van
 
     def profiles(self) -> dict[str, Array]:
         """Largest values (Pa) of each depth, (nz,)."""
@@ -188,7 +188,7 @@ class StrengthCollector:
                 "dang_van_max": np.where(bonded, 0.0, self.dang_van.max(axis=1))}
 
     def peaks(self, every: int = 1) -> dict[str, tuple[Peak, Peak]]:
-        """Largest values (Pa) at the surface and below it, from every layer or only every `every`-th one and the first below
+        """Largest values (Pa) at the surface and below it, from every depth or only every `every`-th one and the first below
         the surface."""
         parts = [np.arange(part.stop)[part] for part in within_layers(self.depths)]
         parts = [np.union1d(part[::every], part[1:2]) for part in parts]

@@ -1,4 +1,4 @@
-"""Stresses and temperatures on whole layers: the responses of single elements, convolved with the loads by FFT."""
+"""Stresses and temperatures on planes of one depth: the responses of single elements, convolved with the loads by FFT."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ODD_IN_Y = (False, False, False, True, False, True)
 ODD_IN_X = (False, False, False, True, True, False)
 
 TABLE_BYTES = 64 * 2**20
-"""Memory of the thermal tables computed together: layers share most of the cost, but each needs its own memory."""
+"""Memory of the thermal tables computed together: depths share most of the cost, but each needs its own memory."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class SurfaceLoad:
 
     `pressure` pushes into the body; `traction` (2, nx, ny), times `sign`, is the force per area on the body (σ_xz = −t_x at
     the surface), None if there is none; `heat` is the flux into the body, None if thermal stresses are left out.
-    `poisson_ratio` is that of the surface, `layered` the body where it has layers.
+    `poisson_ratio` is that of the surface, `layered` the body if it is coated.
     `thermal_modulus` is Eα/(1−ν) in Pa/K, `speed` the velocity (m/s) of the material through the contact, `surface_rise` the
     temperature rise (K) of the surface if it is known better than from averages."""
 
@@ -47,11 +47,11 @@ class SurfaceLoad:
     layered: LayeredBody | None = None
 
     def elastic(self, by_pressure: Array, by_traction: Array | None) -> Array:
-        """Stresses in this body from those of `ElasticLayers.at`."""
+        """Stresses in this body from those of `ElasticStresses.at`."""
         return by_pressure if by_traction is None else by_pressure + self.sign * by_traction
 
 
-class LayerTransforms:
+class StressTransforms:
     """Free-space convolutions of loads on one grid; results on the whole grid or, for mirror-symmetric states, for y > 0."""
 
     def __init__(self, grid: Grid, mirrored: bool) -> None:
@@ -110,7 +110,7 @@ def averaging(depth: float) -> float:
     harmonic = np.arange(1.0, JUMP_HARMONICS + 1.0)
     decay = 2.0 * np.pi * depth * harmonic
     series = (-1.0) ** (harmonic + 1.0) * (1.0 + decay) * np.exp(-decay) / harmonic**2
-    # Below JUMPS_GONE_BELOW the weight is constant, so that `Sharpened` keeps its spectrum from layer to layer.
+    # Below JUMPS_GONE_BELOW the weight is constant, so that `Sharpened` keeps its spectrum from depth to depth.
     return 1.0 / 12.0 - float(series.sum()) / (2.0 * np.pi**2) if depth < JUMPS_GONE_BELOW else 1.0 / 12.0
 
 
@@ -122,7 +122,7 @@ class Sharpened:
     they restore the average. After subtracting that second difference (`averaging`) the error is of fourth order in the size
     of the elements; the resultant load does not change."""
 
-    def __init__(self, transforms: LayerTransforms, load: Array) -> None:
+    def __init__(self, transforms: StressTransforms, load: Array) -> None:
         self._transforms = transforms
         self._spectrum = transforms.forward(load)
         self._weights: tuple[float, float] | None = None
@@ -138,12 +138,12 @@ class Sharpened:
         return self._sharp
 
 
-class ElasticLayers:
-    """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per layer and load; in a homogeneous
+class ElasticStresses:
+    """Elastic stresses of a pressure and of a traction, each on its own: (6, nx, columns) per depth and load; in a homogeneous
     body of `poisson_ratio`, or in a `layered` one."""
 
     def __init__(
-        self, transforms: LayerTransforms, pressure: Array, traction: Array | None, poisson_ratio: float,
+        self, transforms: StressTransforms, pressure: Array, traction: Array | None, poisson_ratio: float,
         layered: LayeredBody | None = None,
     ) -> None:
         self._transforms, self._poisson_ratio, self._layered = transforms, poisson_ratio, layered
@@ -185,15 +185,15 @@ class ElasticLayers:
         return self._transforms.back(spectra, ODD_IN_Y)
 
 
-class ThermalLayers:
-    """Thermal stresses and temperatures of one body, layer after layer from the surface down."""
+class ThermalStresses:
+    """Thermal stresses and temperatures of one body, depth by depth from the surface down."""
 
-    def __init__(self, transforms: LayerTransforms, load: SurfaceLoad) -> None:
+    def __init__(self, transforms: StressTransforms, load: SurfaceLoad) -> None:
         assert load.heat is not None
         self._transforms, self._load = transforms, load
         self._heat = Sharpened(transforms, load.heat)
 
-    def layers(self, depths: Array) -> Iterator[tuple[Array, Array]]:
+    def at(self, depths: Array) -> Iterator[tuple[Array, Array]]:
         """Stresses (6, nx, columns) in Pa and temperature rise (nx, columns) in K at each of the ascending `depths` (m)."""
         grid = self._transforms.grid
         lateral = self._load.speed[1] != 0.0
