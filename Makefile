@@ -44,15 +44,7 @@ docs: $(VENV)/.installed-docs
 	@echo "The site: $(CURDIR)/build/site/index.html"
 
 stress: install
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress --write
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_profiles --write
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_wear
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_wheelset
-	$(BIN)/python -m scripts.stress.stress_signals --write
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_neighbours
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_friction
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.stress_layers
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress.estimate_coverage
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.stress --write
 
 figures: install
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m scripts.figures.figures

@@ -1,5 +1,6 @@
 """Seeded contacts of bodies with transverse profiles: crowned rollers, lopsided shapes, two bumps, arcs of unlike radii that
-meet with a kink in the curvature; and what such shapes leave out: edges, places far from y = 0, conformal grooves."""
+meet with a kink in the curvature; what such shapes leave out: edges, places far from y = 0, conformal grooves, polygons,
+profiles that end inside the contact."""
 
 from __future__ import annotations
 
@@ -12,18 +13,20 @@ import numpy as np
 from thermoroll_cli.problem.curved_patch import conformal_patch
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.differential_slip import compliance_shares
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 KINDS = ("crown", "cubic", "bumps", "kink")
 AWKWARD = ("edge", "off centre", "groove")
+SHARP = ("polygon", "end")
 SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3
 POINTS = 241
+GRIDS = ((16, 16), (24, 24), (32, 32), (33, 47), (24, 64), (48, 48), (64, 32))
 
 
 def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
-    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS` or of `AWKWARD`."""
+    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS`, `AWKWARD` or `SHARP`."""
     rng = np.random.default_rng([13, seed])
     while True:
         kind = kinds[seed % len(kinds)]
@@ -32,14 +35,20 @@ def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem
             scales = DerivedQuantities(problem).scales
         except ValueError:
             continue  # no contact is found
-        if not all(scales.ends) and scales.semi_axis_x < 0.3 * abs(1.0 / problem.geometry.curvature_x):
+        ends = any(scales.ends) if kind == "end" else not all(scales.ends)
+        if ends and scales.semi_axis_x < 0.3 * abs(1.0 / problem.geometry.curvature_x):
             return replace(problem, motion=_motion(rng, problem))
+
+
+def profile_on_a_grid(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
+    """The contact of `seed` on one of `GRIDS`."""
+    return replace(random_profile_contact(seed, kinds), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
 
 
 def _drawn(rng: np.random.Generator, kind: str) -> Problem:
     half = _log(rng, -3.0, -1.7)
     profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink, "edge": _edge, "off centre": _off_centre,
-               }[kind](rng, half)
+               "polygon": _polygon, "end": _end}[kind](rng, half)
     radius_x = half * _log(rng, 0.3, 2.0)
     flat = math.inf
     geometry = Geometry(flat, flat, radius_x, flat, upper_profile=profile)
@@ -105,6 +114,18 @@ def _edge(rng: np.random.Generator, half: float) -> Profile:
 def _off_centre(rng: np.random.Generator, half: float) -> Profile:
     """A lopsided arc that touches up to 0.8 of its half-width from y = 0."""
     return replace(_cubic(rng, half), offset=half * float(rng.uniform(-0.8, 0.8)))
+
+
+def _polygon(rng: np.random.Generator, half: float) -> Profile:
+    """Three to seven straight pieces of different lengths, about an arc."""
+    t = np.sort(np.concatenate([[-1.0, 1.0], rng.uniform(-0.8, 0.8, int(rng.integers(2, 7)))]))
+    return Profile(tuple(zip((half * t).tolist(), (-half * _log(rng, -3.0, -1.0) * t**2).tolist(), strict=True)), "linear")
+
+
+def _end(rng: np.random.Generator, half: float) -> Profile:
+    """An arc about a place within, beyond or at the end of the profile, so flat that the contact reaches one end or both."""
+    place = float(rng.uniform(0.3, 1.3))
+    return _points(lambda t: -((t - place) ** 2), half, half * _log(rng, -6.0, -3.0))
 
 
 def _groove(rng: np.random.Generator) -> Problem:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import itertools
 import os
 import re
@@ -28,7 +29,7 @@ def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
     cases = re.findall(r"\bcases/([\w*]+\.(?:toml|h5))", text)
     missing += [name for name in cases if not list((ROOT / "cases").glob(name))]
     scripts = re.findall(r"python -m (scripts[\w.]+)", text)
-    missing += [name for name in scripts if not (ROOT / f"{name.replace('.', '/')}.py").exists()]
+    missing += [name for name in scripts if importlib.util.find_spec(name) is None]
     assert not missing
 
 

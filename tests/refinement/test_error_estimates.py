@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from scripts.stress.estimate_coverage import DERIVED
-from scripts.stress.stress_cases import stress_case
+from scripts.stress.coverage import DERIVED
+from scripts.stress.random_cases import stress_case
 from tests.support.command_line import call
 from tests.support.scenes import MECHANICAL, STEEL, reference_problem, rolling
 from thermoroll_cli.problem.names import SCALARS

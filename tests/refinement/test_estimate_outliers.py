@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from scripts.stress.estimate_coverage import pairs_of
+from scripts.stress.coverage import pairs_of, shortfall
+from scripts.stress.populations import POPULATIONS
 from tests.support.scenes import MECHANICAL, rolling
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Material, Numerics
@@ -17,26 +18,28 @@ from thermoroll_cli.refinement.solve import solve
 @pytest.mark.parametrize("seed", [489, 362, 378, 491])
 def test_estimates_cover_what_they_once_missed(seed: int) -> None:
     """Slip zones narrower than an element, forces close to μW: of the stress generator, N = 32. (Seed 334 is another, whose
-    reference alone takes half a minute: `python -m scripts.stress.estimate_coverage` has it.)"""
-    pairs = list(pairs_of("stress generator", seed, 32))
+    reference alone takes half a minute: `make stress` has it.)"""
+    pairs = list(pairs_of(POPULATIONS["coverage of contacts"].draw(seed).problem, 32))
     assert len(pairs) >= 8
     # Seed 491 is short by 2.7 times in a heat flux, seed 362 by 2.1 times: zones narrower than half an element.
-    assert not [p for p in pairs if p.shortfall > 3.0]
+    assert not [p for p in pairs if shortfall(p) > 3.0]
 
 
 @pytest.mark.parametrize(("population", "seed", "grid", "once"), [
-    ("random contacts", 5081, 32, 24.0),  # two peaks of pressure between unlike bodies that agreed by accident
-    ("stress generator", 7362, 32, 26.0),  # the largest traction at the border of the patch of stick about the pole of spin
-    ("stress generator", 6037, 64, 20.0),  # heat into a body that turns, which one with another temperature gives it
-    ("stress generator", 4223, 64, 13.0),  # a small spin moment under strong heat
-    ("random contacts", 41033, 32, 31.0),  # a patch of stick a hundredth of the contact wide
-    ("stress generator", 41020, 32, 227.0),  # a patch of stick where a found creepage still falls with every grid
-    ("falling friction", 41000, 32, 4.8),  # mean friction of a zone of stick whose size is not known
-    ("strength and wear", 41003, 32, 197.0),  # shakedown governed by the surface on finer grids only
+    ("coverage of random contacts", 5081, 32, 24.0),  # two peaks of pressure between unlike bodies that agreed by accident
+    ("coverage of contacts", 7362, 32, 26.0),  # the largest traction at the border of the patch of stick about the pole of spin
+    ("coverage of contacts", 6037, 64, 20.0),  # heat into a body that turns, which one with another temperature gives it
+    ("coverage of contacts", 4223, 64, 13.0),  # a small spin moment under strong heat
+    ("coverage of random contacts", 41033, 32, 31.0),  # a patch of stick a hundredth of the contact wide
+    ("coverage of contacts", 41020, 32, 227.0),  # a patch of stick where a found creepage still falls with every grid
+    ("coverage of falling friction", 41000, 32, 4.8),  # mean friction of a zone of stick whose size is not known
+    ("coverage of strength and wear", 41003, 32, 197.0),  # shakedown governed by the surface on finer grids only
 ])
 def test_no_estimate_is_ten_times_too_small(population: str, seed: int, grid: int, once: float) -> None:
     """As these were `once`; now they are at most half as far off."""
-    assert max(p.shortfall for p in pairs_of(population, seed, grid, reference=3 * grid)) < 0.5 * once
+    drawn = POPULATIONS[population].draw(seed)
+    pairs = pairs_of(getattr(drawn, "problem", drawn), grid, reference=3 * grid)
+    assert max(map(shortfall, pairs)) < 0.5 * once
 
 
 def test_an_accuracy_that_was_missed_is_kept() -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scripts.stress.stress_cases import stress_case
+from scripts.stress.random_cases import stress_case
 from tests.support.scenes import STEEL, article_4_1, reference, rolling, solved
 from thermoroll_cli.exact.heated_sphere import heated_sphere
 from thermoroll_cli.problem.geometry import Geometry

@@ -1,29 +1,23 @@
-"""Solve random neighbouring problems one after the other and hold each against the same problem solved alone: `make stress`.
-
-    python -m scripts.stress.stress_neighbours [--cases N] [--first SEED]
-"""
+"""Seeded neighbouring problems, solved one after the other, and each held against the same problem solved alone."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import sys
-import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from scripts.stress.outcome import Outcome
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.problem.geometry import Profile
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Numerics, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver, solve
 
-CASES, FIRST = 100, 7000
-"""Cases of three problems, so of two pairs, each."""
 SIDE = 32
 SMALLEST, LARGEST = 0.003, 0.1
 """Relative change from one problem to the next."""
@@ -31,17 +25,6 @@ SHARE = 1.0 / 3.0
 """Of its estimated error that a scalar may differ from that of the problem alone."""
 ROUNDING = 2e-5
 """Twice the tolerance of the solvers: less is no difference."""
-
-
-@dataclass(frozen=True)
-class Difference:
-    """A scalar of one case that depends on what was solved before: by how much over its error scale, and its estimate."""
-
-    seed: int
-    varied: str
-    scalar: str
-    size: float
-    estimate: float
 
 
 def neighbours(seed: int) -> tuple[str, list[Problem]]:
@@ -80,43 +63,28 @@ def _deeper(profile: Profile, factor: float) -> Profile:
     return replace(profile, drop=factor * profile.drop, points=tuple((y, factor * z) for y, z in profile.points))
 
 
-def differences(seed: int) -> Iterator[Difference]:
-    """What of one case depends on the problems before it."""
-    varied, problems = neighbours(seed)
+def check(drawn: tuple[str, list[Problem]]) -> Outcome:
+    """Solve the problems one after the other and each alone: what differs is broken."""
+    varied, problems = drawn
     solver = Solver()
-    for place, problem in enumerate(problems):
-        result = solver.solve(problem)
-        if place == 0:
+    results = [(solver.solve(problem), solve(problem)) for problem in problems]
+    broken = tuple(f"{varied}: {what}" for result, alone in results[1:] for what in differences(result, alone))
+    reason = next((alone.reason for _, alone in results if not alone.converged), "")
+    return Outcome(not reason, reason, broken=broken, work=results[-1][0].work["levels"][-1]["applications"])
+
+
+def differences(result: Result, alone: Result) -> Iterator[str]:
+    """Scalars of `result`, which depends on problems before it, that differ from those of `alone` by more than a share of
+    their estimates."""
+    if result.converged != alone.converged:
+        yield f"converged {result.converged}, alone {alone.converged}"
+    if not (result.converged and alone.converged):
+        return
+    warm, cold = result.summary(), alone.summary()
+    for name in SCALARS:
+        scale, estimate = error_scale(name, cold), alone.error[name]
+        if not (scale > 0.0 and math.isfinite(estimate)):
             continue
-        alone = solve(problem)
-        if result.converged != alone.converged:
-            yield Difference(seed, varied, "converged", float(result.converged), float(alone.converged))
-        if not (result.converged and alone.converged):
-            continue
-        warm, cold = result.summary(), alone.summary()
-        for name in SCALARS:
-            scale, estimate = error_scale(name, cold), alone.error[name]
-            if not (scale > 0.0 and math.isfinite(estimate)):
-                continue
-            size = abs(warm[name] - cold[name]) / scale
-            if not size <= max(SHARE * estimate, ROUNDING):
-                yield Difference(seed, varied, name, size, estimate)
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Problems that start from their neighbours, against the same ones alone.")
-    parser.add_argument("--cases", type=int, default=CASES, help=f"cases of two pairs each (default {CASES})")
-    parser.add_argument("--first", type=int, default=FIRST, help="first seed")
-    wishes = parser.parse_args()
-    start, found = time.perf_counter(), list[Difference]()
-    for seed in range(wishes.first, wishes.first + wishes.cases):
-        for difference in differences(seed):
-            print(difference, flush=True)
-            found.append(difference)
-    print(f"{2 * wishes.cases} pairs, {len(found)} scalars of {len({d.seed for d in found})} cases differ, in "
-          f"{time.perf_counter() - start:.0f} s")
-    return int(bool(found))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        size = abs(warm[name] - cold[name]) / scale
+        if not size <= max(SHARE * estimate, ROUNDING):
+            yield f"{name} differs by {size:.2g} of its scale, estimate {estimate:.2g}"

@@ -1,23 +1,13 @@
-"""Wear random profiles, off-centre, offset and tilted, of one body or both, and check each evolution: `make stress`.
-
-`--seed N` wears the contact of one seed and tells what became of it.
-"""
+"""Seeded profiles, off-centre, offset and tilted, of one body or both, that wear; and the check of each evolution."""
 
 from __future__ import annotations
 
-import argparse
 import math
-import multiprocessing
-import pathlib
-import sys
-import time
-import traceback
-import warnings
 from dataclasses import replace
 
 import numpy as np
 
-from scripts.stress.stress import Outcome, table, told
+from scripts.stress.outcome import Outcome
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
@@ -25,14 +15,13 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_geometry
 
 KINDS = ("cubic", "linear", "arcs", "crown", "radius")
-CASES = 40
 GRIDS = ((16, 16), (24, 24), (32, 32), (20, 33))
 MOST_STEPS = 150
 AREA, ROUGHNESS = 2e-3, 0.1
 """Relative error of the worn area in full sliding; second difference of the line load inside the contact, over the largest."""
 
 
-def problem_of(seed: int) -> Problem:
+def worn_contact(seed: int) -> Problem:
     """The contact of `seed`, always the same: its profile is of `KINDS[seed % 5]`."""
     rng = np.random.default_rng([29, seed])
     steel, half, kind = Material(210e9, 0.28), 10.0 ** rng.uniform(-3.0, -1.7), KINDS[seed % len(KINDS)]
@@ -90,45 +79,12 @@ def violations(problem: Problem, last: WearState) -> list[str]:
     return found
 
 
-def run_seed(seed: int) -> Outcome:
-    """Wear the contact of `seed`, for a bounded number of steps, and check the last state; warnings count as crashes."""
-    start, kind, last = time.perf_counter(), f"wear, {KINDS[seed % len(KINDS)]}", None
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            problem = problem_of(seed)
-            for last in evolution(problem):
-                if last.steps >= MOST_STEPS:
-                    break
-        assert last is not None and last.result is not None
-        result = last.result
-        broken = tuple(violations(problem, last)) if result.converged else ()
-        work = result.work["levels"][-1]["applications"]
-        return Outcome(seed, kind, True, result.converged, result.reason, broken, work, time.perf_counter() - start)
-    except Exception as cause:
-        place = traceback.extract_tb(cause.__traceback__)[-1]
-        broken = (f"{type(cause).__name__}: {cause} ({pathlib.Path(place.filename).name}:{place.lineno})",)
-        return Outcome(seed, kind, True, False, "", broken, 0, time.perf_counter() - start, crashed=True)
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seed", type=int, help="the contact of this seed only")
-    parser.add_argument("--first", type=int, default=0, help="the first of all seeds")
-    parser.add_argument("--cases", type=int, default=CASES)
-    parser.add_argument("--jobs", type=int, default=2)
-    wishes = parser.parse_args()
-    if wishes.seed is not None:
-        print(problem_of(wishes.seed), told(run_seed(wishes.seed)), sep="\n")
-        return 0
-    with multiprocessing.get_context("spawn").Pool(wishes.jobs) as pool:
-        outcomes = pool.map(run_seed, range(wishes.first, wishes.first + wishes.cases), chunksize=1)
-    print(table(outcomes))
-    for outcome in outcomes:
-        if outcome.broken or not outcome.converged:
-            print(told(outcome), file=sys.stderr)
-    return int(any(o.broken or not o.converged for o in outcomes))
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def check(problem: Problem) -> Outcome:
+    """Wear the contact, for a bounded number of steps, and check the last state."""
+    for last in evolution(problem):
+        if last.steps >= MOST_STEPS:
+            break
+    result = last.result
+    assert result is not None
+    broken = tuple(violations(problem, last)) if result.converged else ()
+    return Outcome(result.converged, result.reason, broken=broken, work=result.work["levels"][-1]["applications"])

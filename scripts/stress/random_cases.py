@@ -43,17 +43,6 @@ class StressCase:
     def below_limit(self) -> bool:
         return self.bulge < BELOW_LIMIT
 
-    @property
-    def kind(self) -> str:
-        """Which row of the table of outcomes the case belongs to."""
-        problem, heating = self.problem, self.problem.heating
-        if not heating.heat:
-            return "mechanical, dissimilar bodies" if DerivedQuantities(problem).dissimilar else "mechanical"
-        what = f"heat, {heating.peclet}"
-        if problem.friction_varies:
-            return f"{what}, warm friction"
-        return f"{what}, matched" if heating.partition == "matched" else what
-
 
 def stress_case(seed: int, *, small: bool = False) -> StressCase:
     """The case of `seed`, always the same; `small` keeps its grid below 25 elements per side."""

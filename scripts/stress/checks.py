@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from scripts.stress.outcome import Outcome
+from scripts.stress.random_cases import BELOW_LIMIT
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
-from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 
@@ -24,6 +28,18 @@ COLD = 1e-6
 """How far below zero a temperature may come out, over its peak."""
 GAP = 1e-6
 FORCE = 2e-5
+STARTS = {"sticking": 0.1, "sliding": 10.0}
+"""Creepages of other starts, over those of the case."""
+AGREE = 1e-4
+
+
+def solved(problem: Problem, *checks: Callable[[Result], Iterable[str]]) -> Outcome:
+    """Solve `problem` and look for `violations`, and for what further `checks` find wrong. It is excused if there is more heat
+    than a steady state below the thermo-elastic limit has, or a force above the maximum of the creep curve."""
+    result = solve_to_check(problem)
+    broken = [*violations(result), *(fault for check in checks for fault in check(result))]
+    excused = bulges(result) or "no steady state carries" in result.reason
+    return Outcome(result.converged, result.reason, excused, tuple(broken), result.work["levels"][-1]["applications"])
 
 
 def solve_to_check(problem: Problem) -> Result:
@@ -43,6 +59,39 @@ def violations(result: Result) -> list[str]:
             found += [f"{name}: {what}" for what in _broken(result, state)]
     json.dumps(result.summary())
     return found
+
+
+def bulges(result: Result) -> bool:
+    """Whether the heat of the state without deformation would bulge by more than a case below the limit may: the plan's bound
+    can be too low for dissimilar bodies, whose pressure alone makes them slip."""
+    scalars = result.isothermal.scalars
+    return bool(result.problem.heating.deformation
+                and scalars["thermal_displacement_max_um"] > BELOW_LIMIT * scalars["approach_um"])  # fmt: skip
+
+
+def patches(result: Result) -> Iterator[str]:
+    """All patches together carry the load, each some of it, and they lie in order."""
+    share = sum(patch["normal_N"] for patch in result.patches) / result.problem.normal_force
+    if abs(share - 1.0) >= LOAD:
+        yield f"patches carry {share:.7f} of the load"
+    places = [patch["y_mm"] for patch in result.patches]
+    if not places or places != sorted(places) or min(patch["normal_N"] for patch in result.patches) <= 0.0:
+        yield "patches without load or order"
+
+
+def distinct(result: Result) -> Iterator[str]:
+    """From a contact that sticks and from one that slides the forces must be the same."""
+    problem, motion = result.problem, result.problem.motion
+    if not result.converged or problem.prescribed_force:
+        return
+    for start, factor in STARTS.items():
+        solver = Solver()
+        creepages = {name: factor * (getattr(motion, name) or 0.0) for name in ("creepage_x", "creepage_y", "spin")}
+        solver.solve(replace(problem, motion=replace(motion, **creepages)))
+        scalars = solver.solve(problem).coupled.scalars
+        change = max(abs(scalars[name] - result.coupled.scalars[name]) for name in ("force_x_N", "force_y_N"))
+        if not change <= AGREE * problem.traction_limit:
+            yield f"started {start}, forces differ by {change / problem.traction_limit:.1e} μW"
 
 
 def _not_finite(state: State) -> list[str]:

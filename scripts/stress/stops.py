@@ -1,32 +1,25 @@
-"""Stop runs, sweeps and tables by signals at random moments: each must end with its exit code, soon, and leave nothing behind.
-
-    python -m scripts.stress.stress_signals [--signals N] [--seed N] [--write]
-"""
+"""Signals to runs, sweeps and tables at random moments: each must end with its exit code, soon, and leave nothing behind."""
 
 from __future__ import annotations
 
-import argparse
 import os
 import pathlib
 import random
 import resource
 import shutil
 import signal
-import statistics
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
+from functools import cache
 
-from scripts.signals import give_children_default_signals
+from scripts.stress.outcome import Outcome
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.files.result.hdf5 import read_result
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-DOCUMENT = ROOT / "docs" / "robustness.md"
-PLACE = ("<!-- signals -->\n", "<!-- end of signals -->")
 
 COMMAND = (sys.executable, "-m", "thermoroll_cli")
 OVER = ("--over", "creepage.longitudinal=5e-4:3e-3:6", "--set", "numerics.grid=32")
@@ -43,38 +36,31 @@ SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 TO_ALL = (signal.SIGINT, signal.SIGHUP)
 """Those that a terminal sends to a program and all processes it has started."""
 PATIENCE = 120.0
+SOON = 5.0
+"""Processor seconds to the end after a signal."""
 PF_EXITING = 4
 """A flag of Linux, in /proc/PID/stat."""
 
 
-@dataclass(frozen=True)
-class Stop:
-    """How a program ended `seconds` after it was sent the signal `number`, in which it had the processor for `busy` seconds (on
-    a machine that has other things to do that says more); `faults` should be empty."""
-
-    program: str
-    number: signal.Signals
-    seconds: float
-    busy: float
-    faults: tuple[str, ...]
+def random_stop(seed: int) -> tuple[str, signal.Signals, float]:
+    """A program, the signal it is sent, and when: a share of its whole time."""
+    share = random.Random(seed).random()
+    return tuple(PROGRAMS)[seed % len(PROGRAMS)], SIGNALS[seed // len(PROGRAMS) % len(SIGNALS)], share
 
 
-def stops(count: int, seed: int, programs: Sequence[str] = tuple(PROGRAMS)) -> Iterator[Stop]:
-    """Send `count` signals, in turn to each of `programs` and of each kind, at moments drawn with `seed`."""
-    give_children_default_signals()
-    random_numbers = random.Random(seed)
-    lasting = {program: _undisturbed(program) for program in programs}
-    for index in range(count):
-        program = programs[index % len(programs)]
-        number = SIGNALS[index // len(programs) % len(SIGNALS)]
-        stop = None
-        while stop is None:  # None: it was done before its moment came
-            stop = stopped(program, number, random_numbers.uniform(0.0, lasting[program]))
-        yield stop
+def check(drawn: tuple[str, signal.Signals, float]) -> Outcome:
+    """Send the signal. A program that is done before its moment is tried again a little sooner."""
+    program, number, share = drawn
+    faults = None
+    while faults is None:
+        faults = stopped(program, number, share * _undisturbed(program))
+        share *= 0.9
+    return Outcome(converged=not faults, broken=tuple(f"{program}, {number.name}: {fault}" for fault in faults))
 
 
-def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
-    """Start `program` and send it `number` when it has worked for `moment` seconds. None if it has ended by then."""
+def stopped(program: str, number: signal.Signals, moment: float) -> tuple[str, ...] | None:
+    """Start `program` and send it `number` when it has worked for `moment` seconds: what is wrong then. None if it has ended
+    by then."""
     with tempfile.TemporaryDirectory(prefix="thermoroll-signals-") as name:
         folder, already = pathlib.Path(name), _children_seconds()
         with started(program, folder) as process:
@@ -83,7 +69,6 @@ def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
             if process.poll() is not None or _leaving(process.pid):
                 process.communicate()
                 return None
-            sent = time.perf_counter()
             if number in TO_ALL:
                 os.killpg(process.pid, number)
             else:
@@ -93,9 +78,9 @@ def stopped(program: str, number: signal.Signals, moment: float) -> Stop | None:
             except subprocess.TimeoutExpired:
                 os.killpg(process.pid, signal.SIGKILL)
                 out, err = process.communicate()
-            seconds = time.perf_counter() - sent
         busy = _children_seconds() - already - before
-        return Stop(program, number, seconds, busy, tuple(_faults(process.returncode, number, out + err, folder)))
+        late = (f"{busy:.1f} s of processor time to the end",) if busy > SOON else ()
+        return (*late, *_faults(process.returncode, number, out + err, folder))
 
 
 def started(program: str, folder: pathlib.Path) -> subprocess.Popen[str]:
@@ -145,6 +130,7 @@ def _group_seconds(group: int) -> float:
     return ticks / os.sysconf("SC_CLK_TCK")
 
 
+@cache
 def _undisturbed(program: str) -> float:
     with tempfile.TemporaryDirectory(prefix="thermoroll-signals-") as name, started(program, pathlib.Path(name)) as process:
         start = time.perf_counter()
@@ -171,39 +157,3 @@ def _faults(code: int, number: signal.Signals, told: str, folder: pathlib.Path) 
     for path in folder.glob("*.h5"):
         CreepForceTable.read(path)
     yield from (f"left {path.name}" for path in folder.glob(".*"))
-
-
-def table(found: Sequence[Stop]) -> str:
-    """What became of all signals, as Markdown."""
-    lines = ["| command | signals | lost, wrong code, files left | CPU s to the end: median | longest | elapsed s: longest |",
-             "|---|---:|---:|---:|---:|---:|"]  # fmt: skip
-    for program in dict.fromkeys(stop.program for stop in found):
-        own = [stop for stop in found if stop.program == program]
-        busy, longest = [stop.busy for stop in own], max(stop.seconds for stop in own)
-        lines.append(f"| `{program}` | {len(own)} | {sum(bool(stop.faults) for stop in own)} | "
-                     f"{statistics.median(busy):.2f} | {max(busy):.2f} | {longest:.2f} |")  # fmt: skip
-    return "\n".join(lines) + "\n"
-
-
-def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--signals", type=int, default=300)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--write", action="store_true", help="put the table into docs/robustness.md")
-    options = parser.parse_args()
-    found = []
-    for stop in stops(options.signals, options.seed):
-        found.append(stop)
-        for fault in stop.faults:
-            print(f"{stop.program}, {stop.number.name}: {fault}", file=sys.stderr, flush=True)
-    text = table(found)
-    print(text, end="")
-    if options.write:
-        before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(PLACE[0])
-        after = rest.partition(PLACE[1])[2]
-        DOCUMENT.write_text(before + PLACE[0] + text + PLACE[1] + after, encoding="utf-8")
-    return int(any(stop.faults for stop in found))
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -1,0 +1,128 @@
+"""The populations of `make stress`: each has a generator, which makes the case of a seed, and a check, which solves it."""
+
+from __future__ import annotations
+
+import pathlib
+import resource
+import signal
+import traceback
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import FrameType
+from typing import Any
+
+from scripts.stress import neighbours, stops, wear, wheelsets
+from scripts.stress.checks import distinct, patches, solved
+from scripts.stress.coverage import covered
+from scripts.stress.outcome import Outcome
+from scripts.stress.random_cases import StressCase, stress_case
+from scripts.stress.random_contacts import random_contact
+from scripts.stress.random_friction import random_friction, random_rising, random_strength, random_yield
+from scripts.stress.random_grids import few_depths, slender_grid
+from scripts.stress.random_layers import random_hot_layers, random_layers
+from scripts.stress.random_profiles import AWKWARD, SHARP, profile_on_a_grid, random_profile_contact
+from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
+
+GRID = 32
+"""Elements per side, for generators that leave the grid open."""
+
+
+@dataclass(frozen=True)
+class Population:
+    """`draw` makes the case of a seed, always the same; `check` solves it, and if it compares grids it takes them as further
+    arguments; `cases` are drawn by default. A case that takes more than `limit` seconds of processor time is broken."""
+
+    draw: Callable[[int], Any]
+    check: Callable[..., Outcome]
+    cases: int
+    limit: float = 60.0
+
+
+def _on_the_grid(draw: Callable[[int], Problem]) -> Callable[[int], Problem]:
+    return lambda seed: replace(draw(seed), numerics=Numerics((GRID, GRID)))
+
+
+def _coated(seed: int) -> Problem:
+    """Every fourth with stresses below the surface, and every fourth with heat."""
+    problem = random_hot_layers(seed) if seed % 4 == 2 else random_layers(seed)
+    return replace(problem, subsurface=SubsurfaceRequest() if seed % 4 == 0 else None)
+
+
+def _profile(problem: Problem) -> Outcome:
+    return solved(problem, patches)
+
+
+def _contact(case: StressCase) -> Outcome:
+    outcome = solved(case.problem)
+    return replace(outcome, excused=outcome.excused or not case.below_limit)
+
+
+def _covered_contact(case: StressCase, *grids: int) -> Outcome:
+    return covered(case.problem, *grids) if case.below_limit else Outcome(reason="beyond the limit", excused=True)
+
+
+def _covered_on_its_grid(problem: Problem, *_: int) -> Outcome:
+    assert problem.numerics.grid is not None
+    return covered(problem, problem.numerics.grid)
+
+
+POPULATIONS = {
+    "contacts": Population(stress_case, _contact, 2400),
+    "profiles": Population(profile_on_a_grid, _profile, 200),
+    "awkward profiles": Population(lambda seed: profile_on_a_grid(seed, AWKWARD), _profile, 200),
+    "kinks and ends": Population(lambda seed: profile_on_a_grid(seed, SHARP), _profile, 200),
+    "falling friction": Population(_on_the_grid(random_friction), lambda problem: solved(problem, distinct), 200),
+    "rising friction": Population(_on_the_grid(random_rising), solved, 200),
+    "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
+    "coatings": Population(_on_the_grid(_coated), solved, 200),
+    "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
+    "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
+    "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
+    "signals": Population(stops.random_stop, stops.check, 300),
+    "coverage of slender grids": Population(slender_grid, _covered_on_its_grid, 40, 300.0),
+    "coverage of few depths": Population(few_depths, covered, 40, 300.0),
+    "coverage of random contacts": Population(random_contact, covered, 40, 300.0),
+    "coverage of contacts": Population(lambda seed: stress_case(810000 + seed), _covered_contact, 40, 300.0),
+    "coverage of profiles": Population(random_profile_contact, covered, 40, 300.0),
+    "coverage below the surface": Population(
+        lambda seed: replace(random_contact(50000 + seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
+    "coverage of falling friction": Population(random_friction, covered, 40, 300.0),
+    "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
+    "coverage of coatings": Population(random_layers, covered, 40, 300.0),
+    "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),
+    "coverage of stresses in coatings": Population(
+        lambda seed: replace(random_layers(seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
+}
+
+
+class OutOfTime(BaseException):
+    """No `Exception`, so that no solver takes it for a fault of its own."""
+
+
+def run_seed(name: str, seed: int, grids: tuple[int, ...] = ()) -> Outcome:
+    """Draw the case of `seed` of a population and check it, on `grids` if these are compared; warnings of libraries count as
+    crashes."""
+    population, start = POPULATIONS[name], _processor_seconds()
+    signal.signal(signal.SIGPROF, _out_of_time)
+    signal.setitimer(signal.ITIMER_PROF, population.limit)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            outcome = population.check(population.draw(seed), *(grids if name.startswith("coverage") else ()))
+    except (Exception, OutOfTime) as cause:
+        place = traceback.extract_tb(cause.__traceback__)[-1]
+        outcome = Outcome(broken=(f"{type(cause).__name__}: {cause} ({pathlib.Path(place.filename).name}:{place.lineno})",))
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+    return replace(outcome, population=name, seed=seed, seconds=_processor_seconds() - start)
+
+
+def _out_of_time(number: int, frame: FrameType | None) -> None:
+    raise OutOfTime("not done within the time of its population")
+
+
+def _processor_seconds() -> float:
+    """Of this process and of those that it started and that have ended."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in used)
