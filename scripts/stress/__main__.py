@@ -102,7 +102,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=0, help="first seed", metavar="SEED")
     parser.add_argument("--count", type=int, help="cases of each population", metavar="N")
     parser.add_argument("--jobs", type=int, default=os.cpu_count(), metavar="J")
-    parser.add_argument("--grids", type=int, nargs="+", default=(), metavar="N", help="elements per side for coverage, whose table --write then writes, too")
+    parser.add_argument("--grids", type=int, nargs="+", default=(), metavar="N",
+                        help="elements per side for coverage; its table is written, too")
     parser.add_argument("--store", type=pathlib.Path, help="a file that keeps outcomes: its cases are not solved again")
     parser.add_argument("--write", action="store_true", help=f"put the tables into {DOCUMENT.name}")
     wishes = parser.parse_args(arguments)
