@@ -106,7 +106,7 @@ def _merged(rows: Iterable[tuple[str, ...]]) -> list[list[str]]:
 
 
 def _either(meaning: str) -> str:
-    return meaning.replace(", lower body", ", each body").replace("the lower body", "each body")
+    return meaning.replace(", lower body", "").replace("the lower body", "each body")
 
 
 def _keys() -> Iterator[list[str]]:
