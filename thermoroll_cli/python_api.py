@@ -37,7 +37,17 @@ COMMAND_LINE = "Python"
 
 
 class Result(results.Result):
-    """A result that can write itself to a file and show itself in a notebook."""
+    """Outcome of one solve, which can write itself to a file and show itself in a notebook.
+
+    The most used attributes:
+
+    - `coupled`, `isothermal`: the states with and without thermal deformation, each with `fields` (nx, ny) in SI units,
+      `scalars` in the units of their names, and element centres `x`, `y` in m;
+    - `error`: estimated relative error of each scalar, over the scale that docs/cases_and_files.md names;
+    - `converged`, `reason`, `warnings`, `work`;
+    - `patches`: of bodies with profiles; `unbounded`: scalars that have no limit on finer grids;
+    - `subsurface`: stresses inside the bodies, None if not asked for.
+    """
 
     @classmethod
     def of(cls, result: results.Result) -> Self:
@@ -45,15 +55,20 @@ class Result(results.Result):
 
     @property
     def scalars(self) -> Mapping[str, float]:
-        """All numbers of the coupled state, of Hertz's contact and below the surface by their public names; nan where not
-        computed."""
+        """All numbers of the coupled state, of Hertz's contact and below the surface by their public names, in the units of
+        these names; nan if not computed."""
         return {name: value for name, value in self.summary().items() if isinstance(value, float)}
 
     def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
-        """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all, and return the path.
+        """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all.
 
-        A result of a `Case` carries that case, and `thermoroll run --from` solves it again; one of a `Problem` has none. Raises
-        OSError, with a plain message, if the file cannot be written."""
+        Parameters:
+
+        - `path`: of the HDF5 file, which is replaced if it exists; its folder must exist.
+
+        Returns the path. The file of a result of a `Case` contains that case, which `thermoroll run --from` solves again.
+
+        Raises OSError, with a plain message, if the file cannot be written."""
         hdf5.write_result(path, self, case_text=self.case_text, case_json=self.case_json, command_line=COMMAND_LINE)
         return pathlib.Path(path)
 
@@ -66,7 +81,7 @@ class Result(results.Result):
 
         Fields have the dimensions (x, y), element centres in m.
 
-        Raises ImportError, which says what to install, where xarray is missing; ValueError for another state."""
+        Raises ImportError, which names the package to install, if xarray is missing; ValueError for another state."""
         try:
             import xarray
         except ImportError:
@@ -91,7 +106,7 @@ class Result(results.Result):
         - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
         - `cut_y`: the line y of the picture "centreline", in m.
 
-        Raises ValueError for an unknown kind (the message lists them), a cut outside the domain, and where there is nothing to
+        Raises ValueError for an unknown kind (the message lists them), for a cut outside the domain, and if there is nothing to
         show, as the temperature of a problem without heat."""
         figure = pictures.figure(self, kind, normalised=normalised, cut_y=cut_y)
         if figure is None:
@@ -128,7 +143,11 @@ class Solver(refinement.Solver):
     def solve(self, case: AnyCase | Problem, *, report: Report | None = None) -> Result:
         """The result of `case`, in the sense of the function `solve`; a wheelset is refused.
 
-        Parameters: `case` and `report` as of `solve`. Raises CaseError, ValueError."""
+        Parameters:
+
+        - `case`, `report`: as of `solve`.
+
+        Raises CaseError for an invalid case, ValueError if no steady state can exist."""
         if isinstance(case, Problem):
             return Result.of(super().solve(case, report=report))
         case = Case.of(case)
@@ -156,16 +175,15 @@ def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = 
 
     - `case`: a `Case`, the path of a case file, or a mapping of its tables (`{"load": {"normal_N": 65.0, …}, …}`, in the units
       of the keys); or a `Problem` in SI units;
-    - `threads`: above 1 both traction components are transformed side by side, with the same result;
+    - `threads`: 1 or more; above 1 both traction components are transformed side by side, with the same result;
     - `report`: called with the name of a stage and a mapping (grid, iteration, residual, …) during the solve; an exception that
       it raises ends the solve.
 
-    Returns a `Result`: states `coupled` and `isothermal` with fields of shape (nx, ny) in SI units and scalars in the units of
-    their names, `error`, `warnings`. A result that did not converge says so in `converged` and `reason`. Raises CaseError for
-    an invalid case, ValueError if no steady state can exist.
+    Returns a `Result`; one that did not converge says so in `converged` and `reason`. For a case of a wheelset, returns a
+    `WheelsetResult`: `scalars` in the units of their names, `error`, `summary()` and `patches`, each with its `record` in the
+    axes of the track and a `result`, which is a `Result`.
 
-    A case of a wheelset has a `WheelsetResult`: `scalars`, `summary()` and `patches`, each with its `record` in the axes of the
-    track and a `result`, which is a `Result` as of any contact.
+    Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail.
     """
     if isinstance(case, Problem):
         return Solver(threads).solve(case, report=report)
@@ -190,7 +208,7 @@ def wear(
     Parameters:
 
     - `case`: as of `solve`, with the table `[wear]`;
-    - `folder`: receives the files of the command but for pictures; without it nothing is kept;
+    - `folder`: receives the files of the command but for pictures, and is made if necessary; without it nothing is kept;
     - `resume`: goes on from the steps in `folder`;
     - `threads`: as of `solve`;
     - `report`: called with the number of each step and its row as soon as it is solved.
@@ -199,7 +217,8 @@ def wear(
     `error`; `snapshots` with the profiles and loads over y in SI units; `result`, that of the last step, whose case has the
     worn profiles; and the `reason` why it ended early, "" if it did not.
 
-    Raises CaseError, ValueError if the case gives neither distance nor depth, OSError.
+    Raises CaseError for an invalid case; ValueError if the case gives neither distance nor depth, or has no steady state;
+    OSError if a file cannot be written.
     """
     done = follow(Case.of(case), folder, resume=resume, threads=threads, report=report)
     return dataclasses.replace(done, result=Result.of(done.result))

@@ -68,7 +68,11 @@ class CreepForceTable:
     """A table of creep forces of elliptic contacts between bodies of the same elasticity, for one Poisson's ratio.
 
     Forces follow from a/b and the scaled creepages alone (`scaling`), are never above μW, and have Kalker's coefficients as
-    slopes at zero. How good they are is in `values.quality`."""
+    slopes at zero. Get a table with `default`, `read` or `thermoroll table build`.
+
+    Parameters:
+
+    - `values`: points, Poisson's ratio and, in `quality`, the errors measured at random points."""
 
     def __init__(self, values: TableValues) -> None:
         self.values = values
@@ -76,13 +80,18 @@ class CreepForceTable:
 
     @classmethod
     def read(cls, path: str | os.PathLike[str]) -> CreepForceTable:
-        """The table in the file at `path`. Raises OSError: no such file, cut short, damaged, of another version."""
+        """The table in a file.
+
+        Parameters:
+
+        - `path`: the HDF5 file that `thermoroll table build` wrote.
+
+        Raises OSError, with a plain message, for a file that is missing, cut short, damaged or of another version."""
         return cls(read_table(path))
 
     @classmethod
     def default(cls) -> CreepForceTable:
-        """The table that comes with this package: a/b from 0.05 to 20, Poisson's ratio 0.28. Its errors are in
-        `values.quality`."""
+        """The table that comes with this package: a/b from 0.05 to 20, Poisson's ratio 0.28."""
         return cls.read(DEFAULT_TABLE)
 
     def forces(
@@ -90,23 +99,27 @@ class CreepForceTable:
         shear_modulus: ArrayLike, friction: ArrayLike, load: ArrayLike, outside: Outside = "error",
         law: FrictionLaw | None = None, speed: ArrayLike = math.nan,
     ) -> TableForces:
-        """Creep forces (N), spin moment (N m), T_γ (N) and stick fraction, with the signs of docs/frames.md.
+        """Creep forces, spin moment, wear number and stick fraction, with the signs of docs/frames.md.
 
         Parameters, arrays that broadcast with each other:
 
-        - `longitudinal`, `lateral`: creepages ξ_x, ξ_y; `spin`: ξ_φ in rad/m;
+        - `longitudinal`, `lateral`: creepages ξ_x, ξ_y;
+        - `spin`: ξ_φ in rad/m;
         - `semi_axes`: a (along rolling) and b in m;
         - `shear_modulus`: G in Pa, of both bodies together (`exact.kalker.combined_constants`);
-        - `friction`: μ; `load`: W in N;
+        - `friction`: μ;
+        - `load`: W in N;
         - `outside`: "error" for a/b that is not within the table, or "saturation" for the forces of full sliding of the nearest
           ellipse; nothing is extrapolated;
-        - `law`: of friction that changes with slip; `speed`: V in m/s, needed with a law.
+        - `law`: of friction that changes with slip; `friction` is then μ₀;
+        - `speed`: V in m/s, needed with a law.
 
-        With a `law` of friction that falls with slip `friction` is μ₀, and the table is asked with the coefficient μ at the
-        slip speed V sqrt(ξ_x² + ξ_y² + ξ_φ²(a² + b²)/5), V = `speed` in m/s: an approximation, which `error` includes.
+        Returns `TableForces`, arrays of the shape of the creepages: N, N m for moments. A creepage that is nan has forces that
+        are nan. With a `law` the table is asked with μ at the slip speed V sqrt(ξ_x² + ξ_y² + ξ_φ²(a² + b²)/5): an
+        approximation, which `error` includes.
 
-        A creepage that is nan has forces that are nan. Raises ValueError for quantities that must be positive and finite and
-        are not, and for a law with memory; OutsideTable.
+        Raises ValueError for quantities that must be positive and finite and are not, for infinite creepages, and for a law
+        with memory; OutsideTable, a ValueError, for a/b that the table does not reach.
         """
         if outside not in get_args(Outside):
             raise ValueError(f"outside is one of {', '.join(get_args(Outside))}, not {outside!r}")

@@ -38,8 +38,14 @@ INFINITE = ("geometry", "track")
 
 @dataclass(frozen=True)
 class Case:
-    """A valid case: `settings` in the units of the case file with all defaults filled in, and the `text` that they come from.
-    `name` is that of its result files. Cases are equal if their settings are."""
+    """A valid case. Cases are equal if their settings are.
+
+    Attributes:
+
+    - `name`: begins the names of its result files;
+    - `text`: the TOML text that it comes from;
+    - `settings`: the tables of the case file in the units of their keys, with all defaults filled in.
+    """
 
     name: str = field(compare=False)
     text: str = field(compare=False)
@@ -49,7 +55,10 @@ class Case:
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
         """Read a case file.
 
-        Parameters: `path` of the TOML file (`-`: standard input); `overrides` of keys, as of `--set`.
+        Parameters:
+
+        - `path`: the TOML file; "-" is standard input;
+        - `overrides`: values of keys, as of `--set`.
 
         Raises CaseError, with all errors of the case, if it is missing, unreadable or invalid.
         """
@@ -57,19 +66,44 @@ class Case:
 
     @classmethod
     def parse(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
-        """The case that the TOML `text` describes. Raises CaseError."""
+        """The case that a TOML text describes.
+
+        Parameters:
+
+        - `text`: the content of a case file;
+        - `name`: of result files and in messages; profiles that the text names are read from its folder;
+        - `overrides`: as of `read`.
+
+        Raises CaseError with all errors of the case.
+        """
         return cls.from_source(parse_source(text, name, overrides), name)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any], *, name: str = "case") -> Case:
-        """The case of tables and keys as in a case file, for example `{"load": {"normal_N": 65.0, …}, …}`. Values may be
-        NumPy's; None is a key left out. Raises CaseError."""
+        """The case of tables and keys as in a case file.
+
+        Parameters:
+
+        - `content`: for example `{"load": {"normal_N": 65.0, …}, …}`, in the units of the keys; values may be NumPy's, and None
+          is a key left out; files that it names are read from the current folder;
+        - `name`: of result files.
+
+        Raises CaseError with all errors of the case.
+        """
         given = _plain(content)
         return cls(name, tomli_w.dumps(given), validate(CaseSource("from_dict", "", given, located=False)))
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
-        """The case that `to_json` wrote, of this version or an earlier one. Raises CaseError."""
+        """The case that `to_json` wrote, of this version or an earlier one.
+
+        Parameters:
+
+        - `text`: strict JSON, as in `Result.case_json`;
+        - `name`, `overrides`: as of `parse`.
+
+        Raises CaseError if the text is no case or an invalid one.
+        """
         try:
             content = json.loads(text)
             for radii in (table for table in INFINITE if table in content):
@@ -84,7 +118,14 @@ class Case:
 
     @classmethod
     def of(cls, case: Case | Mapping[str, Any] | str | os.PathLike[str]) -> Case:
-        """`case` itself, or the case of a file, or of a mapping of tables and keys. Raises CaseError, TypeError."""
+        """The case of any of these.
+
+        Parameters:
+
+        - `case`: a `Case`, which is returned; the path of a case file; or a mapping as of `from_dict`.
+
+        Raises CaseError, and TypeError for something else.
+        """
         if isinstance(case, Case):
             return case
         if not isinstance(case, Mapping | str | os.PathLike):
@@ -97,8 +138,15 @@ class Case:
         return cls(name, source.text, validate(source))
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
-        """This case with other values for some dotted keys, in the units of the keys: `{"rolling.speed_m_s": 2.0}`. If two keys
-        exclude each other (a creepage and a force) the new one replaces the old. Raises CaseError."""
+        """This case with other values of some keys.
+
+        Parameters:
+
+        - `values`: by dotted key, in the units of the keys: `{"rolling.speed_m_s": 2.0}`. If two keys exclude each other (a
+          creepage and a force) the new one replaces the old.
+
+        Raises CaseError with all errors of the new case; this one does not change.
+        """
         content = self._content()
         overrides = [Override(key_path(key), _plain(value), f"{key}={value}", "with_values") for key, value in values.items()]
         apply_overrides(content, overrides)
@@ -119,7 +167,7 @@ class Case:
 
     @property
     def task(self) -> si.Problem | WheelsetProblem:
-        """What is to be solved, in SI units: one contact, or a wheelset."""
+        """The problem in SI units: one contact, or a wheelset."""
         track, wheelset = self.settings.track, self.settings.wheelset
         if track is None or wheelset is None:
             return self.problem
@@ -131,11 +179,11 @@ class Case:
         return tuple(inputs(self.settings))
 
     def to_toml(self) -> str:
-        """The case with all defaults filled in, as a case file that gives the same case again."""
+        """The text of a case file that gives the same case again, with all defaults filled in."""
         return tomli_w.dumps(self._content())
 
     def to_json(self) -> str:
-        """The case with all defaults filled in, as strict JSON; infinite radii are "inf"."""
+        """The case as strict JSON with all defaults filled in; infinite radii are "inf"."""
         content = self._content()
         for name in (name for name in INFINITE if name in content):
             content[name] = {key: "inf" if value == math.inf else value for key, value in content[name].items()}

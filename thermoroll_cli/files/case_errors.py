@@ -150,7 +150,13 @@ class Finding:
 
 
 class CaseError(Exception):
-    """A case cannot be used. `findings` has every error found, in the order of the file."""
+    """A case cannot be used.
+
+    Attributes:
+
+    - `findings`: every error, in the order of the file, each with `message`, `key`, `value`, `allowed` and `hint`, and with its
+      `span` in the file if that is known. The text of the exception shows all of them.
+    """
 
     def __init__(self, findings: Sequence[Finding]) -> None:
         self.findings = tuple(sorted(findings, key=_place))

@@ -46,8 +46,9 @@ class Layer:
 
 @dataclass(frozen=True)
 class Material:
-    """An isotropic body with a coating of bonded `layers`, from the surface down. Thermal constants are None in a purely
-    mechanical problem (SI units)."""
+    """An isotropic body: `youngs_modulus` (Pa), `poisson_ratio`, `conductivity` (W/mK), `expansion` (1/K) and `diffusivity`
+    (m²/s), with a coating of bonded `layers`, from the surface down. Thermal constants are None in a purely mechanical
+    problem."""
 
     youngs_modulus: float
     poisson_ratio: float
@@ -253,16 +254,22 @@ class Wear:
 
 @dataclass(frozen=True)
 class Problem:
-    """A complete steady-state rolling contact problem in SI units.
+    """A complete steady-state rolling contact problem in SI units. It is immutable (`dataclasses.replace`) and checks nothing.
 
-    - `lower`, `upper`: materials of the bodies;
-    - `geometry`: radii (m) and profiles, or a curved patch;
+    Parameters:
+
+    - `lower`, `upper`: materials of the bodies (`Material`);
+    - `geometry`: radii (m) and profiles (`Geometry`), or a `CurvedPatch`;
     - `normal_force`: W in N; with a given `approach` (m) the start from which the load of that approach is found;
-    - `friction`: coefficient and laws; `interlayer`: the third body between the surfaces;
-    - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N);
-    - `heating`: frictional heat, its partition, bulk temperatures (K);
-    - `numerics`: grid or accuracy;
-    - `subsurface`, `wear`: requests beyond the contact, None without.
+    - `friction`: coefficient and laws (`Friction`);
+    - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N) (`Motion`);
+    - `heating`: frictional heat, its partition, bulk temperatures (K) (`Heating`);
+    - `numerics`: elements per side or accuracy (`Numerics`);
+    - `title`: of tables and pictures;
+    - `interlayer`: the third body between the surfaces (`Interlayer`);
+    - `subsurface`, `wear`: requests beyond the contact (`SubsurfaceRequest`, `Wear`), None without.
+
+    `solve` raises ValueError for a problem that has no steady state.
     """
 
     lower: Material

@@ -39,9 +39,16 @@ class Named(Mapping[str, Value]):
 
 @dataclass(frozen=True)
 class State:
-    """One steady state on a grid: `fields` has read-only arrays (nx, ny) in SI units, `scalars` numbers in the units of their
-    names (`names.FIELDS`, `names.SCALARS`); `x` and `y` are the element centres in m. A field or scalar whose stage was skipped
-    is absent or nan."""
+    """One steady state on a grid.
+
+    Attributes:
+
+    - `fields`: read-only arrays (nx, ny), for vectors a name per component, in SI units (`names.FIELDS`);
+    - `scalars`: numbers in the units of their names (`names.SCALARS`);
+    - `x`, `y`: element centres in m, (nx,) and (ny,).
+
+    A field whose stage was skipped is absent, its scalars are nan. A KeyError lists the names there are.
+    """
 
     fields: Mapping[str, AnyArray]
     scalars: Mapping[str, float]
@@ -109,16 +116,22 @@ class Subsurface:
 class Result:
     """Outcome of one solve.
 
-    `coupled` is the state with thermal deformation, `isothermal` the state on the isothermal geometry; they are the
-    same object when nothing feeds back. Each has its own grid where the domain has followed a heated contact. `error` maps
-    scalar names to the estimated discretisation error over the scale of that scalar (`error_scale`). `work` holds plain JSON
-    types: grid, iterations, operator applications, seconds by stage, skipped stages with reasons. `history` holds one array per
-    residual.
-    `case_text` and `case_json` are the case it was solved for, as read and resolved (empty for a bare `Problem`).
-    `patches` (of bodies with profiles) has a mapping for each patch of the coupled state, named in units (`patches_of`);
-    `unbounded` names scalars that grow with every refinement, at the end of a profile that the contact reaches.
-    `subsurface` has the stresses inside the bodies where the problem asks for them. `attributes` are the root attributes of the
-    file that the result was read from: when, with which versions and by which command line it was computed.
+    Attributes:
+
+    - `problem`: the question, in SI units;
+    - `coupled`, `isothermal`: the states with and without thermal deformation; the same object if heat does not change the
+      contact. If the domain has followed a heated contact each has its own grid;
+    - `hertz`: numbers of Hertz's contact, with their units in their names;
+    - `converged`, `reason`: whether the result can be trusted, and if not, why;
+    - `error`: estimated discretisation error of each scalar, over the scale of that scalar (`error_scale`);
+    - `work`: plain JSON types: grid, iterations, operator applications, seconds by stage, skipped stages with reasons;
+    - `history`: one array (iterations,) per residual;
+    - `warnings`: doubts about the problem or the result;
+    - `case_text`, `case_json`: the case as read and with all defaults; empty for a bare `Problem`;
+    - `patches`: of bodies with profiles, a mapping for each patch of the coupled state, with units in the names;
+    - `unbounded`: scalars that grow with every refinement, at a kink or at the end of a profile;
+    - `subsurface`: stresses inside the bodies (`Subsurface`); None if the problem asks for none;
+    - `attributes`: of the file that the result was read from: time, versions, command line.
     """
 
     problem: Problem
@@ -150,7 +163,7 @@ class Result:
 
     @property
     def bodies(self) -> Mapping[str, BodyStresses]:
-        """Stresses inside the bodies that were looked into, by "lower" and "upper"; none where the problem asks for none."""
+        """Stresses inside the bodies, by "lower" and "upper"; empty if the problem asks for none."""
         return {} if self.subsurface is None else self.subsurface.bodies
 
     @property
@@ -171,7 +184,8 @@ class Result:
         return f"<Result {title}{len(self.x)}×{len(self.y)}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:
-        """All scalars under the public names of the interface (plain Python types, nan where not computed)."""
+        """All scalars under their public names, with `status`, `reason`, `isothermal`, `error`, `work` and `warnings`, in plain
+        Python types: the object that `--json` prints. Numbers that were not computed are nan."""
         return {
             "status": self.status,
             "reason": self.reason,

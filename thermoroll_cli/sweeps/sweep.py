@@ -286,16 +286,18 @@ def solve_sweep(
       (`{"rolling.speed_m_s": [1, 2, 5]}`, in the units of the keys); or a list of points, mappings from the same keys to values
       or the rows of a `DataFrame`;
     - `folder`: receives a result file per point and sweep.csv; without it nothing is kept and `file` is None;
-    - `jobs`: processes that share the work (a script then needs `if __name__ == "__main__":`); `dask`: address of the scheduler
-      of a cluster instead;
+    - `jobs`: processes that share the work (a script then needs `if __name__ == "__main__":`);
+    - `dask`: address of the scheduler of a Dask cluster, which then does the work;
     - `resume`: leaves out points that `folder` has already;
     - `report`: called with each row as soon as it is known.
 
-    Returns a list with a row per point: the swept keys, all scalars under their public names, `isothermal` and `error` as
-    mappings, and `file`, the path of its result; `to_dataframe` and `to_xarray` have the numbers in flat columns.
+    Returns a list with a row per point: the swept keys, all scalars under their public names and in the units of these,
+    `isothermal` and `error` as mappings, `status` and `reason`, and `file`, the path of its result. Its `to_dataframe()` and
+    `to_xarray()` have the numbers in flat columns.
 
-    Raises CaseError (all errors of all points), ValueError (no list of values, the same value or point twice), OSError;
-    RuntimeError for a script without that line.
+    Raises CaseError, with the errors of all points, before anything is solved; ValueError for values that are no list, for the
+    same value or point twice, and for too many points; OSError if a file cannot be written, another sweep works in the folder,
+    or there is no cluster; RuntimeError for a script without that line.
     """
     case = Case.of(case)
     if jobs > 1:

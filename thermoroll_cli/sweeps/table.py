@@ -342,7 +342,7 @@ class SweepTable(list[dict[str, Any]]):
     def to_dataframe(self) -> pandas.DataFrame:
         """A `pandas.DataFrame` with a row per point: the swept keys, `converged`, and a column for each number.
 
-        Raises ImportError, which says what to install, where pandas is missing."""
+        Raises ImportError, which names the package to install, if pandas is missing."""
         try:
             import pandas
         except ImportError:
@@ -353,7 +353,7 @@ class SweepTable(list[dict[str, Any]]):
     def to_xarray(self) -> xarray.Dataset:
         """An `xarray.Dataset` with `converged` and each number over the swept keys; over `point` for a list of points.
 
-        Raises ImportError, which says what to install, where xarray is missing."""
+        Raises ImportError, which names the package to install, if xarray is missing."""
         try:
             import xarray
         except ImportError:

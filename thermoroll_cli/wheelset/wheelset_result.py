@@ -49,8 +49,18 @@ class WheelsetPatch:
 
 @dataclass(frozen=True)
 class WheelsetResult:
-    """Outcome of a wheelset: `scalars` and estimated `error`s over their scales, and the `patches`. `case_text` and
-    `case_json` are the case that it was solved for."""
+    """Outcome of a wheelset.
+
+    Attributes:
+
+    - `problem`: the question, in SI units;
+    - `scalars`: forces on the rails in the axes of the track, position and heat, in the units of their names;
+    - `error`: estimated errors of scalars: of forces over the vertical force, of the height over the largest approach, of
+      others over themselves;
+    - `patches`: each with its `record` in the axes of the track and its `result`;
+    - `reason`: why it has not converged, "" if it has; `warnings`;
+    - `case_text`, `case_json`: the case as read and with all defaults; empty for a bare problem.
+    """
 
     problem: WheelsetProblem
     scalars: Mapping[str, float]
@@ -80,8 +90,8 @@ class WheelsetResult:
 def solve_wheelset(
     problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None, solver: WheelsetSolver | None = None
 ) -> WheelsetResult:
-    """Solve `problem`, from where `solver` stood last if it is given. `report` is called with a stage and a mapping as the
-    work goes on. Raises Unsolvable where a wheel misses its rail; everything else that goes wrong is said in `reason`."""
+    """Solve `problem`, from the last state of `solver` if it is given. `report` is called with a stage and a mapping as the
+    work goes on. Raises Unsolvable if a wheel misses its rail; `reason` says everything else that goes wrong."""
     return result_of_wheelset((solver or WheelsetSolver(threads)).solve(problem, report=report))
 
 

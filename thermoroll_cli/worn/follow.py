@@ -22,9 +22,16 @@ from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, table,
 
 @dataclass(frozen=True)
 class Evolution:
-    """The evolution of a `case`: a row per step, as in NAME_wear.csv, with the mapping `error` of the relative errors; the
-    profiles and loads of some of them, `snapshots`; the `result` of the last step, with the worn case; and the `reason` why
-    it ended early, "" where it did not. `files` are those that were written."""
+    """The wear of the profiles of a `case`.
+
+    Attributes:
+
+    - `rows`: a mapping per step, under the names of NAME_wear.csv, with the relative errors in `error`;
+    - `snapshots`: profiles and loads of some steps over y, in SI units;
+    - `result`: that of the last step, with the worn case;
+    - `reason`: why it ended early, "" if it did not;
+    - `files`: those that were written.
+    """
 
     case: Case
     rows: tuple[Mapping[str, Any], ...]
@@ -52,7 +59,7 @@ def follow(
 
     `folder` receives NAME_wear.csv, NAME_wear.h5, the worn profiles, and the journal NAME_wear.jsonl, from which `resume` goes
     on; without a folder nothing is kept. `report` is called with the number of each step and its row. Raises
-    ValueError where the case gives neither distance nor depth, Unsolvable, OSError."""
+    ValueError if the case gives neither distance nor depth, Unsolvable, OSError."""
     asked = case.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise ValueError("the case needs [wear] with distance_km or depth_um")
