@@ -14,10 +14,9 @@ import numpy as np
 
 from scripts.stress.checks import solved
 from scripts.stress.outcome import Outcome, Pair
-from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS
+from thermoroll_cli.problem.names import SCALARS, STRENGTH_SCALARS, of_kind
 from thermoroll_cli.problem.problem import Problem
-from thermoroll_cli.problem.scalar_errors import CREEPAGES, error_scale
-from thermoroll_cli.refinement.error_estimates import AREAS, INTEGRALS, MAXIMA, PRESSURES, STICK
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import solve
 
 GRIDS, REFERENCE, FINER = (32,), 160, 3
@@ -34,8 +33,9 @@ DERIVED = ("T_gamma_N", "contact_area_mm2", "pressure_max_MPa", "stick_area_mm2"
 
 TOGETHER = ("coverage of random contacts", "coverage of contacts")
 FAMILIES: dict[str, Sequence[str]] = {
-    "integrals": INTEGRALS, "creepages found": CREEPAGES, "areas": AREAS, "stick": STICK, "maxima": MAXIMA,
-    "pressure, approach": PRESSURES,
+    "integrals": of_kind("integral", "exchanged heat", "resultant"), "creepages found": of_kind("creepage"),
+    "areas": of_kind("area"), "stick": of_kind("stick"), "maxima": of_kind("peak"),
+    "pressure, approach": of_kind("pressure", "peak pressure"),
 }
 OTHERS = "temperatures, expansion"
 

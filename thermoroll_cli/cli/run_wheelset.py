@@ -10,10 +10,11 @@ from typing import Any
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import align, folded
+from thermoroll_cli.cli.tables import align, folded, scalar_table
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.wheelset_files import wheelset_record, write_wheelset
 from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.scalar_errors import scalar_text
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 
@@ -65,11 +66,10 @@ def _report(case: Case, result: WheelsetResult, width: int) -> Iterator[str]:
     yield from folded(f"{case.name}{title}: {'converged' if result.converged else 'NOT CONVERGED'}", width, indent="")
     yield from folded(result.reason, width)
     sided = {name.format(side): name for name in SIDED for side in ("left", "right")}
-    single = [(name, _number(value), unit_of(name)) for name, value in result.scalars.items()
-              if name not in sided and not math.isnan(value)]
-    yield from align(single)
+    summary = {**result.scalars, "error": result.error}
+    yield from scalar_table(summary, [name for name in result.scalars if name not in sided], both=False, width=width)
     yield from align([("", "left", "right", ""), *(
-        (name.format("SIDE"), *(_number(result.scalars[name.format(side)]) for side in ("left", "right")), unit_of(name))
+        (name.format("SIDE"), *(scalar_text(name.format(side), summary) for side in ("left", "right")), unit_of(name))
         for name in SIDED)])
     if result.patches:
         patches = result.patches

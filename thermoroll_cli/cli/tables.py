@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from thermoroll_cli.problem.names import ALL_SCALARS, UNITS
-from thermoroll_cli.problem.scalar_errors import computed, isothermal_text, number, repeats, scalar_text
+from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, OVER_LIMIT, UNITS
+from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, number, repeats, scalar_text
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 if TYPE_CHECKING:
@@ -102,15 +102,6 @@ def wrapped(name: str, width: int) -> list[str]:
 # --- the table of a sweep ----------------------------------------------------------------------------------------------
 
 
-SHOWN_SCALARS = (
-    "creepage_longitudinal", "creepage_lateral", "Q_F_W", "force_x_N", "force_y_N", "gamma_st", "gamma_p",
-    "gamma_c", "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "pressure_max_MPa", "von_mises_max_lower_MPa",
-    "von_mises_depth_lower_mm", "von_mises_max_upper_MPa", "von_mises_depth_upper_mm", "force_x_over_friction_limit",
-    "force_y_over_friction_limit", "rolling_radius_difference_mm", "roll_mrad", "angular_velocity_rad_s",
-    "track_force_y_left_N", "track_force_y_right_N", "temperature_rise_max_K",
-)  # fmt: skip
-"""Columns in the order of their importance: a narrow terminal has room for the first ones."""
-NOISE = 1e-5
 MOVING = 0.02
 """Share of the largest value by which a scalar changes at least to come before those that hardly change."""
 SHOWN_ROWS = 40
@@ -124,7 +115,8 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     problems = (points.point(row.number).problem for row in rows)
     motions = [problem.contact.motion if isinstance(problem, WheelsetProblem) else problem.motion for problem in problems]
     swept = [axis.key for axis in points.axes]
-    worth = [name for name in SHOWN_SCALARS if _worth_showing(name, rows, motions, swept)]
+    drawn = [name for names in DIAGRAMS.values() for name in names]
+    worth = [name for name in (*drawn, *OVER_LIMIT) if _worth_showing(name, rows, motions, swept)]
     # Those that the swept keys move come first: there may not be room for all.
     names = sorted(worth, key=lambda name: not _moves(name, rows))
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
@@ -173,12 +165,8 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
             return given
         if name == f"force_{direction}_N" and f"force.{force}_N" in swept:
             return False
-    if not name.startswith("force_"):
-        return True
-    # The rounding noise of a zero force is not worth a column.
-    tail = name.removeprefix("force_x").removeprefix("force_y")
-    largest = max(abs(value) for axis in "xy" for value in (*_finite(f"force_{axis}{tail}", rows), 0.0))
-    return max(map(abs, values)) > NOISE * largest
+    # Rounding noise of what is zero by symmetry is not worth a column.
+    return not all(is_noise(OVER_LIMIT.get(name, name), row.summary) for row in rows)
 
 
 def _moves(name: str, rows: Sequence[Row]) -> bool:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_creep_forces, polach
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.problem.names import UNITS
+from thermoroll_cli.problem.names import DIAGRAMS, UNITS
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, FORCES, absolute_error
 
 Column = NDArray[np.float64]
@@ -37,23 +37,6 @@ THEORIES = {"linear": "Kalker's linear theory", "fastsim": "FASTSIM", "polach": 
 THEORY_COLUMNS = ("hertz_a_mm", "hertz_b_mm", "shear_modulus_GPa", "friction_limit_N", "kalker_C11", "kalker_C22", "kalker_C23",
                   "creepage_longitudinal", "creepage_lateral", "creepage_spin_rad_mm")  # fmt: skip
 """Columns that the creep forces of these theories depend on."""
-
-DIAGRAMS = {
-    "frictional heat $Q_F$ (W)": ("Q_F_W",),
-    r"contact area ratio $\gamma_\mathrm{c}$": ("gamma_c",),
-    r"stick area ratio $\gamma_\mathrm{st}$": ("gamma_st",),
-    r"pressure ratio $\gamma_\mathrm{p}$": ("gamma_p",),
-    "max. pressure (MPa)": ("pressure_max_MPa",),
-    r"max. temperature rise $\Delta T$ (K)": ("temperature_rise_max_lower_K", "temperature_rise_max_upper_K"),
-    "creep force $F_x$ (N)": ("force_x_N",),
-    "creep force $F_y$ (N)": ("force_y_N",),
-    "spin moment $M_z$ (N mm)": ("spin_moment_Nmm",),
-    r"creepage $\xi_x$": ("creepage_longitudinal",),
-    r"creepage $\xi_y$": ("creepage_lateral",),
-    "max. von Mises stress (MPa)": ("von_mises_max_lower_MPa", "von_mises_max_upper_MPa"),
-    "max. tensile stress (MPa)": ("tensile_stress_max_lower_MPa", "tensile_stress_max_upper_MPa"),
-}
-"""Diagrams of a sweep: labels and columns, of which the largest value is drawn; one more scalar is one more line."""
 
 HEIGHT, COLUMNS = 44.0 * style.MM, 3
 """Height of a diagram, and how many stand side by side at most."""

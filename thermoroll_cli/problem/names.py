@@ -6,26 +6,39 @@ are in SI units.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
-from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.problem.problem import BODIES, Problem
 
 Scale = Literal["value", "share", "stick area", "force", "moment", "temperature", "creepage", "spin", "mismatch",
-                "stress below", "place below", "resultant"]  # fmt: skip
+                "stress below", "place below", "resultant", "vertical", "approach"]  # fmt: skip
 """Scales of the errors and differences of scalars: see `error_scale`."""
+
+Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "partition", "area", "stick", "peak", "peak pressure",
+               "pressure", "expansion"]  # fmt: skip
+"""Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
 
 
 @dataclass(frozen=True)
 class Scalar:
-    """A number that a result reports. `listed`: `run` prints it without `-v`. `brief` is a meaning for narrow terminals,
-    `without_hertz` the meaning where there is no Hertz contact to compare with: of profiles and coatings."""
+    """A number that a result reports, and all that depends on which one it is.
+
+    - `scale`: what its error is relative to; `kind`: how its error arises.
+    - `accurate`: its error has to fall below `numerics.accuracy`.
+    - `listed`: `run` prints it without `-v`, always or for the problems for which the function is true.
+    - `diagram`: the label of its diagram in the picture of a sweep, which it may share; it has a column in the printed table.
+    - `brief`: a meaning for narrow terminals; `without_hertz`: the meaning if there is no Hertz contact to compare with, for
+      profiles and coatings."""
 
     name: str
     meaning: str
     scale: Scale = "value"
-    listed: bool = False
+    listed: bool | Callable[[Problem], bool] = False
+    kind: Kind = ""
+    accurate: bool = False
+    diagram: str = ""
     brief: str = ""
     without_hertz: str = ""
 
@@ -112,10 +125,19 @@ def _scalars(*scalars: Scalar) -> dict[str, Scalar]:
     return {scalar.name: scalar for scalar in scalars}
 
 
-def _of_both(name: str, meaning: str, scale: Scale = "value", *, listed: bool = False, brief: str = "") -> Iterator[Scalar]:
+def _of_both(name: str, meaning: str, scale: Scale = "value", *, brief: str = "", **others: Any) -> Iterator[Scalar]:
     """A scalar of each body; {} in its name is replaced."""
     for body in BODIES:
-        yield Scalar(name.format(body), f"{meaning}, {body} body", scale, listed, f"{brief}, {body} body" if brief else "")
+        yield Scalar(name.format(body), f"{meaning}, {body} body", scale, brief=f"{brief}, {body} body" if brief else "",
+                     **others)
+
+
+def _warm(problem: Problem) -> bool:
+    return problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
+
+
+def _falling(problem: Problem) -> bool:
+    return problem.friction.law is not None
 
 
 FIELDS = _fields(
@@ -141,32 +163,38 @@ FIELDS = _fields(
 """Fields of a state."""
 
 SCALARS = _scalars(
-    Scalar("Q_F_W", "total frictional heat", listed=True, brief="frictional heat"),
-    Scalar("gamma_c", "contact area / Hertz area", listed=True, brief="area/Hertz area",
-           without_hertz="contact area / cold area"),
-    Scalar("gamma_st", "stick area / contact area", "share", listed=True, brief="stick/contact"),
-    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, brief="p_max/p0",
-           without_hertz="maximum pressure / cold one"),
-    *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True),
+    Scalar("Q_F_W", "total frictional heat", listed=True, kind="integral", accurate=True, brief="frictional heat",
+           diagram="frictional heat $Q_F$ (W)"),
+    Scalar("gamma_c", "contact area / Hertz area", listed=True, kind="area", accurate=True, brief="area/Hertz area",
+           diagram=r"contact area ratio $\gamma_\mathrm{c}$", without_hertz="contact area / cold area"),
+    Scalar("gamma_st", "stick area / contact area", "share", listed=True, kind="stick", accurate=True, brief="stick/contact",
+           diagram=r"stick area ratio $\gamma_\mathrm{st}$"),
+    Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="peak pressure", accurate=True,
+           diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
+    *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, accurate=True,
+              diagram=r"max. temperature rise $\Delta T$ (K)"),
     *_of_both("temperature_rise_mean_{}_K", "temperature rise, mean over the contact", "temperature",
               brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
               brief="temperature rise at the centre"),
-    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature"),
+    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", listed=_warm),
     *_of_both("temperature_interface_max_{}_K", "hottest place below the top layer of a coating", "temperature", listed=True,
               brief="hottest below the top coating"),
     *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
     *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
     *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
-    Scalar("heat_into_lower_W", "heat into the lower body"),
-    Scalar("heat_into_upper_W", "heat into the upper body"),
-    Scalar("heat_conducted_W", "heat conducted to the colder body"),
-    Scalar("recirculation_bulge_um", "thermal crown over the contact"),
+    Scalar("heat_into_lower_W", "heat into the lower body", kind="exchanged heat"),
+    Scalar("heat_into_upper_W", "heat into the upper body", kind="exchanged heat"),
+    Scalar("heat_conducted_W", "heat conducted to the colder body", kind="exchanged heat",
+           listed=lambda problem: problem.heating.conducts),
+    Scalar("recirculation_bulge_um", "thermal crown over the contact", kind="expansion"),
     Scalar("thermal_crown_ratio", "curvatures of thermal crown / gap"),
     *_of_both("warm_up_time_{}_s", "warm-up time"),
-    Scalar("force_x_N", "longitudinal creep force", "force", listed=True),
-    Scalar("force_y_N", "lateral creep force", "force", listed=True),
-    Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True),
+    Scalar("force_x_N", "longitudinal creep force", "force", listed=True, kind="resultant", accurate=True,
+           diagram="creep force $F_x$ (N)"),
+    Scalar("force_y_N", "lateral creep force", "force", listed=True, kind="resultant", accurate=True,
+           diagram="creep force $F_y$ (N)"),
+    Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True, kind="resultant", diagram="spin moment $M_z$ (N mm)"),
     Scalar("contact_y_mm", "lateral place of the centre of pressure", "place below", listed=True,
            brief="centre of pressure, y"),
     Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment",
@@ -175,27 +203,30 @@ SCALARS = _scalars(
            brief="lateral resultant"),
     Scalar("contact_force_z_N", "resultant of pressure and traction on the upper body along z", "resultant", listed=True,
            brief="resultant along z"),
-    Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", brief="wear number Tγ"),
-    Scalar("T_gamma_without_spin_N", "wear number of the creep forces alone, |F_x ξ_x| + |F_y ξ_y|",
+    Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", kind="integral", brief="wear number Tγ"),
+    Scalar("T_gamma_without_spin_N", "wear number of the creep forces alone, |F_x ξ_x| + |F_y ξ_y|", kind="integral",
            brief="wear number Tγ without spin"),
-    Scalar("creepage_longitudinal", "longitudinal creepage", "creepage"),
-    Scalar("creepage_lateral", "lateral creepage", "creepage"),
+    Scalar("creepage_longitudinal", "longitudinal creepage", "creepage", kind="creepage", accurate=True,
+           listed=lambda problem: problem.motion.creepage_x is None, diagram=r"creepage $\xi_x$"),
+    Scalar("creepage_lateral", "lateral creepage", "creepage", kind="creepage", accurate=True,
+           listed=lambda problem: problem.motion.creepage_y is None, diagram=r"creepage $\xi_y$"),
     Scalar("creepage_spin_rad_mm", "spin", "spin"),
-    Scalar("normal_N", "normal load"),
-    Scalar("pressure_max_MPa", "maximum pressure", listed=True),
-    Scalar("pressure_centre_MPa", "pressure at the centre of the contact"),
-    Scalar("shear_max_MPa", "maximum shear traction", listed=True),
-    Scalar("heat_flux_max_W_mm2", "maximum heat flux"),
-    Scalar("approach_um", "rigid-body approach"),
-    Scalar("contact_area_mm2", "contact area", listed=True),
-    Scalar("stick_area_mm2", "stick area", "stick area"),
+    Scalar("normal_N", "normal load", listed=lambda problem: problem.approach is not None),
+    Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", diagram="max. pressure (MPa)"),
+    Scalar("pressure_centre_MPa", "pressure at the centre of the contact", kind="pressure"),
+    Scalar("shear_max_MPa", "maximum shear traction", listed=True, kind="peak"),
+    Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak"),
+    Scalar("approach_um", "rigid-body approach", kind="pressure"),
+    Scalar("contact_area_mm2", "contact area", listed=True, kind="area"),
+    Scalar("stick_area_mm2", "stick area", "stick area", kind="stick"),
     Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
-           brief="thermal displacement, both bodies"),
-    Scalar("partition_mean", "share of the frictional heat that enters the lower body", brief="heat share of the lower body"),
+           kind="expansion", brief="thermal displacement, both bodies"),
+    Scalar("partition_mean", "share of the frictional heat that enters the lower body", kind="partition",
+           listed=lambda problem: problem.heating.partition == "matched", brief="heat share of the lower body"),
     *_of_both("wear_area_{}_um2", "area worn off per passage", listed=True),
     *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, brief="depth worn off per passage"),
     *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", brief="volume worn per distance"),
-    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure",
+    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure", listed=_falling,
            brief="mean coefficient of sliding friction"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
            brief="fall of friction / element stiffness"),
@@ -226,9 +257,9 @@ HERTZ_SCALARS = _scalars(
     Scalar("kalker_C22", "Kalker's lateral creepage coefficient"),
     Scalar("kalker_C23", "Kalker's coefficient of spin and lateral force"),
     Scalar("shear_modulus_GPa", "combined shear modulus of both bodies"),
-    Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip",
+    Scalar("creep_force_max_N", "maximum of the creep curve, where friction falls with slip", listed=_falling,
            brief="maximum of the creep curve"),
-    Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve"),
+    Scalar("creepage_at_creep_force_max", "creepage at the maximum of the creep curve", listed=_falling),
     Scalar("creepage_falling_branch", "creepage of the same force beyond the maximum"),
 )
 """Scalars that belong to the inputs and not to a state."""
@@ -295,19 +326,53 @@ BOND_SCALARS = _scalars(*(
 
 SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _scalars(*(
     Scalar(f"{prefix}{name.format(body)}", f"{meaning}{without}, {body} body",
-           "stress below" if name.endswith("_MPa") else "place below", listed)
+           "stress below" if name.endswith("_MPa") else "place below", listed, diagram="" if prefix else diagram)
     for body in BODIES
     for prefix, without in (("", ""), ("elastic_", " without thermal stresses"))
-    for name, meaning, listed in (
-        ("von_mises_max_{}_MPa", "largest von Mises stress", not prefix),
-        ("von_mises_depth_{}_mm", "its depth", not prefix),
-        ("von_mises_x_{}_mm", "its place along x", False),
-        ("von_mises_y_{}_mm", "its place along y", False),
-        ("orthogonal_shear_range_max_{}_MPa", "largest range of σ_xz along a line of rolling", not prefix),
-        ("orthogonal_shear_range_depth_{}_mm", "its depth", False),
-        ("tensile_stress_max_{}_MPa", "largest first principal stress", not prefix),
+    for name, meaning, listed, diagram in (
+        ("von_mises_max_{}_MPa", "largest von Mises stress", not prefix, "max. von Mises stress (MPa)"),
+        ("von_mises_depth_{}_mm", "its depth", not prefix, "depth of max. von Mises stress (mm)"),
+        ("von_mises_x_{}_mm", "its place along x", False, ""),
+        ("von_mises_y_{}_mm", "its place along y", False, ""),
+        ("orthogonal_shear_range_max_{}_MPa", "largest range of σ_xz along a line of rolling", not prefix, ""),
+        ("orthogonal_shear_range_depth_{}_mm", "its depth", False, ""),
+        ("tensile_stress_max_{}_MPa", "largest first principal stress", not prefix, "max. tensile stress (MPa)"),
     )
 ))  # fmt: skip
 """Scalars of the stresses inside both bodies, in the order they are reported."""
 
-ALL_SCALARS = {**SCALARS, **HERTZ_SCALARS, **SUBSURFACE_SCALARS}
+WHEELSET_SCALARS = _scalars(
+    Scalar("height_mm", "place of the axle below its nominal one", "approach"),
+    Scalar("roll_mrad", "roll, right wheel down", diagram="roll (mrad)"),
+    Scalar("angular_velocity_rad_s", "angular velocity, forward", diagram="angular velocity (rad/s)"),
+    *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", diagram=diagram)
+      for side in ("left", "right")
+      for axis, direction, diagram in (("x", "longitudinal", ""), ("y", "lateral", "lateral force on a rail (N)"),
+                                       ("z", "vertical", ""))),
+    *(Scalar(f"track_force_{axis}_N", f"{direction} force on both rails", "vertical")
+      for axis, direction in (("x", "longitudinal"), ("y", "lateral"), ("z", "vertical"))),
+    *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail") for side in ("left", "right")),
+    *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle")
+      for side in ("left", "right")),
+    Scalar("approach_max_um", "largest approach of a wheel and a rail"),
+    Scalar("rolling_radius_difference_mm", "rolling radius, right less left", diagram="rolling radius difference (mm)"),
+    Scalar("temperature_rise_max_K", "maximum temperature rise of all patches",
+           diagram=r"max. temperature rise $\Delta T$ (K)"),
+)  # fmt: skip
+"""Scalars of a wheelset besides `Q_F_W`, `T_gamma_N`, `pressure_max_MPa` and `power_balance_error`."""
+
+ALL_SCALARS = SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
+
+OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
+"""Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""
+
+DIAGRAMS: dict[str, tuple[str, ...]] = {
+    label: tuple(name for name, scalar in ALL_SCALARS.items() if scalar.diagram == label)
+    for label in dict.fromkeys(scalar.diagram for scalar in ALL_SCALARS.values()) if label
+}
+"""Labels of the diagrams of a sweep and the scalars that each shows."""
+
+
+def of_kind(*kinds: Kind) -> tuple[str, ...]:
+    """Names of the scalars of a state of one of these kinds."""
+    return tuple(name for name, scalar in SCALARS.items() if scalar.kind in kinds)

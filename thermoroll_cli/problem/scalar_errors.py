@@ -26,6 +26,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | temperatures and their rises | the largest temperature difference of the problem: rises and bulk temperatures |
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
     | `contact_force_y_N`, `contact_force_z_N` | their resultant |
+    | `track_force_*_N`; `height_mm` | the vertical force on the track; the largest approach |
     | `gamma_st`, `power_balance_error`; `stick_area_mm2` | 1 (absolute); the contact area |
     | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
@@ -45,6 +46,10 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
             return math.hypot(*(_number(summary, direction) for direction in CREEPAGES), spin)
         case "share" | "mismatch":
             return 1.0
+        case "vertical":
+            return abs(_number(summary, "track_force_z_N"))
+        case "approach":
+            return _number(summary, "approach_max_um") * 1e-3
         case "resultant":
             return math.hypot(_number(summary, "contact_force_y_N"), _number(summary, "contact_force_z_N"))
         case "stick area":
@@ -93,24 +98,10 @@ SYMMETRY_NOISE = 1e-6
 
 
 def listed_scalars(result: Result) -> list[str]:
-    """Names of the computed scalars in a short table: those of interest in most cases (`Scalar.listed`) or in this one."""
-    problem, motion = result.problem, result.problem.motion
-    warm = problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
-    in_this_case = {
-        "creepage_longitudinal": motion.creepage_x is None,
-        "creepage_lateral": motion.creepage_y is None,
-        "normal_N": problem.approach is not None,
-        "partition_mean": problem.heating.partition == "matched",
-        "heat_conducted_W": problem.heating.conducts,
-        "surface_temperature_max_lower_K": warm,
-        "surface_temperature_max_upper_K": warm,
-        "friction_mean": problem.friction.law is not None,
-        "creep_force_max_N": problem.friction.law is not None,
-        "creepage_at_creep_force_max": problem.friction.law is not None,
-    }
-    summary = result.summary()
+    """Names of the computed scalars in a short table (`Scalar.listed`)."""
+    summary, problem = result.summary(), result.problem
     return [name for name, scalar in ALL_SCALARS.items()
-            if (scalar.listed or in_this_case.get(name, False)) and computed(summary.get(name))]
+            if computed(summary.get(name)) and (scalar.listed(problem) if callable(scalar.listed) else scalar.listed)]
 
 
 def scalar_text(name: str, summary: Mapping[str, Any]) -> str:

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS
+from thermoroll_cli.problem.names import SCALARS, of_kind
 from thermoroll_cli.problem.result import Peak
-from thermoroll_cli.problem.scalar_errors import CREEPAGES, FORCES, TEMPERATURES, error_scale
+from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import input_scalars
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -52,26 +52,17 @@ NEAR_LIMIT = 0.9
 SLIDES = 1.5
 """Times the creepage of full slip: rigid slip above it leaves no place that sticks, whatever the pressure looks like."""
 
-RESULTANTS = (*FORCES, "spin_moment_Nmm")
-INTEGRALS = ("Q_F_W", "T_gamma_N", "T_gamma_without_spin_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W",
-             *RESULTANTS)
-AREAS, STICK = ("gamma_c", "contact_area_mm2"), ("gamma_st", "stick_area_mm2")
-MAXIMA = ("shear_max_MPa", "heat_flux_max_W_mm2")
-PRESSURES = ("gamma_p", "pressure_max_MPa", "pressure_centre_MPa", "approach_um")
-EXPANSIONS = ("thermal_displacement_max_um", "recirculation_bulge_um")
-EXCHANGED = ("partition_mean", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
-
-ERROR_SCALARS = ("Q_F_W", *FORCES, *CREEPAGES, "gamma_c", "gamma_st", "gamma_p", "temperature_rise_max_lower_K",
-                 "temperature_rise_max_upper_K")
+RESULTANTS = of_kind("resultant")
+ERROR_SCALARS = tuple(name for name, scalar in SCALARS.items() if scalar.accurate)
 """Scalars whose error has to fall below `numerics.accuracy` (those that are given have none)."""
 SMALLEST_ERROR_K = 1e-3
 """Temperatures need not be known more closely, in K, however small the rise is: no accuracy is missed for less."""
 
-EXTRAPOLATED = (*INTEGRALS, *CREEPAGES)
+EXTRAPOLATED = of_kind("integral", "exchanged heat", "resultant", "creepage")
 """Integrals over the contact converge smoothly, at second order: Richardson extrapolation is worth another digit. So do the
 creepages that are found for forces."""
 
-RELATIVE = ("Q_F_W", "T_gamma_N", "heat_into_lower_W", "heat_into_upper_W", "heat_conducted_W")
+RELATIVE = of_kind("integral", "exchanged heat")
 """Extrapolated scalars that are measured by themselves: only if the last doubling changed them by less than `SETTLED` of it."""
 SETTLED = 0.5
 
@@ -182,30 +173,31 @@ def estimates(
 
 
 def _order(name: str, derived: DerivedQuantities) -> float:
-    exchanged = derived.problem.heating.partition == "matched" and name in EXCHANGED
+    exchanged = derived.problem.heating.partition == "matched" and SCALARS[name].kind in ("exchanged heat", "partition")
     return ORDER_UNEVEN if derived.dissimilar or exchanged or name == "thermal_crown_ratio" else ORDER
 
 
 def _unresolved(name: str, resolution: Resolution, unseen: float, derived: DerivedQuantities, plan: Plan) -> float:
     """R of one scalar; `unseen` is the share that may stick without an element that does."""
-    if name in STICK:
+    kind = SCALARS[name].kind
+    if kind == "stick":
         return resolution.border if resolution.sticking else unseen
-    if name in AREAS:
+    if kind == "area":
         return 0.0 if plan.hertzian else resolution.border + _whole_elements(resolution, derived)
     if name == "heat_flux_max_W_mm2":
         # The heat of a zone narrower than an element is spread over all of it.
         return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
-    if name in MAXIMA:
+    if kind == "peak":
         return resolution.narrow
     if name in TEMPERATURES or name.startswith("wear_depth"):
         over_area = name.startswith("temperature_rise_mean") and not plan.hertzian
         return SPREAD * resolution.narrow + (resolution.border if over_area else 0.0)
-    if name in RESULTANTS and not resolution.sticking and any(derived.kinematics.creepage_variation):
+    if kind == "resultant" and not resolution.sticking and any(derived.kinematics.creepage_variation):
         # Slip turns around the place without rigid slip: what sticks there changes its direction.
         return SPREAD * unseen
-    if name in INTEGRALS or name in CREEPAGES or name.startswith("wear_"):
+    if name in EXTRAPOLATED or name.startswith("wear_"):
         return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
-    if name in EXPANSIONS:
+    if kind == "expansion":
         # Measured from the border of the contact, which is known to an element.
         return 1.0 / resolution.elements
     return 0.0
@@ -257,7 +249,7 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
 
 def _carried(name: str, summary: Mapping[str, float]) -> float:
     """The share of μW that forces and moment carry: where all is proportional to creepage, so are errors."""
-    if name not in RESULTANTS:
+    if SCALARS[name].kind != "resultant":
         return 1.0
     forces = [summary[force] / error_scale(force, summary) for force in RESULTANTS
               if error_scale(force, summary) > 0.0]
@@ -266,7 +258,7 @@ def _carried(name: str, summary: Mapping[str, float]) -> float:
 
 def _left_out(name: str, derived: DerivedQuantities, plan: Plan) -> float:
     """Bound of the effect of stages that were left out."""
-    rigid = name in (*AREAS, *PRESSURES) and not derived.kinematics.feeds_back
+    rigid = SCALARS[name].kind in ("area", "pressure", "peak pressure") and not derived.kinematics.feeds_back
     return sum(bound for stage, bound in plan.left_out.items() if not (rigid and stage == "differential slip"))
 
 
@@ -274,7 +266,7 @@ def _exact(derived: DerivedQuantities) -> Collection[str]:
     """Forces and moment that vanish because everything is its own mirror image across y = 0; without traction stick, too."""
     motion, kinematics = derived.problem.motion, derived.kinematics
     if not kinematics.has_traction:
-        return (*RESULTANTS, *STICK)
+        return of_kind("resultant", "stick")
     if kinematics.mirror == (1, -1):
         vanish = ("spin_moment_Nmm", "spin_moment_at_contact_Nmm", "contact_y_mm", "contact_force_y_N")
         return vanish if motion.force_y is not None else ("force_y_N", *vanish)

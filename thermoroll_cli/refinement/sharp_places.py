@@ -16,9 +16,10 @@ import numpy as np
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.geometry import ContactGeometry
+from thermoroll_cli.problem.names import of_kind
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
-PEAKS = ("pressure_max_MPa", "gamma_p", "shear_max_MPa", "heat_flux_max_W_mm2")
+PEAKS = of_kind("peak", "peak pressure")
 """Scalars that such places decide."""
 GROWTH = 0.01
 """Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the

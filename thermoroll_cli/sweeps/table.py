@@ -31,7 +31,7 @@ from thermoroll_cli.files.result.hdf5 import (
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
-from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, OVER_LIMIT, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
@@ -46,8 +46,6 @@ KIND = "sweep"
 CONVERGED = "converged"
 STATES = {"isothermal": "without thermal deformation: ", "error": "estimated error: "}
 """Mappings of a summary that have all scalars of a state, too, and words before the meanings of their columns."""
-OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
-"""Creep forces over μW, as railway engineers plot them: column → scalar in N."""
 TEXTS = ("status", "reason", "unbounded", "warnings", "work.grid")
 """Columns of texts. `unbounded` names the scalars that have no limit at this point, where the contact reaches the end of a
 profile."""

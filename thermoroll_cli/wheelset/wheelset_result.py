@@ -179,6 +179,7 @@ class _Sums:
             "Q_F_W": heat, "T_gamma_N": sum(values["T_gamma_N"] for values in of_patches),
             "temperature_rise_max_K": max((rise for rise in rises if not math.isnan(rise)), default=math.nan),
             "pressure_max_MPa": max((values["pressure_max_MPa"] for values in of_patches), default=math.nan),
+            "approach_max_um": 1e6 * max((patch.bearing.sunk for patch in solved.patches), default=math.nan),
             "power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0,
         }
 
@@ -196,7 +197,6 @@ class _Sums:
         of every patch beside others by `STIFFENING` times its share of the overlap."""
         solved = self.solved
         vertical = max(abs(self.scalars["track_force_z_N"]), 1e-300)
-        depth = max((patch.bearing.sunk for patch in solved.patches), default=math.nan)
         height = sum(patch.bearing.sunk * (patch.result.error.get("approach_um", math.nan) + solved.drift)
                      for patch in solved.patches)
         forces = sum(patch.force_error for patch in solved.patches) / vertical
@@ -205,7 +205,7 @@ class _Sums:
         moved = sum(STIFFENING * height / patch.bearing.sunk * patch.bearing.load for patch in shared) / vertical
         names = (name for name in self.scalars if name.startswith("track_force"))
         errors = dict.fromkeys(names, forces + moved + solved.drift)
-        errors["height_mm"] = height / depth
+        errors["height_mm"] = height / (1e-6 * self.scalars["approach_max_um"])
         for name, of_patch in (("Q_F_W", "Q_F_W"), ("T_gamma_N", "T_gamma_N"), ("pressure_max_MPa", "pressure_max_MPa")):
             own = (patch.result.error.get(of_patch, math.nan) for patch in solved.patches)
             errors[name] = moved + max(own, default=math.nan)
