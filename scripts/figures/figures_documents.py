@@ -111,7 +111,7 @@ def _either(meaning: str) -> str:
 
 def _keys() -> Iterator[list[str]]:
     schema = case_schema()
-    shown: dict[int, str] = {}
+    shown: dict[str, str] = {}
     for name, entry in schema["properties"].items():
         shape = _resolved(entry, schema)
         if "properties" not in shape:
@@ -120,14 +120,14 @@ def _keys() -> Iterator[list[str]]:
             yield from _table([f"[{name}]"], shape, schema, shown)
 
 
-def _table(names: list[str], shape: Schema, schema: Schema, shown: dict[int, str]) -> Iterator[list[str]]:
+def _table(names: list[str], shape: Schema, schema: Schema, shown: dict[str, str]) -> Iterator[list[str]]:
     """The heading of a table, or of two of both bodies or sides, with its keys, then the tables inside it. `shown` has the
     first name of every shape: its keys are not repeated."""
     heading = ", ".join(f"**`{name}`**" for name in names)
-    if id(shape) in shown:
-        yield [heading, "", "", f"The keys of `{shown[id(shape)]}`"]
+    if (keys := repr(shape["properties"])) in shown:
+        yield [heading, "", "", f"The keys of `{shown[keys]}`"]
         return
-    shown[id(shape)] = names[0]
+    shown[keys] = names[0]
     yield [heading, "", "", shape.get("description", "")]
     inner: list[tuple[str, Schema]] = []
     lists: list[tuple[str, Schema]] = []
@@ -142,7 +142,10 @@ def _table(names: list[str], shape: Schema, schema: Schema, shown: dict[int, str
         else:
             yield _key(key, found, required=key in required)
     for key, item in lists:
-        yield from _table([f"[{name[:-1]}.{key}]]" for name in names], item, schema, shown)
+        own = {name: entry for name, entry in item["properties"].items() if entry != shape["properties"].get(name)}
+        meaning = f"{item['description']} The keys of `{names[0]}`, and:"
+        places = [f"[{name[:-1]}.{key}]]" for name in names]
+        yield from _table(places, {**item, "properties": own, "description": meaning}, schema, shown)
     for key, found in inner:
         if "upper" in key or key == "right":
             continue
