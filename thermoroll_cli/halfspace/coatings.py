@@ -1,9 +1,9 @@
 """Both bodies of a contact, one of them coated at least: differences of their influence tables to homogeneous bodies.
 
-Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`); here are the differences of coatings,
-summed over both bodies with the signs of `elastic`, the periodic symbols of the whole, and the half-space that surfaces look
-like near borders. A wrapped-around table is no preconditioner for stiff layers: periodic symbols come from the compliance in
-wave numbers, summed over the nearest aliases.
+Tables of homogeneous bodies are closed forms of the surfaces' materials (`elastic`). This module has the differences that
+coatings make, summed over both bodies with the signs of `elastic`, the periodic symbols of the whole, and the half-spaces that
+describe the bodies near borders. A wrapped-around table is no preconditioner for stiff layers, so periodic symbols come from
+the compliance in wave numbers, summed over the nearest aliases.
 """
 
 from __future__ import annotations
@@ -22,19 +22,22 @@ from thermoroll_cli.problem.problem import Material
 STEP = 0.02
 """Step of ln k at which the compliance is looked up for symbols."""
 SHALLOW, DEEP = 1e-6, 30.0
-"""Wave numbers over the inverse thickness beyond which the compliance is that of the substrate, and of the surface."""
+"""Wave numbers over the inverse thickness: below the first the compliance is that of the substrate, above the second that of
+the surface."""
 UNCOUPLED = 1e-12
-"""Over the compliance: a difference of the bodies' coupling that is rounding."""
+"""Difference of the bodies' coupling over the compliance, below which it is rounding."""
 THICK, RESOLVED = 4.0, 2.0
-"""Thicknesses over the element's size from which the surface's material alone rules a border, and below which it never does."""
+"""Thicknesses over the element's size: from the first the surface's material describes a border fully, below the second it
+alone does not describe it at all."""
 THIN, UNRESOLVED = 0.25, 0.5
-"""The same of the substrate, of thicknesses times the ratio of moduli: below and from."""
+"""Thicknesses times the ratio of moduli over the element's size: below the first the substrate describes a border fully, above
+the second it alone does not describe it at all."""
 
 
 @dataclass(frozen=True)
 class NearBorder:
-    """The half-spaces that surfaces look like within an element of a border: `contact_modulus` (Pa), `compliance` of shear, and
-    to which part, 0 to 1, this describes them (`trust`)."""
+    """The half-spaces that stand for the bodies within an element of a border: `contact_modulus` (Pa), `compliance` of shear,
+    and how well they describe the bodies, 0 to 1 (`trust`)."""
 
     contact_modulus: float
     compliance: ShearCompliance
@@ -50,7 +53,7 @@ class Coatings:
 
     @classmethod
     def of(cls, lower: Material, upper: Material) -> Coatings | None:
-        """None if no coating is felt."""
+        """The coatings of a contact; None if none has an elastic effect."""
         if not (lower.elastic_layers or upper.elastic_layers):
             return None
         return cls(*(Material(body.youngs_modulus, body.poisson_ratio, layers=body.elastic_layers) for body in (lower, upper)))
@@ -153,15 +156,15 @@ class Coatings:
 
 
 def _seen(body: Material, size: float) -> tuple[Material, float]:
-    """The material that a body shows within `size` (m), and how far."""
+    """The material that describes a body within `size` (m) of its surface, and how well, 0 to 1."""
     top, below = body.surface, Material(body.youngs_modulus, body.poisson_ratio)
     if not body.layers:
         return below, 1.0
     first = body.layers[0].thickness / size
-    # A thin layer that is softer, or stiffer, is felt as one that much thicker of the material below.
+    # A thin layer that is softer, or stiffer, acts like a layer of the material below that is thicker by the ratio of moduli.
     ratios = (layer.youngs_modulus / body.youngs_modulus for layer in body.layers)
     total = sum(layer.thickness * max(ratio, 1.0 / ratio) for layer, ratio in zip(body.layers, ratios, strict=True)) / size
-    # Between like materials it does not matter.
+    # For like materials this does not matter.
     contrast = min(1.0, abs(math.log(top.plane_strain_modulus / below.plane_strain_modulus))
                    + 2.0 * abs(top.poisson_ratio - below.poisson_ratio)) if len(body.layers) == 1 else 1.0
     if first >= RESOLVED:

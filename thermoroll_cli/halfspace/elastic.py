@@ -2,7 +2,8 @@
 
 All surface displacements of a half-space follow from three integrals over the loaded rectangle,
     I_xx = ∬ (x−x')²/r³,   I_yy = ∬ (y−y')²/r³,   I_xy = ∬ (x−x')(y−y')/r³,      I_xx + I_yy = ∬ 1/r,
-and, where pressure moves the surface along and shear moves it up and down, from J_x = ∬ (x−x')/r², J_y = ∬ (y−y')/r².
+and, for the coupling of pressure with tangential and of shear with normal displacement, from J_x = ∬ (x−x')/r² and
+J_y = ∬ (y−y')/r².
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ class Constants:
 
 @dataclass(frozen=True)
 class _Reflections:
-    """A layer on what lies below it, at all wave numbers: N at its lower face, `decay` e^{−kh} across it, the `reflection` of
+    """A layer on the layers below it, at all wave numbers: N at its lower face, `decay` e^{−kh} across it, the `reflection` of
     downward solutions at its lower face (without decay), their `echo` as displacements at its upper face."""
 
     own: Constants
@@ -186,7 +186,7 @@ NEAR = 3.5
 ANGLES = 24
 """Gauss points on each of the two far sides of a corner."""
 GAUSS = ((60.0, 2), (14.0, 3), (6.0, 4), (NEAR, 6))
-"""Beyond so many elements so many Gauss points per side."""
+"""Distances in elements, and the Gauss points per side beyond each."""
 WEIGHTS: dict[str, Callable[[Array, Array], Array]] = {
     "even": lambda c, s: np.ones_like(c), "cos": lambda c, s: c, "sin": lambda c, s: s,
     "cos2": lambda c, s: c * c - s * s, "sin2": lambda c, s: 2.0 * s * c,
@@ -235,7 +235,7 @@ def _corner_integrals(
     x, y = (np.abs(np.arange(n + 1) - 0.5) * d for n, d in ((count_x, dx), (count_y, dy)))
     ratio = y[None, :] / x[:, None]
     corners = np.zeros((len(parts), *ratio.shape))
-    # Along the far side r = x cosh u with sinh u = tan θ: as smooth in u where elements are long.
+    # Along the far side r = x cosh u with sinh u = tan θ, which is smooth in u for long elements, too.
     for near, most, turned in ((x[:, None, None], np.arcsinh(ratio), False), (y[None, :, None], np.arcsinh(1.0 / ratio), True)):
         u = 0.5 * most[..., None] * (1.0 + nodes)
         cosine, sine = 1.0 / np.cosh(u), np.tanh(u)

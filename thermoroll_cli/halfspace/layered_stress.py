@@ -5,7 +5,7 @@ In wave numbers, along k and across it (c), with V, T and S of `layered` at a de
     σ_zz = S,   σ_kz = iT,   σ_kk = ν/(1−ν) S − 2G kV/(1−ν),   σ_cc = ν (σ_kk + S);
 
 across k, u = (A e^{−kz} + B e^{−kζ})/Gk, σ_kc = i(A e^{−kz} + B e^{−kζ}) and σ_cz = B e^{−kζ} − A e^{−kz}, B = ρ e^{−kh} A with
-the reflection ρ = (G − g)/(G + g) at what lies below, of impedance g. With M = ½(σ_kk + σ_cc), D = ½(σ_kk − σ_cc), Q = σ_kc/i
+the reflection ρ = (G − g)/(G + g) at the layers below, of impedance g. With M = ½(σ_kk + σ_cc), D = ½(σ_kk − σ_cc), Q = σ_kc/i
 and Hm[f] = ∫ f J_m(kr) k dk/2π, a point load gives
 
     pressure:  σ_xx, σ_yy = H0[M] ∓ cos 2θ H2[D]      σ_xy = −sin 2θ H2[D]      σ_xz = −cos θ H1[T]
@@ -13,7 +13,7 @@ and Hm[f] = ∫ f J_m(kr) k dk/2π, a point load gives
                σ_xy = −sin θ H1[½(D+Q)] + sin 3θ H3[½(D−Q)]                     σ_yz = sin 2θ H2[½(Z+T)],   Z = σ_cz.
 
 and t_y by x ↔ y, θ ↔ π/2 − θ. In the uppermost layer these are differences to the half-space of its material, whose closed
-forms (`subsurface_elastic`) are added: there the symbols decay like e^{−k(2h−z)}, below like e^{−kz}.
+forms (`subsurface_elastic`) are added. In that layer the symbols decay like e^{−k(2h−z)}, below it like e^{−kz}.
 """
 
 from __future__ import annotations

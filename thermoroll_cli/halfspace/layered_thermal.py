@@ -3,7 +3,7 @@
 Material of all layers moves at one velocity V, and a flux enters a surface that is insulated elsewhere. In wave numbers, with
 s² = k² + i k·V/κ in each layer and ζ from its lower face, T = a e^{−sz} + b e^{−sζ}, where b follows from the reflection
 
-    ρ = (λs − y)/(λs + y),   y = λs (1 − ρ e^{−2sh})/(1 + ρ e^{−2sh}) of each layer and of all that lies below it,   T(0) = 1/y
+    ρ = (λs − y)/(λs + y),   y = λs (1 − ρ e^{−2sh})/(1 + ρ e^{−2sh}) of each layer on those below it,   T(0) = 1/y
 
 (λ conductivity, h thickness; Carslaw and Jaeger 1959, 3.7). The expansion follows from reciprocity (Maysel 1941):
 u_z = ∫ α Θ T dz, with Θ = w₁ e^{−kz} + w₂ e^{−kζ} the trace of the stresses under unit pressure on the surface; w is 2G(1+ν)
@@ -38,7 +38,7 @@ Complex = NDArray[np.complex128]
 LayeredQuantity = Literal["temperature", "interface", "expansion"]
 
 FINE, COARSE = 0.05, 0.2
-"""Steps of ln k where e^{ikX} oscillates within the grid, and for smaller k."""
+"""Steps of ln k for wave numbers at which e^{ikX} oscillates within the grid, and for smaller ones."""
 SMALLEST, LARGEST = 1e-16, 30.0
 """Smallest wave number times the size of the grid; largest one times the thickness of the uppermost layer."""
 CUT, SOFTNESS, WHOLE = 45.0, 9.0, 8.0
@@ -132,7 +132,7 @@ class LayeredHeat:
 
 
 def thermal_constants(material: Material | Layer) -> tuple[float, float, float]:
-    """Conductivity, diffusivity and expansion. Raises ValueError where one is missing."""
+    """Conductivity, diffusivity and expansion. Raises ValueError if one is missing."""
     if material.conductivity is None or material.diffusivity is None or material.expansion is None:
         raise ValueError("thermal constants are missing")
     return material.conductivity, material.diffusivity, material.expansion

@@ -12,8 +12,8 @@ at depth z ≥ 0 (into the body), x and y are its offsets from an element corner
 
     S = atan(xy/(zr)),   A_x = atan(xy(x²+y²)/((r+z)(x²r + y²z))),   L_x = asinh(y/√(x²+z²)),
 
-the others by x ↔ y. Integrals of Boussinesq's and Cerruti's point loads (Johnson, Contact Mechanics, Sec. 3.2, 3.6) over the
-element. On its edges the stresses of a surface element are logarithmic; element centres stay clear of them at z = 0, too.
+and the others by x ↔ y. These are the integrals of Boussinesq's and Cerruti's point loads over the element (Johnson, Contact
+Mechanics, Sec. 3.2, 3.6). The stresses of a surface element are logarithmic on its edges; centres of elements do not lie there.
 Signs: tension positive, σ_zz = −p and σ_xz = −t_x at the surface.
 """
 
@@ -71,7 +71,7 @@ class Corner:
     def angle(self) -> Array:
         """A_x, odd in x and in y."""
         x2, y2, r, z = self.x**2, self.y**2, self.r, self.z
-        # atan2 of magnitudes: the quotient itself is 0/0 only in a corner, where both arguments vanish.
+        # atan2 takes the magnitudes: the quotient itself is 0/0 only in a corner, where both arguments vanish.
         product = np.abs(self.x) * np.abs(self.y)
         magnitude = np.arctan2(product * (x2 + y2), (r + z) * (x2 * r + y2 * z))
         return np.asarray(np.sign(self.x) * np.sign(self.y) * magnitude)

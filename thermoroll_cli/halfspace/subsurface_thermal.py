@@ -10,7 +10,7 @@ isothermal correction that frees the surface),
     σ_xx = −T + ∂_xx Ψ − (∂_xx + ν ∂_yy) H       σ_zz = −(∂_xx + ∂_yy) Ψ       in Eα/(1−ν) · q dx/k
     σ_xy = ∂_xy Ψ − (1−ν) ∂_xy H                 σ_xz = ∂_x ∂_z Ψ              and σ_yy, σ_yz by x ↔ y.
 
-Sampling over wavenumbers would cause errors of some per cent by periodic images. In real space both potentials are
+Samples in wavenumbers would have errors of some per cent by periodic images. In real space both potentials are
 superpositions of Gaussians of variance 2u that have drifted by Pt,
 
     H = ∫∫ 2 erfc(a) G dt du,   Ψ = ∫∫ [(z²/2u) erfc(a) − erf(a) + (2/√π) a exp(−a²)] G dt du,   0 < t < u < ∞,
@@ -202,7 +202,7 @@ class _Superposition:
         total = np.zeros((len(self.depths), 6, len(self.x), len(self.y)))
         u, weights = outer_rule(self._reach(), min(1.0, self.aspect), self.peclet, self.steps)
         for start, stop in pairwise([*range(0, len(u), OUTER_NODES_TOGETHER), len(u)]):
-            # Deeper than that no heat has arrived yet.
+            # No heat has arrived at larger depths yet.
             active = int(np.searchsorted(self.depths, 2.0 * GAUSSIAN_CUTOFF * math.sqrt(u[stop - 1]), side="right"))
             self._add(total[:active], u[start:stop], weights[start:stop], self.depths[:active])
         return total
@@ -212,7 +212,7 @@ class _Superposition:
         return max(float(self.x[-1]) + 0.5, 1.0)
 
     def _add(self, total: Array, u: Array, weights: Array, depths: Array) -> None:
-        """Add what the outer nodes `u` contribute to the first depths."""
+        """Add the contributions of the outer nodes `u` to the first depths."""
         along, across = [], []
         for variance, weight in zip(u, weights, strict=True):
             inner = self._inner(float(variance), float(weight), depths)
@@ -250,7 +250,7 @@ class _Superposition:
         slope = z / (2.0 * u) * (2.0 * tail - psi) - 2.0 / math.sqrt(math.pi) * (2.0 * a * a + ratio) * rate * gauss
         every = np.stack([2.0 * tail, psi, slope]) * dt
         every *= (np.exp(-0.5 * ratio) * (weight / math.sqrt(math.pi * u)))
-        # Where the Gaussians no longer move, nodes differ only by their weights.
+        # If the Gaussians no longer move, nodes differ only by their weights.
         kept = every[:, :, first : last + 1].copy()
         kept[:, :, 0] += every[:, :, :first].sum(axis=2)
         kept[:, :, -1] += every[:, :, last + 1 :].sum(axis=2)
@@ -278,8 +278,8 @@ class _Superposition:
     def _lateral(self, u: float, t: Array) -> tuple[Array, Array]:
         """Shifts along y and the share of each inner node that belongs to each: interpolation in the lateral drift P_y t.
 
-        Without lateral motion there is one shift, zero. The drift is short against the width 2√u of the Gaussians wherever a
-        body moves much faster along x, so that a few Chebyshev points suffice."""
+        Without lateral motion there is one shift, zero. If a body moves much faster along x, the drift is short against
+        the width 2√u of the Gaussians, so that a few Chebyshev points suffice."""
         speed = self.peclet[1]
         if speed == 0.0 or len(t) == 1:
             return speed * t[:1], np.ones((1, len(t)))

@@ -18,12 +18,12 @@ At every node of a quadrature over τ the table is an outer product of two vecto
 
 Heat that changes linearly along x within its element (`temperature_slope_table`) makes temperatures second order.
 On fast material the temperature falls like 1/sqrt(distance) behind a source. With a constant heat flux in each element its
-error is h^(3/2) q', which is most of the error where the slip zone is a few elements long. A slope in each element,
-q(ξ) = q + s ξ with ξ from −½ to ½, removes it: its response is that of `temperature_table` with the cell average
+error is h^(3/2) q', which is most of the error if the slip zone is a few elements long. A slope in each element,
+q(ξ) = q + s ξ with ξ from −½ to ½, removes it. Its response is that of `temperature_table` with the cell average
 
     g(x; τ, 1) = ∫ G(x − ξ) dξ      replaced by      m(x; τ) = ∫ ξ G(x − ξ) dξ = x g + 2τ² [G(x + ½) − G(x − ½)],
 
-G being the Gaussian exp(−x²/4τ²)/(2τ sqrt(π)) to which heat released at once has spread.
+with the Gaussian G = exp(−x²/4τ²)/(2τ sqrt(π)) to which heat released at once has spread.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from scipy.special import erf, wrightomega
 from thermoroll_cli.arrays import Array
 
 Spread = Callable[[Array, float, float, Array], Array]
-"""From centres, element length, speed and times: share of the heat of an element that is at each centre, (times, centres)."""
+"""Share of the heat of an element that is at each centre, (times, centres), from centres, element length, speed and times."""
 
 GAUSSIAN_CUTOFF = 4.6
 """Gaussians are cut off where their argument reaches this: erfc(4.6) = 8e-11."""
@@ -189,7 +189,7 @@ def between_corners(corner: Callable[[Array, Array], Array], x: Array, y: Array,
 
 
 def offsets(nx: int, ny: int, aspect: float, peclet_x: float, peclet_y: float) -> tuple[Array, Array]:
-    """Offsets at which a table has to be computed: half the lateral ones where the response is even in y."""
+    """Offsets at which a table has to be computed: half the lateral ones if the response is even in y."""
     if nx < 1 or ny < 1:
         raise ValueError(f"a grid needs at least one element per side, not {nx} × {ny}")
     if not (math.isfinite(aspect) and aspect > 0.0):
@@ -253,7 +253,7 @@ def _time_rule(
     count = early + max(math.ceil((stop - start) / LOG_STEP), 0) + 1
     scaled = wrightomega(start + LOG_STEP * (np.arange(count) - early))
     tau = scaled / scale
-    # At the surface the factor is 1; deep below it squares would overflow where the weight is zero.
+    # At the surface the factor is 1. Deep below it squares would overflow, and the weight is zero.
     arrived = np.exp(-np.minimum(0.5 * depths[:, None] / tau, 30.0) ** 2)
     weights = arrived * (LOG_STEP * tau ** (1 + power) / (1.0 + scaled))
     weights[:, early] = weights[:, : early + 1].sum(axis=1)

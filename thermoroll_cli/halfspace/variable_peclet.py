@@ -1,13 +1,13 @@
 """Influence tables for a Péclet number that differs from source to source, as a short sum of convolutions.
 
-If every source element x' has its own P(x'), as when P is made with the slip velocity, the response
+If every source element x' has its own P(x'), for example with the slip velocity, the response
 Σ K_P(x')(x − x') q(x') is not a convolution. A low-rank expansion K_P(X) ≈ Σ_k L_k(X) φ_k(P) turns it into a few:
 
     response = Σ_k conv(L_k, φ_k(P) q) + Σ offset(P) q
 
-The L_k are the first singular vectors of the tables at Chebyshev points of s = asinh(P^¼): displacement tables contain P ln P,
-which in √P needs four times as many points, and far beyond P = 1 tables change with ln P. φ_k is the Chebyshev series in s
-through its values at these points.
+The L_k are the first singular vectors of the tables at Chebyshev points of s = asinh(P^¼). Displacement tables contain P ln P,
+which needs four times as many points in √P; for large P tables change with ln P. φ_k is the Chebyshev series in s through its
+values at these points.
 
 The displacement U is an average of Φ(P sech²y) over y (`thermal`), so tables of the cheaper Φ at the same points serve for it.
 Its unbounded part −b ln(P)/2π, equal everywhere, is added in closed form; the expanded rest is bounded at P = 0.
@@ -66,10 +66,10 @@ class PecletWeights:
         return self._evaluate(self.series, peclet)
 
     def offset(self, peclet: ArrayLike) -> Array:
-        """The mean of the table, the same at every point. Zero for temperature; shape of `peclet`.
+        """The mean of the table, zero for temperature; shape of `peclet`.
 
         The mean displacement rises without bound, as −b ln(P)/2π, when P → 0. With P = 0 exactly it is the mean of
-        the table without motion, whose constant is arbitrary. Where slip makes the heat, q ∝ P and q offset(P) → 0, so
+        the table without motion, whose constant is arbitrary. If slip makes the heat, q ∝ P and q offset(P) → 0, so
         neither the growth nor the arbitrary value matters.
         Raises ValueError for P outside [0, peclet_max].
         """

@@ -6,8 +6,8 @@ solves, on the contact,
 
     (K_1 + K_2) q_1 = K_2 q + B_2 − B_1,     q_2 = q − q_1.
 
-where K_i includes the recirculating heat of a body that turns. The local share η = q_1/q is a result. It is outside [0, 1]
-where one surface warms the other: near the border, and in the stick area, where heat crosses without friction.
+K_i includes the recirculating heat of a body that turns. The local share η = q_1/q is a result. It is outside [0, 1] if one
+surface warms the other: near the border, and in the stick area, where heat crosses without friction.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from thermoroll_cli.problem.problem import Heating
 MISMATCH_TOLERANCE = 1e-6
 """Difference of both surface temperatures inside the contact over their peak at which the division is solved."""
 MOST_APPLICATIONS, RESTART_AFTER = 600, 300
-"""Most applications of `ThermalResponse.temperature_difference`, and after how many GMRES restarts: elongated contacts need up
-to ten times the usual number, conduction in partial slip at Péclet numbers of thousands several hundred."""
+"""Most applications of `ThermalResponse.temperature_difference`, and the number after which GMRES restarts. Elongated contacts
+need up to ten times the usual number; conduction in partial slip at Péclet numbers of thousands needs several hundred."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def match(
     `bulk_difference` is the bulk temperature of the upper body less that of the lower one in K, `start` the exchanged flux of a
     similar state (W/m², (nx, ny)), if known. The equation is solved for the correction of an even division by GMRES,
     preconditioned with the inverse of the padded, periodic operator: 4 to 7 applications for 1e-4 at any grid and any Péclet
-    numbers, fewer from a start. Where both bodies respond alike there is nothing to solve.
+    numbers, fewer from a start. If both bodies respond alike nothing is solved.
     """
     share = response.matched_share
     if share is not None and bulk_difference == 0.0:
@@ -142,11 +142,11 @@ class Heat:
 
     @property
     def tracks(self) -> Tracks:
-        """Track of the lower and of the upper body; None for one that brings no heat back."""
+        """Track of the lower and of the upper body; None for a body without recirculating heat."""
         return self.response.tracks if isinstance(self.response, RecirculatingResponse) else (None, None)
 
     def entry_temperatures(self) -> tuple[Array, Array]:
-        """Temperature in K, (ny,), with which each track enters the contact, above what surrounds the body."""
+        """Temperature in K, (ny,), with which each track enters the contact, above the surroundings of the body."""
         return entry_temperatures(self.tracks, self.into)
 
     def temperatures(self) -> tuple[Array, Array]:

@@ -112,8 +112,8 @@ class KeptTables:
     """Influence tables of thermal expansion by Péclet numbers: those built last are kept, and a table between them, or slightly
     beyond, is interpolated in ln |P| if that is accurate enough. Neighbouring problems share them.
 
-    This saves a third of the CPU time of a point of a sweep where a force is prescribed, because every iteration then has other
-    speeds, and a fifth of a single solve. Tables of temperature are built forty times as fast, and are not kept."""
+    If a force is prescribed every iteration has other speeds: this then saves a third of the CPU time of a point of a sweep,
+    and a fifth of a single solve. Tables of temperature are built forty times as fast, and are not kept."""
 
     def __init__(self, build: Callable[[int, int, float, float, float], Array] = displacement_table) -> None:
         self._build = build
@@ -190,8 +190,8 @@ class HeatResponse:
         return lower / (lower + upper)
 
     def displacement(self, heat: DividedHeat) -> Array:
-        """As `ThermalResponse`. The gap depends on the sum of both expansions only: heat with the same share everywhere needs
-        one forward and one inverse transform, whatever the bodies."""
+        """As `ThermalResponse`. The gap depends on the sum of both expansions, so heat with the same share everywhere needs
+        one forward and one inverse transform for any bodies."""
         convolution = self.convolution
         if heat.exchanged is None:
             hat = convolution.forward(heat.total)
@@ -203,8 +203,8 @@ class HeatResponse:
         return convolution.inverse(hat)
 
     def temperatures(self, heat: DividedHeat) -> tuple[Array, Array]:
-        """As `ThermalResponse`. Exchanged heat is constant in each element: it may change its sign from one to the next, and
-        with slopes surfaces would get colder than their surroundings."""
+        """As `ThermalResponse`. Exchanged heat is constant in each element: it may change its sign from one element to the
+        next, and slopes would make surfaces colder than their surroundings."""
         lower, upper = self.bodies
         flux, slope = (self.convolution.forward(field) for field in (heat.total, self._changes(heat)))
         exchanged = None if heat.exchanged is None else self.convolution.forward(heat.exchanged)
@@ -221,7 +221,7 @@ class HeatResponse:
 
     def _changes(self, heat: DividedHeat) -> Array:
         """Change of the heat flux through each element along x."""
-        # The laws of slip zones may give negative heat at one end of an element; it must not be where material enters.
+        # The laws of slip zones may give negative heat at one end of an element, but not at the one where material enters.
         entered_behind = min(body.speed_x for body in self.bodies) < 0.0
         return slopes(heat.total) if heat.slope is None or entered_behind else heat.slope
 

@@ -25,10 +25,10 @@ and mode by mode, with ρ = I₁(λR)/I₀(λR), ε = κλ²P, β = k/√κ, ρc
     u_m = (1 + ν)α q̄_m [c(λR)/(λ(kλρ + h)) + 2P/ρc · S(ε)].
 
 A body that is concave along rolling is the rim of a bore of radius R in a large body: ρ = K₁(λR)/K₀(λR), with the c that
-belongs to it. R does not say where such a ring is cooled and how thick it is, so its mean needs a resistance.
+belongs to it. The cooling and the thickness of such a ring do not follow from R, so its mean needs a resistance.
 
 T and u are the recirculating parts at the contact; there they depend on y alone, except for a share of about a/(2πR) of T.
-The present pass adds the half-space's response. Where ε is large both terms cancel: heat has spread before it returns.
+The present pass adds the half-space's response. For large ε both terms cancel: heat has spread before it recirculates.
 
 **Both bodies** (`RecirculatingResponse`): the half-space's response to the present pass, plus their tracks'.
 """
@@ -54,7 +54,7 @@ SERIES_UP_TO = 1.0
 SERIES_TERMS = 24
 """Terms of either series: the last one is below 1e-17 at ε = 1."""
 MOST_PASSES = 40
-"""Passes summed for ε > 1, and nε from which they are no longer felt: e^{−40}."""
+"""Passes summed for ε > 1: nε above which they have no effect, e^{−40}."""
 
 
 def pass_sum(epsilon: ArrayLike) -> Array:
@@ -169,7 +169,7 @@ class Roller:
 
     @property
     def crown_per_heat(self) -> float:
-        """Curvature of the thermal crown in 1/m over ∫ q dx of one contact in W/m, where heat does not spread: (1 + ν)α q̄/k."""
+        """Curvature of the thermal crown in 1/m over ∫ q dx of one contact in W/m, if heat does not spread: (1 + ν)α q̄/k."""
         return self.free_expansion * self.passes / (2.0 * math.pi * self.radius * self.conductivity)
 
     @property
@@ -235,7 +235,7 @@ class Track:
         return line * self.roller.crown_per_heat / curvature
 
     def bulk_temperature(self, flux: Array) -> float:
-        """Mean temperature of the body's surface in K above what surrounds it: R_th times the heat of all contacts."""
+        """Mean temperature of the body's surface in K above its surroundings: R_th times the heat of all contacts."""
         r = self.roller
         return r.mean_resistance * r.passes * float(flux.sum()) * self.grid.element_area
 
@@ -273,11 +273,12 @@ def robin_roots(count: int, biot: float) -> Array:
 
 
 Tracks = tuple[Track | None, Track | None]
-"""Tracks of the lower and the upper body; None for a body that brings no heat back."""
+"""Tracks of the lower and the upper body; None for a body without recirculating heat."""
 
 
 def entry_temperatures(tracks: Tracks, heat: DividedHeat) -> tuple[Array, Array]:
-    """Temperatures in K, (ny,), with which the tracks enter the contact, above what surrounds the bodies; 0 without a track."""
+    """Temperatures in K, (ny,), with which the tracks enter the contact, above the surroundings of each body; 0 without a
+    track."""
     lower, upper = (
         np.zeros(flux.shape[1]) if track is None else track.entry_temperature(flux)
         for track, flux in zip(tracks, (heat.lower, heat.upper), strict=True)
@@ -326,5 +327,5 @@ class RecirculatingResponse:
         return gap + sum(track.temperature for track in self.tracks if track is not None) @ sums
 
     def difference_symbol(self) -> tuple[Convolution, Spectrum]:
-        """As `ThermalResponse`, of the present pass: preconditioning the tracks' part as well saves no time."""
+        """As `ThermalResponse`, of the present pass; to precondition the part of the tracks as well saves no time."""
         return self.passing.difference_symbol()

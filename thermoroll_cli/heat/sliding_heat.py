@@ -1,14 +1,14 @@
-"""Thermal response where every source has its own Péclet number, that of the local slip speed (after Eq. 20).
+"""Thermal response if every source has its own Péclet number, that of the local slip speed (after Eq. 20).
 
 In the article heat travels with the sliding speed, which differs from point to point in rolling contact. Every source
 element x' then has its own kernel of Pe(x') = |ṡ(x')| l/κ, and T(x) = Σ K_Pe(x')(x − x') q(x') becomes a short sum of
 convolutions (`variable_peclet`).
 
-**Direction.** The magnitude is that of the slip, the direction that of rolling: the material of both bodies moves along
-+x, as it passes through the contact, whichever way the surfaces slip. So the temperatures are consistent when creepages are
-reversed, bodies exchanged or the problem mirrored. With the article's Pe_x, Pe_y, the components of the slip, the wake of
-sideways slip lies sideways, and that of negative slip ahead of the contact, for both bodies. Where slip is along +x both agree;
-otherwise they differ in proportion to the Péclet number, and not at all where that is small.
+**Direction.** The speed is that of the slip, the direction that of rolling: the material of both bodies moves along +x, as it
+passes through the contact, whatever the direction of slip. Temperatures are therefore consistent if creepages are reversed,
+bodies exchanged or the problem mirrored. With the article's Pe_x, Pe_y, the components of the slip, the wake of lateral slip
+lies beside the contact and that of negative slip ahead of it, for both bodies. Both choices agree if slip is along +x or the
+Péclet number is small.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ class SlidingKernels:
     """Expansions on one grid, kept from one state to the next.
 
     An expansion covers Péclet numbers up to a power of two: it serves states with half to all of that slip, and does not
-    depend on the states before. The last eight are kept: for either body and kind both ranges, if the slip speed varies about
-    the end of one.
+    depend on the states before. The last eight are kept: two ranges for each body and each kind, because the slip speed may
+    vary about the end of a range.
     """
 
     def __init__(self, grid: Grid) -> None:
@@ -130,7 +130,7 @@ class SlidingHeatResponse:
         return self._kernels.convolution, self._symbol
 
     def mean_peclet(self, flux: Array) -> float:
-        """Mean of |ṡ| l/κ, weighted with `flux`, of the body where it is larger; l is half the side of the grid."""
+        """Mean of |ṡ| l/κ, weighted with `flux`, of the body with the larger one; l is half the side of the grid."""
         size = 0.5 * math.sqrt(self.grid.nx * self.grid.dx * self.grid.ny * self.grid.dy)
         slowest = min(body.diffusivity for body in self.bodies)
         return float((self._slip_speed * flux).sum() / flux.sum()) * size / slowest

@@ -1,4 +1,4 @@
-"""The stage below the surface before it runs: its depths, whether there is heat, what it costs."""
+"""Plan of the stage below the surface: its depths, its heat, its cost."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from thermoroll_cli.stress.superposition import TABLE_BYTES
 
 FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
 """First depth below the surface, in the smaller semi-axis of the contact; ratio of one depth to the next above;
-the largest depth. 28 depths: the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
+the largest depth. That makes 28 depths; the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
 SKIN = 0.3
 """First depth in thicknesses of the heated skin."""
 STEPS_THROUGH = 4
@@ -30,9 +30,8 @@ def skin_depth(semi_axis: float, peclet: float) -> float:
 def usual_depths(width: float, depth: float | None = None, layers: int | None = None, skin: float = math.inf) -> Array:
     """Depths in m: the surface, then a geometric sequence down to `depth` (default 2.2 of `width`).
 
-    `width` is the smaller semi-axis of the contact. The first depth lies at 0.05 of it, or at 0.3 `skin` if heat enters
-    less; where so many `layers` reach that by equal steps, steps are equal. Without a number of depths there are as many as
-    a ratio of 1.157 takes."""
+    `width` is the smaller semi-axis of the contact. The first depth is 0.05 of it, or 0.3 of `skin` if heat enters less deep.
+    If equal steps of so many `layers` are shorter than that, steps are equal. Without `layers` the ratio of depths is 1.157."""
     last = DEPTH * width if depth is None else depth
     first = min(FIRST * width, SKIN * skin, 0.5 * last)
     if layers is None:
@@ -50,9 +49,9 @@ def few_depths(depths: Array, width: float) -> bool:
 
 
 def with_interfaces(depths: Array, interfaces: tuple[float, ...]) -> Array:
-    """`depths` spread anew, as dense as before, so that both sides of each of the `interfaces` above the last depth are among
-    them: that of the interface, and the next larger number for the lower side. Steps through thin bonded layers are equal: a
-    stiff one bends, and polynomials through uneven steps would overshoot between its faces."""
+    """`depths` moved so that both sides of each of the `interfaces` above the last depth are among them: the depth of the
+    interface for its upper side, the next larger number for its lower side. Steps through thin bonded layers are equal: a
+    stiff layer bends, and polynomials through uneven steps would overshoot between its faces."""
     faces = [0.0, *(face for face in interfaces if face < depths[-1]), float(depths[-1])]
     if len(faces) == 2:
         return depths
@@ -79,11 +78,11 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str,
 
 STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
-"""Largest Péclet number V a0/κ: beyond, thermal tables cost too much for a skin of 2a/1000."""
+"""Largest Péclet number V a0/κ: above it the heated skin is thinner than 2a/1000, and its thermal tables cost too much."""
 LAYERED_SECONDS = 2e-6
 """Time that the tables of a coated body take per element and depth."""
 SIDEWAYS = 0.5
-"""Largest lateral speed of a body over its speed along rolling: beyond, the lateral drift takes too many shifts."""
+"""Largest lateral speed of a body over its speed along rolling: above it the lateral drift takes too many shifts."""
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ def subsurface_plan(
 
 
 def _tables(request: SubsurfaceRequest, derived: DerivedQuantities) -> set[float | Material]:
-    """What elastic tables depend on: the Poisson ratio of homogeneous bodies, all constants of others."""
+    """Constants on which elastic tables depend: the Poisson ratio of homogeneous bodies, all constants of coated ones."""
     bodies = (getattr(derived.problem, body) for body in request.bodies)
     return {body if body.layers else body.poisson_ratio for body in bodies}
 
@@ -148,7 +147,7 @@ def hot_bodies(request: SubsurfaceRequest, derived: DerivedQuantities, *, heated
 
 
 def _out_of_reach(derived: DerivedQuantities, body: str) -> str:
-    """Why thermal stresses of a moving body are not computed, or nothing."""
+    """Reason why thermal stresses of a moving body are not computed; empty if they are."""
     if derived.problem.heating.peclet != "rolling":
         return ""
     motion = derived.problem.motion

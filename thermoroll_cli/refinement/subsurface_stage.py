@@ -35,7 +35,7 @@ TRACTION_SIGNS = {"lower": -1.0, "upper": 1.0}
 
 
 def recirculating(derived: DerivedQuantities) -> tuple[str, ...]:
-    """Bodies that bring heat of earlier passes back to the contact, whose surfaces are warmer than this pass makes them."""
+    """Bodies with recirculating heat; their surfaces are warmer than this pass makes them."""
     heating = derived.problem.heating
     tracks = {"lower": heating.lower_track, "upper": heating.upper_track}
     return tuple(body for body, track in tracks.items() if track is not None and heating.recirculates)
@@ -75,7 +75,7 @@ GRIDS = 3
 
 
 def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
-    """`result` with the stresses inside the bodies, where its problem asks for them and its state is one."""
+    """`result` with the stresses inside the bodies, if its problem asks for them and its fields are finite."""
     request = result.problem.subsurface
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
@@ -217,11 +217,11 @@ def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, 
 
 
 JUMPS_PULL = 2.0
-"""Depth in elements above which σ_zz of interfaces has the jumps of pressures at the border: they pull by a part of it."""
+"""Depth in elements above which jumps of the pressure at the border cause tension at interfaces."""
 
 
 def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float) -> set[str]:
-    """Names of the scalars whose maximum lies at the surface, no deeper than `near` (m), for tension of interfaces `pulled`."""
+    """Names of the scalars whose maximum lies at the surface: no deeper than `near`, for tension of interfaces `pulled` (m)."""
     names: set[str] = set()
     for body, collector in collectors.items():
         if collector.strength is not None:
@@ -233,9 +233,11 @@ def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float
 
 
 def _cut_off(collectors: Collectors, width: float) -> set[str]:
-    """Names of the scalars whose maximum over depth may lie below the last depth: the largest values of each depth still grow
-    there, and as they grow would exceed all above them within twice the depth; or they have no peak below the surface above one
-    `width`, the smaller semi-axis, within which those of Hertz's contacts lie."""
+    """Names of the scalars whose maximum over depth may lie below the last depth.
+
+    There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
+    without a peak below the surface, if the last depth is less than `width`, the smaller semi-axis, within which the peaks of
+    Hertz's contacts lie."""
     names: set[str] = set()
     for body, collector in collectors.items():
         depths = collector.depths
@@ -252,7 +254,7 @@ def _cut_off(collectors: Collectors, width: float) -> set[str]:
 
 
 def _rivals(collected: Sequence[Collectors]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
-    """Names of a largest stress and, by axis, of its places, with the largest of the surface and below it, grid by grid."""
+    """Names of a largest stress and, by axis, of its places, with the peaks at the surface and below it on each grid."""
     for body, prefix in ((body, prefix) for body in collected[-1] for prefix in ("", "elastic_")):
         name = f"{prefix}von_mises_{{}}_{body}_{{}}"
         places = {"z": name.format("depth", "mm"), "x": name.format("x", "mm"), "y": name.format("y", "mm")}

@@ -1,14 +1,14 @@
 """Differential (Heathcote) slip: points of a rolling surface that lie further from the axis move faster.
 
 The bodies touch in a common surface that is, up to constants, z_s = w₂ z₁ + w₁ z₂ with z₁(y) the top of the lower body, z₂(y)
-the bottom of the upper one and w_i = E*(1 − ν_i²)/E_i, w₁ + w₂ = 1: the stiffer body keeps more of its shape. The rolling
+the bottom of the upper one and w_i = E*(1 − ν_i²)/E_i, w₁ + w₂ = 1, so the stiffer body keeps more of its shape. The rolling
 radius of the lower body grows with z_s, that of the upper one shrinks, so the longitudinal creepage varies across the contact,
 
     ξ_x(y) = ξ_x + d(y),      d(y) = [z_s(y) − z_s(0) − y z_s'(0)] (1/R_x1 + 1/R_x2)
 
 (Heathcote 1921; Johnson, Contact Mechanics, 8.5). Creepage and spin are those at y = 0; the slope z_s'(0), the conicity, is
-taken out because it is a spin and already counted there. For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): nothing
-between equal spheres, much for a ball in a groove. Terms of the order of u_z/R are dropped, as everywhere in half-space theory.
+taken out because it is a spin and already counted there. For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): zero
+for equal spheres, large for a ball in a groove. Terms of the order of u_z/R are dropped, as everywhere in half-space theory.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ LARGEST_EFFECT = 1.0
 ellipses with creepages and spin from a thirtieth of saturation to three times it."""
 
 ROUNDING = 1e-12
-"""Differential slip of this size over the saturation creepage comes from the rounding of radii."""
+"""Differential slip below this share of the saturation creepage comes from the rounding of radii."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ def resolved(
 
 
 def _driving(problem: Problem, half_length: float, saturation: float) -> float:
-    """Creepage of the contact without differential slip; below a prescribed force F about F/3μW of saturation."""
+    """Creepage of the contact without differential slip; for a prescribed force F about F/3μW of saturation."""
     motion = problem.motion
     limit = max(problem.traction_limit, 1e-300)
     x, y = (abs(force) / (3.0 * limit) * saturation if force is not None else abs(creepage or 0.0)

@@ -1,18 +1,19 @@
 """Borders that run inside elements: leading edge, partly covered elements, end of stick, neutral lines.
 
-**Leading edge** (`known_gradient`): the error of the difference formula where tractions begin at zero like a square root.
-There every traction is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
+**Leading edge** (`known_gradient`): the error of the difference formula at the place where tractions begin like a square root.
+Every traction there is, to leading order, the pressure times a constant vector, whether it sticks or slips. For tractions
 shaped like the pressure the true gradient is known, so D A of their element averages gives its error element by
 element:
 
     E τ = [(∂u/∂x of p) − D A p] τ/p       on the elements cut by the leading edge and on the two next to it.
 
-Added to D A, E makes the beginning of a stick area correct wherever the border lies in its elements. E > 0 on covered parts
-alone (`EdgeCompliance`) would shift the border by a fraction of an element that depends on its direction: a first-order error
-in the tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and E has no effect.
+Added to D A, E makes the beginning of a stick area correct for any position of the border inside its elements. E > 0 on covered
+parts alone (`EdgeCompliance`) would shift the border by a fraction of an element that depends on its direction, which is a
+first-order error in the tractions of the whole stick area. At the trailing border tractions are at Coulomb's bound and E has
+no effect.
 
-**Partly covered elements** (`edge_compliance`): a further gradient beyond the uniform element of the influence coefficients.
-Where the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
+**Partly covered elements** (`edge_compliance`): a gradient that the uniform element of the influence coefficients lacks.
+If the contact border cuts an element, the traction acts on the covered part φ only and is that much denser. Near a straight
 border with inward normal n the half-space is in plane strain along n and in anti-plane strain along the border, so the missing
 gradient of the displacement along the rolling direction is
 
@@ -29,13 +30,13 @@ and in anti-plane strain along the border, and the reserve of friction and the s
 (for n along x this is Carter's contact, with its shear modulus along and across). Measured along x, both are A sqrt(|n_x| d_x).
 
 **Neutral lines** (`neutral_compliance`): lines where differential slip changes its direction inside an element.
-Across a neutral line the traction of a sliding contact jumps from one side of the Coulomb bound to the other. Let the slip of
-an element vary by ±v across its width about its mean s. Then the mean of its traction is μp s/v for |s| < v, and the bound
-beyond: an element that the line crosses obeys s = κ τ with κ = v/μp, an additional compliance. Without it the neutral line
+Across a neutral line the traction of a sliding contact jumps from one side of the Coulomb bound to the other. If the slip of an
+element varies by ±v across its width about its mean s, the mean of its traction is μp s/v for |s| < v, else the bound. An
+element that the line crosses therefore obeys s = κ τ with κ = v/μp, an additional compliance. Without it the neutral line
 would lie on the centre of a column of elements, and the creepage under a given force would have a corresponding error.
 
-Where an element sticks as a whole, κ does not apply. It is multiplied by r⁴/(1 + r⁴), with r the smallest κ of a column over
-the element's own compliance: r falls like the element's width, so this does not change the order of the solution.
+If an element sticks as a whole, κ does not apply. It is multiplied by r⁴/(1 + r⁴), with r the smallest κ of a column over
+the element's own compliance. r falls like the element's width, so this does not change the order of the solution.
 """
 
 from __future__ import annotations
@@ -85,8 +86,8 @@ def known_gradient(pressure: Array, computed: Array, exact: Array, covered: Arra
 def continued_gradient(
     pressure: Array, computed: Array, isotropic: Array, dx: float, dy: float, compliance: ShearCompliance
 ) -> Array:
-    """True gradients (3, n, m) for `known_gradient` where only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)):
-    from the normal problem, as u_z inside the contact is what closes the gap.
+    """True gradients (3, n, m) for `known_gradient` if only that of the potential ∬p/r is known, `isotropic` (Pa, (n, m)). It
+    follows from the normal problem, because u_z closes the gap inside the contact.
 
     The missing part of the potential's gradient belongs to the border and so varies along its normal n alone. Only the
     directional kernel across n changes, by dir·(I − n nᵀ) times the same."""
@@ -129,7 +130,7 @@ class EdgeCompliance:
     def trailing(self, traction: AnyArray) -> AnyArray:
         """K `traction` of the trailing border only, (2, n, m).
 
-        Where that slips, the traction is at the bound whatever the gradient, and K would only reduce the power of the slip."""
+        If it slips, its traction is at the bound for any gradient, and K would only reduce the power of the slip."""
         return block_product(self.of_trailing, traction)
 
 
@@ -140,8 +141,8 @@ def edge_compliance(
     """K of a contact that covers the shares `covered` of the elements, with Coulomb's `bound` (Pa, 0 outside), for the operator
     `gradient`, all on the bounding box (n, m).
 
-    Where `leading` (3, n, m) is given, it replaces K on its elements, because it is more accurate. On elements that are long
-    along x the operator is soft for tractions that alternate across rolling, and subtracting more than its compliance would let
+    `leading` (3, n, m), if it is given, replaces K on its elements, because it is more accurate. On elements that are long
+    along x the operator is soft for tractions that alternate across rolling; to subtract more than its compliance would let
     rows slip against each other. `variation` (n, m) is half the change of slip across an element (`neutral_compliance`)."""
     options, contact, compliance = options or RollingOptions(), bound > 0.0, gradient.near_border
     dx, dy = gradient.dx, gradient.dy
@@ -207,12 +208,12 @@ def _border_normal(c: AnyArray, i: NDArray[np.intp], j: NDArray[np.intp], dx: fl
     size = np.hypot(along_x, along_y)
     known = size > 0.0
     safe = np.where(known, size, 1.0)
-    # An isolated element has no direction: treated as cut across the rolling direction.
+    # An isolated element has no direction: it is treated as cut across the rolling direction.
     return np.where(known, along_x / safe, 1.0), np.where(known, along_y / safe, 0.0)
 
 
 LEAST_NORMAL_COMPLIANCE = 1e-3
-"""Least |n_x| c, over Σ(1−ν)/G: where the border runs along the rolling direction, slip does not determine its distance."""
+"""Least |n_x| c, over Σ(1−ν)/G: if the border runs along the rolling direction, slip does not determine its distance."""
 
 
 def stick_share(
@@ -221,7 +222,7 @@ def stick_share(
     """Share of each element that sticks, (n, m): the `covered` share of those marked `stick`, moved to where the downstream
     border of the stick area runs inside elements.
 
-    Arguments are those of `stick_ends`. A border where stick begins behind slip has no such law and stays between elements."""
+    Arguments are those of `stick_ends`. If stick begins behind slip, its border has no such law and stays between elements."""
     share = covered * stick
     i, j, place = stick_ends(traction, slip, bound, stick, covered, dx, dy, compliance)
     # The border lies between the two centres, and not beyond the contact.
@@ -238,8 +239,8 @@ def stick_ends(
 
     `traction` (Pa) and relative `slip` s/V are (2, n, m), `bound` μp (Pa) and the `covered` fractions (n, m). The reserve of
     friction on the last element that sticks, and the slip on the first one behind it, both root-like, give the border between
-    their centres by linear interpolation: on Carter's contact to 0.005 elements wherever it lies (0.3 when whole elements are
-    counted). Over an interlayer slip begins at once behind the border, and the reserve is linear."""
+    their centres by linear interpolation: on Carter's contact to 0.005 elements for any position (whole elements: 0.3). Over an
+    interlayer slip begins at once behind the border, and the reserve is linear."""
     inside = covered > 0.0
     i, j = np.nonzero(stick[:-1] & ~stick[1:] & inside[1:])
     if not i.size:
@@ -247,7 +248,7 @@ def stick_ends(
     size = np.hypot(traction[0], traction[1])
     reserve = np.maximum(bound - size, 0.0) * stick
     speed = np.hypot(slip[0], slip[1]) * (inside & ~stick)
-    # The outermost values twice: np.pad takes several times as long.
+    # Repeat the outermost values: np.pad takes several times as long.
     rows, columns = (np.clip(np.arange(-1, length + 1), 0, length - 1) for length in covered.shape)
     normal = sobel((reserve - speed / compliance.along)[rows[:, None], columns], dx, dy)
     nx, ny = normal[0][i, j] + normal[0][i + 1, j], normal[1][i, j] + normal[1][i + 1, j]
@@ -270,13 +271,13 @@ def stick_ends(
 
 
 def neutral_compliance(variation: AnyArray, bound: AnyArray, own: float) -> tuple[AnyArray, Mask]:
-    """κ of the module's docstring in 1/Pa, and where it outweighs the element's own compliance, both (n, m).
+    """κ of the module's docstring in 1/Pa, and the mask of the elements whose own compliance it outweighs, both (n, m).
 
     From the `variation` v of the slip, the Coulomb `bound` μp in Pa, both (n, m), and the compliance `own` of an element in
     1/Pa."""
     inside = bound > 0.0
     compliance = np.where(inside, variation / np.where(inside, bound, 1.0), 0.0)
-    # The ratio is that of a column: the low pressure at the edge of the contact does not decide whether elements stick.
+    # The ratio is that of a column, so that the low pressure at the edge of the contact does not decide whether elements stick.
     highest = bound.max(axis=0)
     ratio = np.where(highest > 0.0, variation.max(axis=0) / np.where(highest > 0.0, highest, 1.0) / own, 0.0)
     # Limited so that the fourth power does not overflow.

@@ -1,6 +1,5 @@
-"""The tangential problem, and one Newton step on τ − Proj(τ + ρ s) = 0.
-
-That is the natural residual of Coulomb friction, with its generalised derivative.
+"""The tangential problem, and one Newton step on τ − Proj(τ + ρ s) = 0, the natural residual of Coulomb friction, with its
+generalised derivative.
 """
 
 from __future__ import annotations
@@ -41,11 +40,11 @@ class TangentialProblem:
 
     `traction_bound`: Coulomb's bound μp, element averages in Pa, 0 outside.
     `covered`: fraction of each element's length along x that lies in contact.
-    `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; where a force is prescribed, without the creepage
-    of that direction.
-    `force`: prescribed resultants along x and y in N, None where the creepage is given.
-    `leading`: (3, n, m) error of the difference formula at the leading edge (`known_gradient`), None where unknown.
-    `variation`: (n, m) half the change of ξ_x across the width of an element, None where negligible (`neutral_compliance`).
+    `rigid_slip`: (2, n, m) creepage and spin, ξ_x − ξ_φ y and ξ_y + ξ_φ x; if a force is prescribed, without the creepage of
+    its direction.
+    `force`: prescribed resultants along x and y in N, None if the creepage is given.
+    `leading`: (3, n, m) error of the difference formula at the leading edge (`known_gradient`), None if unknown.
+    `variation`: (n, m) half the change of ξ_x across the width of an element, None if negligible (`neutral_compliance`).
     `slip_friction`: slip-dependent factor of `traction_bound`; None for a constant bound.
     """
 
@@ -65,7 +64,7 @@ class TangentialProblem:
 
 
 LEAST_STIFFNESS = 0.1
-"""Least share of an element's stiffness in the preconditioner where friction falls with slip: at zero a single element is
+"""Least share of an element's stiffness in the preconditioner if friction falls with slip: at zero a single element is
 unstable."""
 NO_FORCE_RESPONSE = 1e-30
 """Responses of the force to a free creepage below this count as zero."""
@@ -142,7 +141,7 @@ class Newton:
 
     @cached_property
     def reference(self) -> float:
-        """2-norm of the tractions to expect: the bound, or those of the creepage in full stick if that is less."""
+        """2-norm of the expected tractions: the bound, or those of the creepage in full stick if that is less."""
         problem = self.problem
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
@@ -187,7 +186,7 @@ class Newton:
         back = self._taken_at_borders(state.traction)
         stick = self.sticking(state)
         back = np.where(stick, 0.0, back)
-        # Only along the traction: the compliance differs between x and y, and Coulomb's slip has no component across.
+        # Only the component along the traction: the compliance differs between x and y, and Coulomb's slip has none across.
         size = np.hypot(state.traction[0], state.traction[1])
         along = state.traction / np.where(size > 0.0, size, 1.0)
         back = along * (along * back).sum(axis=0)
@@ -202,7 +201,7 @@ class Newton:
 
     def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Direction (2, n, m) of the traction, and size (n, m) along it of the slip that friction depends on, without that by
-        border compliances. Slip against the traction, which iterates may have, counts as none."""
+        border compliances. Slip against the traction, which iterates may have, counts as zero."""
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
         direction = trial / np.where(length > 0.0, length, 1.0)
@@ -262,8 +261,8 @@ class Newton:
     def without_false_slip(self, state: Iterate) -> Iterate:
         """`state` with stick where only one or two elements, or rows, slip between sticking ones.
 
-        Such slip is false. It moves downstream by an element per Newton step, and the residual falls by 1/N only. The norm is
-        that of the other equations, for which these elements stick."""
+        Such slip is false: it moves downstream by an element per Newton step, and the residual falls by 1/N only. The norm is
+        that of the residual with these elements sticking."""
         slip, stick = self.contact & ~state.stick, self.sticking(state)
         lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
         if not lone.any():

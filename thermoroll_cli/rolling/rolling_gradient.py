@@ -42,7 +42,7 @@ class RollingOptions:
     compliance would only lose digits."""
     deepest: float = 0.117
     """Largest amount by which the known gradient at the leading edge is below the operator's, in units of Σ(1−ν)/G along x and
-    Σ1/G along y: on elements that the border just touches. Infinite: the known gradient is not used."""
+    Σ1/G along y; it occurs on elements that the border just touches. Infinite: the known gradient is not used."""
     leading_known: bool = True
     """Whether the known gradient at the leading edge is used."""
 
@@ -175,7 +175,7 @@ def difference(u: AnyArray, weights: tuple[float, ...], dx: float) -> AnyArray:
 class RollingGradient:
     """D A: tractions (2, n, m) in Pa -> displacement gradients (2, n, m), by free-space convolution (Eqs. 7, 8, 15).
 
-    Where the problem is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
+    If the problem is its own mirror image in y = 0, `mirror` holds the parities of τ_x and τ_y and all fields those of the
     m elements y > 0. `applications` counts calls: the unit in which the cost of the tangential solver is measured.
     """
 
@@ -201,7 +201,7 @@ class RollingGradient:
         self.alternating_gradient = self._response([t @ signs for t in tables])
 
     def _response(self, rows: list[AnyArray]) -> tuple[float, float]:
-        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa where u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
+        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa if u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
         its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
             sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, self.weights, strict=True)) / self.dx
@@ -229,7 +229,7 @@ class RollingGradient:
         """∂u_x/∂x under tractions (f, 0), ∂u_y/∂x under (0, f), and ∂u_y/∂x under (f, 0), which is ∂u_x/∂x under (0, f), of the
         half-spaces alone, without the interlayer.
 
-        `shape` is f in Pa, (n, m), even across y = 0 where there is a mirror; the result is (3, n, m), for the transforms
+        `shape` is f in Pa, (n, m), even across y = 0 if there is a mirror; the result is (3, n, m), for the transforms
         of one application."""
         self.applications += 1
         u = self._shear.of_shape(shape)

@@ -1,8 +1,8 @@
 """Steady rolling with Coulomb friction: semismooth Newton on the slip equation itself (Eqs. 7–11).
 
-On every contact element the traction τ and the slip s = ξ − ∂u/∂x satisfy τ = Proj(τ + ρ s), the projection being onto
-the disk |τ| ≤ μp: stick where τ + ρ s lies inside, slip along τ where it lies outside. No f(y), g(y) of the article's
-Eq. 12 are needed, because the slip equation is discretised and not its integral.
+On every contact element the traction τ and the slip s = ξ − ∂u/∂x satisfy τ = Proj(τ + ρ s), with the projection onto the disk
+|τ| ≤ μp. The element sticks if τ + ρ s lies inside and slips along τ if it lies outside. The slip equation itself is
+discretised, so f(y), g(y) of the article's Eq. 12 are not needed.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ LOOSEST_FORCING = 0.1
 FORCING_SHARE = 0.9
 """Share of the square of the last gain to which the next step is solved (Eisenstat & Walker 1996, choice 2)."""
 FIRST_SHARE = 1e4
-"""Relative residual of the first step over the square of the residual that a start has: a good start may need no other step.
-With it steps of wear need a fifth fewer steps, other neighbours a twentieth."""
+"""Relative residual of the first step over the square of the residual of a start: a good start may need no other step. With it
+steps of wear need a fifth fewer Newton steps, other neighbours a twentieth fewer."""
 SLOW_REDUCTION = 0.6
-"""Ratio of residuals above which a Newton step may only move false slip downstream; false slip is then searched for."""
+"""Ratio of residuals above which a Newton step may only have moved false slip downstream; false slip is then searched for."""
 HELPFUL_REDUCTION = 0.95
 """Ratio of residuals below which a step without false slip is followed by another one."""
 STICK_FORCING = 1e-2
 """Relative residual of the linear problem of full stick, which is only a start."""
 FULL_STICK_BOUND = 1e8
-"""Factor of the traction bound with which nothing slips."""
+"""Factor of the traction bound at which nothing slips."""
 LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
@@ -50,7 +50,7 @@ FRICTION_SETTLED = 1e-5
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
-    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over the tractions to expect,
+    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
     both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip, and `friction_factor` the factor
     by which slip changes the coefficient of friction (None: it does not)."""
 
@@ -78,7 +78,7 @@ class RollingSolver:
                                      gradient.weights)
 
     def solve(self, problem: TangentialProblem, starts: Sequence[Start], tolerance: float = 1e-6) -> TangentialSolution:
-        """Solve from the best of `starts`: tractions (2, n, m) with, where forces are given, the creepages to begin from.
+        """Solve from the best of `starts`: tractions (2, n, m) and, if forces are given, the creepages to begin from.
 
         Without a start, or if that start fails, Newton begins from the tractions of full stick cut down to the bound. From
         other starts rows may slip falsely inside the stick area, alternating in y: such rows hardly change the slip, so the
@@ -156,7 +156,7 @@ class RollingSolver:
                 ratio = history[-1] / history[-2]
                 earned = max(FORCING_SHARE * ratio**2, 0.5 * tolerance / state.norm)
                 forcing = min(LOOSEST_FORCING, earned)
-                # Lone slip that is true has to return: removing it does not help then.
+                # Lone slip that is true comes back: then it does not help to remove it.
                 looked = ratio > SLOW_REDUCTION and not (looked and ratio > HELPFUL_REDUCTION)
                 if looked:
                     state = newton.without_false_slip(state)
@@ -167,7 +167,7 @@ class RollingSolver:
         return best
 
     def _full_stick(self, problem: TangentialProblem) -> Start:
-        """Tractions of full stick, whatever the bound: a linear problem."""
+        """Tractions of full stick without a bound, which is a linear problem."""
         unbounded = replace(problem, traction_bound=problem.traction_bound * FULL_STICK_BOUND)
         newton = Newton(unbounded, self.gradient, self._inverse, self.options)
         state = newton.step(newton.start(np.zeros_like(problem.rigid_slip), (0.0, 0.0)), STICK_FORCING)

@@ -1,15 +1,15 @@
 """Distribution of the heat of slip along rows: the heat of each element, and its change along x within the element.
 
 The power is τ·s plus the part that the discretisation dissipates, `lost` of each element (`TangentialSolution`): with it the
-power of each row is correct, and the sum is exactly the work of the forces. Single elements at the beginning of a slip zone
-have wrong heat, though: slip starts like a square root, at a place inside an element (`stick_ends`), and behind a stick area
+power of each row is correct, and the sum is exactly the work of the forces. The heat of single elements at the beginning of a
+slip zone is wrong, though: slip starts like a square root at a place inside an element (`stick_ends`), and behind a stick area
 of the length L it is close to Carter's (1926)
 
     s ∝ sqrt(d (L + d)) ≈ sqrt(L d) (1 + d/2L)     at the distance d from the border,
 
-so the total heat of the first elements of a zone is distributed like sqrt(d) (1 + B d), continuous with the next element;
-likewise on the last ones, where slip is smooth and the pressure ends like a square root. Temperatures of zones of few
-elements depend on that.
+The total heat of the first elements of a zone is therefore distributed like sqrt(d) (1 + B d), continuous with the next
+element. On the last elements, where slip is smooth, it follows the pressure, which ends like a square root. Temperatures of
+zones of few elements depend on that.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from thermoroll_cli.rolling.rolling_solver import TangentialSolution
 
 ONSET_ELEMENTS = 4
 """Elements, beginning with the last one that sticks, whose heat follows the root: errors of slip on them are 6, 4, 1.5 and 0.7
-% of its maximum. With more the root would reach the end of zones of a few elements."""
+% of its maximum. With more elements the root would reach the end of short zones."""
 LEAST_BEND, MOST_BEND = -0.15, 0.3
-"""Bounds of B per element, chosen so that the root is continuous with the slip behind: from contacts so slender that slip stops
-growing to Carter's slip behind a short stick area."""
+"""Bounds of B per element, which makes the root continuous with the slip behind it. The lower bound belongs to contacts so
+slender that slip stops growing, the upper one to Carter's slip behind a short stick area."""
 LEAST_ZONE_ELEMENTS = 5
 """Least elements of a zone whose last three follow the pressure: the slip continued to them must not be that of its
 beginning."""
@@ -42,7 +42,7 @@ WHOLE_COVER = 0.8
 @dataclass(frozen=True)
 class _Onset:
     """Beginnings of slip zones: `rows`, `columns` of their first elements, (zones, ONSET_ELEMENTS + 1), and the mask `inside`
-    of those that belong to the zone. There root-like slip times μp has the means `weight`, centred at the distance `centre`
+    of those that belong to the zone. On them root-like slip times μp has the means `weight`, centred at the distance `centre`
     from the border in elements, and changes through an element by `slope` times its mean. `bend` is B of Carter's slip per
     element."""
 
@@ -59,8 +59,8 @@ def heat_of_slip(
     solution: TangentialSolution, problem: TangentialProblem, rigid: Array, compliance: ShearCompliance, dx: float, dy: float
 ) -> tuple[Array, Array]:
     """Heat flux over V in Pa, element averages ≥ 0, (n, m), whose sum is the work of the tractions on the `rigid` slip
-    (2, n, m); and its change along x through each element, limited so that no heat is negative at the front of an element:
-    surfaces would get colder there than their surroundings."""
+    (2, n, m); and its change along x through each element, limited so that heat is nowhere negative at the front of an
+    element, which would make surfaces colder than their surroundings."""
     slips = (problem.covered > 0.0) & ~solution.stick
     zones = _zones(slips)
     onset = _onset(solution, problem, zones, slips, compliance, dx, dy)

@@ -56,7 +56,7 @@ class StickInverse:
     ) -> None:
         self.shape = shape
         n, m = shape
-        # A few elements of padding: the wrap-around of a preconditioner does not affect the accuracy of the solution.
+        # A few elements of padding suffice: the wrap-around of a preconditioner does not affect the accuracy of the solution.
         padded = even_length(n + 4), even_length((m if mirror is None else 2 * m) + 4)
         inverse = inverse_symbols(padded, dx, dy, compliance, weights)
         self._solve = (FreeShear(shape, inverse, padded) if mirror is None else MirroredShear(shape, inverse, padded, mirror))
@@ -67,7 +67,7 @@ class StickInverse:
         """Traction (2, n, m) whose D A is approximately `gradient` on the stick elements `mask`; zero elsewhere.
 
         `gradient` is zero outside `mask`, `starts` is `run_starts(mask)`."""
-        # Row k holds the sum of the rows above it: subtracting the row where the run began restarts the sum there.
+        # Row k holds the sum of the rows above it, so the sum restarts if the row is subtracted at which the run began.
         sums, base = self._sums, self._base
         np.cumsum(gradient, axis=1, out=sums[:, 1:])
         for i in range(2):
