@@ -11,7 +11,9 @@ import pytest
 from tests.support.command_line import MECHANICAL, call
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.hdf5 import read_result
-from thermoroll_cli.problem.geometry import Profile
+from thermoroll_cli.plots.profile_figures import profile_figure
+from thermoroll_cli.plots.run_frame import frame_of
+from thermoroll_cli.problem.geometry import Profile, rough_warning
 
 WITHOUT = MECHANICAL.replace("upper_radius_y_mm = 30.0\n", "")
 POINTS = "points_mm = [[-2.0, -0.0667], [-1.0, -0.01667], [0.0, 0.0], [1.0, -0.01667], [2.0, -0.0667]]\n"
@@ -254,3 +256,20 @@ def test_profiles_are_mirrored_and_smoothed():
     lopsided = case("points_mm = [[-2.0, -0.1], [0.0, 0.0], [1.0, -0.05]]\nmirror = true\n")
     read = Case.parse(lopsided).problem.geometry.upper_profile
     assert read is not None and read.points == ((-1e-3, -5e-5), (0.0, 0.0), (2e-3, -1e-4))
+
+
+def test_noise_is_named_until_it_is_smoothed(tmp_path):
+    """The picture shows the points as they were measured, from the result file, too. A straight profile is not rough."""
+    heights = -np.linspace(-3.0, 3.0, 61) ** 2 / 200.0 + 1e-3 * (-1.0) ** np.arange(61)
+    points = [[round(float(y), 3), float(z)] for y, z in zip(np.linspace(-3.0, 3.0, 61), heights, strict=True)]
+    (tmp_path / "noise.toml").write_text(case(f"points_mm = {points}\n"))
+    assert "the upper body changes sign" in " ".join(call("show", tmp_path / "noise.toml").stdout.split())
+    smoothed = call("run", tmp_path / "noise.toml", "-o", tmp_path, "--set", "geometry.upper_profile.smoothing_mm=1")
+    assert smoothed.returncode == 0 and "changes sign" not in smoothed.stdout + smoothed.stderr
+    result = read_result(tmp_path / "noise.h5")
+    profile = result.problem.geometry.upper_profile
+    assert 1e3 * np.array(profile.measured) == pytest.approx(np.array(points))
+    (axes, *_) = profile_figure(frame_of(result)).axes
+    assert "upper body before smoothing" in axes.get_legend_handles_labels()[1]
+    straight = [[y / 10.0, y / 1e3] for y in range(-30, 31)]
+    assert list(rough_warning("body", straight)) == [] and "100 %" in next(rough_warning("body", points))

@@ -95,11 +95,12 @@ def profile_of(table: model.ProfileTable) -> Profile:
     points = [(y / 1e3, z / 1e3) for y, z in table.points_mm or ()]
     if table.mirror:
         points = [(-y, z) for y, z in reversed(points)]
-    if table.smoothing_mm and points:
+    measured = tuple(points) if table.smoothing_mm else ()
+    if measured:
         y, z = np.array(points).T
         points = list(zip(y.tolist(), smooth(y, z, table.si("smoothing_mm")).tolist(), strict=True))
-    own = ("file", "kind", "mirror", "smoothing")
-    return Profile(tuple(points), **{name: value for name, value in table.in_si().items() if name not in own})
+    others = {name: value for name, value in table.in_si().items() if name not in ("file", "kind", "mirror", "smoothing")}
+    return Profile(tuple(points), measured=measured, **others)
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:

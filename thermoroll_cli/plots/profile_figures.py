@@ -68,6 +68,14 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     depth = length_scale(max(high, -low), "height")
     for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
         axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
+    for body, profile in geometry.profiles:
+        if profile.measured:
+            # Both surfaces are drawn upwards, so what is out of the upper body is drawn downwards.
+            (own, given), smoothed = np.array(profile.measured).T, np.array(profile.points)[:, 1]
+            y = own + profile.offset
+            height = geometry.section(y)[body == "upper"] + (given - smoothed) * (-1.0 if body == "upper" else 1.0)
+            axes.plot(y * across.factor, height * depth.factor, "k.", markersize=2.0, zorder=1,
+                      label=f"{body} body before smoothing")
     for number, patch in enumerate(result.patches):
         axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
                      label="_" if number else "centre of pressure of a patch")

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Surface, surfaces
+from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Profile, Surface, surfaces
 
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
@@ -100,7 +100,7 @@ class CurvedPatch:
         return ()
 
     @property
-    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+    def profiles(self) -> tuple[tuple[str, Profile], ...]:
         return ()
 
     def section(self, y: Array) -> tuple[Array, Array]:

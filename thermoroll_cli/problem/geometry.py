@@ -7,14 +7,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Literal, Protocol
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from thermoroll_cli.arrays import Array
 
@@ -22,6 +22,12 @@ Interpolation = Literal["cubic", "linear"]
 
 GAP_SAMPLES = 2001
 """Places at which the smallest gap of two profiles is searched for, before it is refined."""
+ROUGH = 0.7
+"""Share of neighbouring points between which the curvature changes sign, from which a measured profile is rough."""
+FEWEST_ROUGH = 6
+"""Points below which nothing is said about roughness."""
+STRAIGHT = 1e-9
+"""Smaller angles (rad) between neighbouring chords are rounding."""
 SYMMETRY_TOLERANCE = 1e-9
 """A profile is symmetric if heights on both sides differ by less than this share of their range."""
 
@@ -35,6 +41,22 @@ class Unsolvable(ValueError):
         self.key, self.allowed, self.other = key, allowed, other
 
 
+def roughness(points: ArrayLike) -> float:
+    """Share of neighbouring `points` of a measured profile between which the curvature changes sign; 0 of few points."""
+    chords = np.diff(np.asarray(points), axis=0)
+    if len(chords) < FEWEST_ROUGH:
+        return 0.0
+    turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
+    return float(np.mean(turns[1:] * turns[:-1] < -(STRAIGHT**2)))
+
+
+def rough_warning(name: str, points: ArrayLike) -> Iterator[str]:
+    """A warning if the profile `name` is rough at these `points`, those near its contact."""
+    if (share := roughness(points)) >= ROUGH:
+        yield (f"the curvature of the profile of the {name} changes sign between {100.0 * share:.0f} % of the neighbouring "
+               "points around the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")
+
+
 @dataclass(frozen=True)
 class Profile:
     """Height of a surface over the lateral coordinate, positive out of the body, in m; beyond its ends there is no material.
@@ -44,7 +66,8 @@ class Profile:
 
         drop · ln(1 − ((2|y| − flat)/(length − flat))²)
 
-    (Lundberg's crown without a flat part). The shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
+    (Lundberg's crown without a flat part). `measured` are the points as they were before smoothing, which have no effect. The
+    shape is tilted by `tilt` (rad, a rise towards +y) about its own origin and then
     shifted by `offset` along y. How it is evaluated: `surface`.
     """
 
@@ -55,6 +78,7 @@ class Profile:
     flat: float = 0.0
     offset: float = 0.0
     tilt: float = 0.0
+    measured: tuple[tuple[float, float], ...] = ()
 
     def __hash__(self) -> int:
         # Some of hundreds of points: to hash all of them takes longer than most of what is looked up.
@@ -112,8 +136,8 @@ class ContactGeometry(Protocol):
         """Slope of each body's surface against a plane common surface, as functions of y; empty where that is curved."""
 
     @property
-    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
-        """Kinks that stick out of each body: its name, and place and angle (rad) of each."""
+    def profiles(self) -> tuple[tuple[str, Profile], ...]:
+        """Bodies with a profile, by name."""
 
     def section(self, y: Array) -> tuple[Array, Array]:
         """Heights of the lower and the upper surface where they touch first, (m,)."""
@@ -213,9 +237,9 @@ class Geometry:
         return tuple(surface.slope for surface in surfaces(self))
 
     @property
-    def kinks(self) -> tuple[tuple[str, tuple[tuple[float, float], ...]], ...]:
+    def profiles(self) -> tuple[tuple[str, Profile], ...]:
         both = ("lower", self.lower_profile), ("upper", self.upper_profile)
-        return tuple((body, profile.kinks) for body, profile in both if profile is not None)
+        return tuple((body, profile) for body, profile in both if profile is not None)
 
     def section(self, y: Array) -> tuple[Array, Array]:
         place = np.array([closest_place(self)])
@@ -325,7 +349,7 @@ def _closest(geometry: Geometry) -> tuple[float, float]:
     """Place and value of the smallest z₂ − z₁."""
     lower, upper = surfaces(geometry)
     low, high = facing(geometry)
-    knots = [y for profile in (geometry.lower_profile, geometry.upper_profile) if profile is not None
+    knots = [y for _, profile in geometry.profiles
              for y in (p[0] + profile.offset for p in profile.points) if low <= y <= high]
     y = np.union1d(np.linspace(low, high, GAP_SAMPLES), knots)
     for _ in range(4):

@@ -57,9 +57,9 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
 
 def _kinks(geometry: ContactGeometry, discretisation: Discretisation, line: Array, unit: float) -> Iterator[str]:
     grid = discretisation.grid
-    for body, places in geometry.kinks:
+    for body, profile in geometry.profiles:
         inside = []
-        for y, turn in places:
+        for y, turn in profile.kinks:
             column = round((y - grid.y[0]) / grid.dy)
             if 0 <= column < grid.ny and line[column] > 0.0 and turn * unit > GROWTH:
                 inside.append((y, turn))

@@ -33,7 +33,7 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, rough_warning
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -68,8 +68,19 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
-            *_half_space_warnings(derived), *coating_warnings(problem),
+            *_half_space_warnings(derived), *coating_warnings(problem), *_rough_profiles(derived),
             *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
+
+
+def _rough_profiles(derived: DerivedQuantities) -> Iterator[str]:
+    """Doubts about measured profiles whose noise the contact feels."""
+    scales = derived.scales
+    for body, profile in derived.problem.geometry.profiles:
+        points = np.array(profile.points).reshape(-1, 2)
+        away = np.abs(points[:, 0] + profile.offset - scales.centre)
+        # A contact on a single asperity has hardly a point of its own.
+        reach = max(scales.semi_axis_y, *np.sort(away)[: 2 * FEWEST_ROUGH], 0.0)
+        yield from rough_warning(f"{body} body", points[away <= reach])
 
 
 THICK_COATING = 0.1

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from thermoroll_cli.problem.geometry import rough_warning
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.standing import level
@@ -15,6 +16,8 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem, 
 
 KINK_ROOM = 3e-3
 """A corner this near to the first contact (m) may lie in the loaded one."""
+ROUGH_REACH = 5e-3
+"""Distance from first contact (m) within which a profile is looked at."""
 
 
 def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
@@ -79,24 +82,4 @@ def doubts_of_wheelset(problem: WheelsetProblem) -> Iterator[str]:
                     yield (f"the profile of the {side} {what} has a corner of more than 30 degrees at y = {1e3 * corner[0]:.4g}"
                            f" mm, {1e3 * math.dist(here, corner):.2g} mm from first contact: the pressure there has no upper "
                            "bound")
-            yield from _rough(f"{side} {what}", profile, here)
-
-
-ROUGH_REACH = 5e-3
-"""Distance from first contact (m) within which a profile is looked at."""
-ROUGH_SHARE = 0.7
-"""Share of neighbouring points between which the curvature changes sign, from which a profile is rough and not curved."""
-
-
-def _rough(name: str, profile: tuple[tuple[float, float], ...], here: np.ndarray) -> Iterator[str]:
-    """A doubt about a measured profile whose curvature changes sign from point to point around the place `here`."""
-    points = np.array(profile)
-    near = points[np.hypot(*(points - here).T) < ROUGH_REACH]
-    if len(near) < 6:
-        return
-    chords = np.diff(near, axis=0)
-    turns = np.diff(np.unwrap(np.arctan2(chords[:, 1], chords[:, 0])))
-    changes = float(np.mean(turns[1:] * turns[:-1] < 0.0))
-    if changes >= ROUGH_SHARE:
-        yield (f"the curvature of the profile of the {name} changes sign between {100.0 * changes:.0f} % of the neighbouring "
-               "points around the contact: it is rough, and so is the pressure; smoothing_mm takes short waves out of it")
+            yield from rough_warning(f"{side} {what}", [point for point in profile if math.dist(point, here) < ROUGH_REACH])
