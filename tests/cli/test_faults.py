@@ -1,4 +1,4 @@
-"""Faults that the tests of single commands leave out: see the table in docs/robustness.md."""
+"""Faults that the tests of single commands leave out: see docs/robustness.md, Faults."""
 
 from __future__ import annotations
 
