@@ -47,8 +47,9 @@ def test_the_example_goes_the_whole_way(place: Path) -> None:
     """From the case file to the scalar, the field's picture and the plan: the rate is k times the frictional heat."""
     case = str(ROOT / "cases" / "article_4_1.toml")
     solved = thermoroll(place, "run", case, "--set", "load.debris_coefficient_m3_J=1e-13", "--set", "numerics.grid=16")
-    # Heat is extrapolated from three grids, its sum over the last one is not.
-    assert solved["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["Q_F_W"], rel=0.02)
+    # Declared as an integral, it is extrapolated from three grids as the heat is, and has its error.
+    assert solved["debris_rate_mm3_s"] == pytest.approx(1e-4 * solved["Q_F_W"], rel=1e-9)
+    assert solved["error"]["debris_rate_mm3_s"] == pytest.approx(solved["error"]["Q_F_W"])
     assert solved["debris_rate_mm3_s"] != solved["isothermal"]["debris_rate_mm3_s"]
     assert (place / "results" / "article_4_1_debris_rate.png").stat().st_size > 10_000
     shown = thermoroll(place, "show", case, "--set", "load.debris_coefficient_m3_J=1e-13")

@@ -16,9 +16,16 @@ Scale = Literal["value", "share", "stick area", "force", "moment", "temperature"
                 "stress below", "place below", "resultant", "vertical", "approach"]  # fmt: skip
 """Scales of the errors and differences of scalars: see `error_scale`."""
 
-Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "partition", "area", "stick", "peak", "peak pressure",
-               "pressure", "expansion"]  # fmt: skip
+Kind = Literal["", "creepage", "resultant", "integral", "exchanged heat", "first order", "area", "stick", "peak", "peak flux",
+               "peak pressure", "pressure", "diffused", "diffused mean", "worn", "expansion"]  # fmt: skip
 """Kinds of scalars whose errors arise alike (`error_estimates`). `SCALARS` says which scalar is of which kind."""
+
+Condition = bool | Callable[[Problem], bool]
+"""Something that holds always, never, or for the problems for which the function is true."""
+
+
+def holds(condition: Condition, problem: Problem) -> bool:
+    return condition(problem) if callable(condition) else condition
 
 
 @dataclass(frozen=True)
@@ -26,8 +33,10 @@ class Scalar:
     """A number that a result reports, and all that depends on which one it is.
 
     - `scale`: what its error is relative to; `kind`: how its error arises.
+    - `given`: the problem gives it, or it is a measure of error itself: its error is not estimated.
+    - `vanishes`: rolling along or across which makes it zero if bodies and motion are their own mirror image across y = 0.
     - `accurate`: its error has to fall below `numerics.accuracy`.
-    - `listed`: `run` prints it without `-v`, always or for the problems for which the function is true.
+    - `listed`: `run` prints it without `-v`.
     - `diagram`: the label of its diagram in the picture of a sweep, which it may share; it has a column in the printed table.
     - `brief`: a meaning for narrow terminals; `without_hertz`: the meaning if there is no Hertz contact to compare with, for
       profiles and coatings."""
@@ -35,8 +44,10 @@ class Scalar:
     name: str
     meaning: str
     scale: Scale = "value"
-    listed: bool | Callable[[Problem], bool] = False
+    listed: Condition = False
     kind: Kind = ""
+    given: Condition = False
+    vanishes: Literal["", "along", "across"] = ""
     accurate: bool = False
     diagram: str = ""
     brief: str = ""
@@ -132,6 +143,17 @@ def _of_both(name: str, meaning: str, scale: Scale = "value", *, brief: str = ""
                      **others)
 
 
+def _untracked(body: str) -> Condition:
+    return lambda problem: getattr(problem.heating, f"{body}_track") is None
+
+
+def _of_tracks(name: str, meaning: str, **others: Any) -> Iterator[Scalar]:
+    """A temperature of each body that is given unless its heat recirculates."""
+    for body in BODIES:
+        yield Scalar(name.format(body), f"{meaning}, {body} body", "temperature", kind="diffused", given=_untracked(body),
+                     **others)
+
+
 def _warm(problem: Problem) -> bool:
     return problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
 
@@ -171,66 +193,71 @@ SCALARS = _scalars(
            diagram=r"stick area ratio $\gamma_\mathrm{st}$"),
     Scalar("gamma_p", "maximum pressure / Hertz peak pressure", listed=True, kind="peak pressure", accurate=True,
            diagram=r"pressure ratio $\gamma_\mathrm{p}$", brief="p_max/p0", without_hertz="maximum pressure / cold one"),
-    *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, accurate=True,
-              diagram=r"max. temperature rise $\Delta T$ (K)"),
+    *_of_both("temperature_rise_max_{}_K", "maximum temperature rise", "temperature", listed=True, kind="diffused",
+              accurate=True, diagram=r"max. temperature rise $\Delta T$ (K)"),
     *_of_both("temperature_rise_mean_{}_K", "temperature rise, mean over the contact", "temperature",
-              brief="mean temperature rise"),
+              kind="diffused mean", brief="mean temperature rise"),
     *_of_both("temperature_rise_centre_{}_K", "temperature rise at the centre of the contact", "temperature",
-              brief="temperature rise at the centre"),
-    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", listed=_warm),
+              kind="diffused", brief="temperature rise at the centre"),
+    *_of_both("surface_temperature_max_{}_K", "hottest surface temperature", "temperature", listed=_warm, kind="diffused"),
     *_of_both("temperature_interface_max_{}_K", "hottest place below the top layer of a coating", "temperature", listed=True,
-              brief="hottest below the top coating"),
-    *_of_both("bulk_temperature_{}_K", "mean surface temperature", "temperature", listed=True),
-    *_of_both("entry_temperature_max_{}_K", "hottest entering track", "temperature"),
-    *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature"),
+              kind="diffused", brief="hottest below the top coating"),
+    *_of_tracks("bulk_temperature_{}_K", "mean surface temperature", listed=True),
+    *_of_tracks("entry_temperature_max_{}_K", "hottest entering track"),
+    *_of_both("flash_temperature_max_{}_K", "rise of this pass", "temperature", kind="diffused"),
     Scalar("heat_into_lower_W", "heat into the lower body", kind="exchanged heat"),
     Scalar("heat_into_upper_W", "heat into the upper body", kind="exchanged heat"),
     Scalar("heat_conducted_W", "heat conducted to the colder body", kind="exchanged heat",
-           listed=lambda problem: problem.heating.conducts),
+           listed=lambda problem: problem.heating.conducts, given=lambda problem: not problem.heating.conducts),
     Scalar("recirculation_bulge_um", "thermal crown over the contact", kind="expansion"),
-    Scalar("thermal_crown_ratio", "curvatures of thermal crown / gap"),
-    *_of_both("warm_up_time_{}_s", "warm-up time"),
+    Scalar("thermal_crown_ratio", "curvatures of thermal crown / gap", kind="first order"),
+    *_of_both("warm_up_time_{}_s", "warm-up time", given=True),
     Scalar("force_x_N", "longitudinal creep force", "force", listed=True, kind="resultant", accurate=True,
-           diagram="creep force $F_x$ (N)"),
+           given=lambda problem: problem.motion.force_x is not None, vanishes="across", diagram="creep force $F_x$ (N)"),
     Scalar("force_y_N", "lateral creep force", "force", listed=True, kind="resultant", accurate=True,
-           diagram="creep force $F_y$ (N)"),
-    Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True, kind="resultant", diagram="spin moment $M_z$ (N mm)"),
-    Scalar("contact_y_mm", "lateral place of the centre of pressure", "place below", listed=True,
+           given=lambda problem: problem.motion.force_y is not None, vanishes="along", diagram="creep force $F_y$ (N)"),
+    Scalar("spin_moment_Nmm", "spin moment", "moment", listed=True, kind="resultant", vanishes="along",
+           diagram="spin moment $M_z$ (N mm)"),
+    Scalar("contact_y_mm", "lateral place of the centre of pressure", "place below", listed=True, vanishes="along",
            brief="centre of pressure, y"),
-    Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment",
+    Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment", vanishes="along",
            brief="spin moment at the contact"),
     Scalar("contact_force_y_N", "lateral resultant of pressure and traction on the upper body", "resultant", listed=True,
-           brief="lateral resultant"),
+           vanishes="along", brief="lateral resultant"),
     Scalar("contact_force_z_N", "resultant of pressure and traction on the upper body along z", "resultant", listed=True,
            brief="resultant along z"),
     Scalar("T_gamma_N", "wear number Tγ, frictional heat over rolling speed", kind="integral", brief="wear number Tγ"),
     Scalar("T_gamma_without_spin_N", "wear number of the creep forces alone, |F_x ξ_x| + |F_y ξ_y|", kind="integral",
            brief="wear number Tγ without spin"),
     Scalar("creepage_longitudinal", "longitudinal creepage", "creepage", kind="creepage", accurate=True,
-           listed=lambda problem: problem.motion.creepage_x is None, diagram=r"creepage $\xi_x$"),
+           listed=lambda problem: problem.motion.creepage_x is None, given=lambda problem: problem.motion.force_x is None,
+           diagram=r"creepage $\xi_x$"),
     Scalar("creepage_lateral", "lateral creepage", "creepage", kind="creepage", accurate=True,
-           listed=lambda problem: problem.motion.creepage_y is None, diagram=r"creepage $\xi_y$"),
-    Scalar("creepage_spin_rad_mm", "spin", "spin"),
-    Scalar("normal_N", "normal load", listed=lambda problem: problem.approach is not None),
+           listed=lambda problem: problem.motion.creepage_y is None, given=lambda problem: problem.motion.force_y is None,
+           diagram=r"creepage $\xi_y$"),
+    Scalar("creepage_spin_rad_mm", "spin", "spin", given=True),
+    Scalar("normal_N", "normal load", listed=lambda problem: problem.approach is not None, given=True),
     Scalar("pressure_max_MPa", "maximum pressure", listed=True, kind="peak pressure", diagram="max. pressure (MPa)"),
     Scalar("pressure_centre_MPa", "pressure at the centre of the contact", kind="pressure"),
     Scalar("shear_max_MPa", "maximum shear traction", listed=True, kind="peak"),
-    Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak"),
+    Scalar("heat_flux_max_W_mm2", "maximum heat flux", kind="peak flux"),
     Scalar("approach_um", "rigid-body approach", kind="pressure"),
     Scalar("contact_area_mm2", "contact area", listed=True, kind="area"),
     Scalar("stick_area_mm2", "stick area", "stick area", kind="stick"),
     Scalar("thermal_displacement_max_um", "thermal displacement, variation over the contact (sum of both bodies)", listed=True,
            kind="expansion", brief="thermal displacement, both bodies"),
-    Scalar("partition_mean", "share of the frictional heat that enters the lower body", kind="partition",
-           listed=lambda problem: problem.heating.partition == "matched", brief="heat share of the lower body"),
-    *_of_both("wear_area_{}_um2", "area worn off per passage", listed=True),
-    *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, brief="depth worn off per passage"),
-    *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", brief="volume worn per distance"),
+    Scalar("partition_mean", "share of the frictional heat that enters the lower body", kind="first order",
+           listed=lambda problem: problem.heating.partition == "matched",
+           given=lambda problem: problem.heating.partition != "matched", brief="heat share of the lower body"),
+    *_of_both("wear_area_{}_um2", "area worn off per passage", listed=True, kind="worn"),
+    *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, kind="diffused",
+              brief="depth worn off per passage"),
+    *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", kind="worn", brief="volume worn per distance"),
     Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure", listed=_falling,
            brief="mean coefficient of sliding friction"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
            brief="fall of friction / element stiffness"),
-    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch",
+    Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch", given=True,
            brief="power balance error"),
 )  # fmt: skip
 """Scalars of a state, in the order they are reported."""

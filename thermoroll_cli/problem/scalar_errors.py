@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS, holds
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Result
 
@@ -101,7 +101,7 @@ def listed_scalars(result: Result) -> list[str]:
     """Names of the computed scalars in a short table (`Scalar.listed`)."""
     summary, problem = result.summary(), result.problem
     return [name for name, scalar in ALL_SCALARS.items()
-            if computed(summary.get(name)) and (scalar.listed(problem) if callable(scalar.listed) else scalar.listed)]
+            if computed(summary.get(name)) and holds(scalar.listed, problem)]
 
 
 def scalar_text(name: str, summary: Mapping[str, Any]) -> str:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.exact.kalker import combined_constants, full_slip_creepages
-from thermoroll_cli.problem.names import SCALARS, of_kind
+from thermoroll_cli.problem.names import SCALARS, Scalar, holds, of_kind
 from thermoroll_cli.problem.result import Peak
 from thermoroll_cli.problem.scalar_errors import CREEPAGES, TEMPERATURES, error_scale
 from thermoroll_cli.refinement.plan import Plan
@@ -144,15 +144,14 @@ def estimates(
     # Heat that bodies of different temperature exchange does not come from the slip zone.
     conducted = abs(summary["heat_conducted_W"]) if derived.problem.heating.conducts else 0.0
     rubbed = summary["Q_F_W"] / (summary["Q_F_W"] + conducted) if conducted else 1.0
-    given, exact = _given(derived).union(without), _exact(derived)
     errors = {}
-    for name in SCALARS:
+    for name, scalar in SCALARS.items():
         values = [level.get(name, math.nan) for level in levels]
         scale = error_scale(name, summary)
         carried = _carried(name, summary)
-        if name in given or math.isnan(values[-1]):
+        if holds(scalar.given, derived.problem) or name in without or math.isnan(values[-1]):
             errors[name] = math.nan
-        elif name in exact:
+        elif _is_exact(scalar, derived):
             errors[name] = 0.0
         else:
             unresolved = carried * _unresolved(name, resolution, unseen, derived, plan)
@@ -167,39 +166,41 @@ def estimates(
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
     if derived.problem.prescribed_force > NEAR_LIMIT * derived.problem.traction_limit:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
-        for name in {*CREEPAGES, *RELATIVE}.difference(given):
+        for name in (*CREEPAGES, *RELATIVE):
             errors[name] += SPREAD * of_stick
     return errors
 
 
 def _order(name: str, derived: DerivedQuantities) -> float:
-    exchanged = derived.problem.heating.partition == "matched" and SCALARS[name].kind in ("exchanged heat", "partition")
-    return ORDER_UNEVEN if derived.dissimilar or exchanged or name == "thermal_crown_ratio" else ORDER
+    kind = SCALARS[name].kind
+    exchanged = derived.problem.heating.partition == "matched" and kind == "exchanged heat"
+    return ORDER_UNEVEN if derived.dissimilar or exchanged or kind == "first order" else ORDER
 
 
 def _unresolved(name: str, resolution: Resolution, unseen: float, derived: DerivedQuantities, plan: Plan) -> float:
     """R of one scalar; `unseen` is the share that may stick without an element that does."""
-    kind = SCALARS[name].kind
-    if kind == "stick":
-        return resolution.border if resolution.sticking else unseen
-    if kind == "area":
-        return 0.0 if plan.hertzian else resolution.border + _whole_elements(resolution, derived)
-    if name == "heat_flux_max_W_mm2":
-        # The heat of a zone narrower than an element is spread over all of it.
-        return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
-    if kind == "peak":
-        return resolution.narrow
-    if name in TEMPERATURES or name.startswith("wear_depth"):
-        over_area = name.startswith("temperature_rise_mean") and not plan.hertzian
-        return SPREAD * resolution.narrow + (resolution.border if over_area else 0.0)
-    if kind == "resultant" and not resolution.sticking and any(derived.kinematics.creepage_variation):
-        # Slip turns around the place without rigid slip: what sticks there changes its direction.
-        return SPREAD * unseen
-    if name in EXTRAPOLATED or name.startswith("wear_"):
-        return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
-    if kind == "expansion":
-        # Measured from the border of the contact, which is known to an element.
-        return 1.0 / resolution.elements
+    match SCALARS[name].kind:
+        case "stick":
+            return resolution.border if resolution.sticking else unseen
+        case "area":
+            return 0.0 if plan.hertzian else resolution.border + _whole_elements(resolution, derived)
+        case "peak":
+            return resolution.narrow
+        case "peak flux":
+            # The heat of a zone narrower than an element is spread over all of it.
+            return resolution.narrow / min(1.0, max(resolution.slipping, 1.0 / resolution.elements))
+        case "diffused":
+            return SPREAD * resolution.narrow
+        case "diffused mean":
+            return SPREAD * resolution.narrow + (0.0 if plan.hertzian else resolution.border)
+        case "resultant" if not resolution.sticking and any(derived.kinematics.creepage_variation):
+            # Slip turns around the place without rigid slip: what sticks there changes its direction.
+            return SPREAD * unseen
+        case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
+            return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
+        case "expansion":
+            # Measured from the border of the contact, which is known to an element.
+            return 1.0 / resolution.elements
     return 0.0
 
 
@@ -262,42 +263,26 @@ def _left_out(name: str, derived: DerivedQuantities, plan: Plan) -> float:
     return sum(bound for stage, bound in plan.left_out.items() if not (rigid and stage == "differential slip"))
 
 
-def _exact(derived: DerivedQuantities) -> Collection[str]:
-    """Forces and moment that vanish because everything is its own mirror image across y = 0; without traction stick, too."""
-    motion, kinematics = derived.problem.motion, derived.kinematics
+def _is_exact(scalar: Scalar, derived: DerivedQuantities) -> bool:
+    """Whether a scalar vanishes because everything is its own mirror image across y = 0; without traction stick, too."""
+    kinematics = derived.kinematics
     if not kinematics.has_traction:
-        return of_kind("resultant", "stick")
+        return scalar.kind in ("resultant", "stick")
     if kinematics.mirror == (1, -1):
-        vanish = ("spin_moment_Nmm", "spin_moment_at_contact_Nmm", "contact_y_mm", "contact_force_y_N")
-        return vanish if motion.force_y is not None else ("force_y_N", *vanish)
-    if kinematics.mirror == (-1, 1) and (kinematics.heat_mirrors or not derived.problem.heating.heat):
-        return () if motion.force_x is not None else ("force_x_N",)
-    return ()
-
-
-def _given(derived: DerivedQuantities) -> set[str]:
-    """Scalars that the case gives, which therefore have no error; and the one that is a measure of error itself."""
-    motion, heating = derived.problem.motion, derived.problem.heating
-    given = {"normal_N", "creepage_spin_rad_mm", "power_balance_error", "warm_up_time_lower_s", "warm_up_time_upper_s"}
-    given |= {"force_x_N"} if motion.force_x is not None else {"creepage_longitudinal"}
-    given |= {"force_y_N"} if motion.force_y is not None else {"creepage_lateral"}
-    for body, track in (("lower", heating.lower_track), ("upper", heating.upper_track)):
-        given |= {f"bulk_temperature_{body}_K", f"entry_temperature_max_{body}_K"} if track is None else set()
-    given |= set() if heating.conducts else {"heat_conducted_W"}
-    return given if heating.partition == "matched" else given | {"partition_mean"}
+        return scalar.vanishes == "along"
+    heat_mirrors = kinematics.heat_mirrors or not derived.problem.heating.heat
+    return scalar.vanishes == "across" and kinematics.mirror == (-1, 1) and heat_mirrors
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:
     """Scalars of the last of `levels`, those in `EXTRAPOLATED` by Richardson where the last three grids converge one way."""
     values = dict(levels[-1])
-    motion = derived.problem.motion
-    given = {"force_x_N": motion.force_x, "force_y_N": motion.force_y}
     if len(levels) < 3:
         return values
     for name in EXTRAPOLATED:
         before, middle, last = (level.get(name, math.nan) for level in levels[-3:])
         settled = name not in RELATIVE or abs(last - middle) < SETTLED * abs(last)
-        if given.get(name) is None and settled and converges_one_way(middle - before, last - middle):
+        if not holds(SCALARS[name].given, derived.problem) and settled and converges_one_way(middle - before, last - middle):
             values[name] = last + (last - middle) / 3.0
     return values
 
