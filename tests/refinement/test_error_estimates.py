@@ -12,6 +12,7 @@ import pytest
 from scripts.stress.coverage import DERIVED
 from scripts.stress.random_cases import stress_case
 from tests.support.command_line import call
+from tests.support.profiles import below, points
 from tests.support.scenes import MECHANICAL, STEEL, reference_problem, rolling
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
@@ -80,6 +81,17 @@ def test_a_contact_that_slides_everywhere_needs_no_finer_grid_to_know_that_nothi
     result = on(rolling(creepage=(0.02, 0.0), spin=50.0), 32)
     assert result.coupled.scalars["gamma_st"] == 0.0
     assert "gamma_st" not in missed_accuracy({**result.error, "gamma_st": 0.1}, result.summary(), 1e-3)
+
+
+@pytest.mark.parametrize("creepage", [0.008, 0.012])
+def test_rail_that_slides_everywhere_is_accurate_on_few_elements(creepage: float) -> None:
+    """Beside its top a rail gives the wheel differential slip, but no place without rigid slip."""
+    rail = below(points(lambda y: -((y - 9.0) ** 2) / 160.0, -24.0, 24.0, 49), 0.46)
+    problem = rolling(geometry=rail, load=8e4, creepage=(creepage, 0.0), differential_slip=True)
+    result = solve(replace(problem, numerics=Numerics(accuracy=1e-3)))
+    assert result.converged and result.work["grid"] == [64, 64] and result.coupled.scalars["gamma_st"] == 0.0
+    force, error = printed(result, "force_x_N")
+    assert abs(force - printed(on(problem, 160), "force_x_N")[0]) <= error
 
 
 def test_exchanged_heat_is_covered() -> None:

@@ -23,13 +23,11 @@ PEAKS = of_kind("peak", "peak flux", "peak pressure")
 """Scalars that such places decide."""
 GROWTH = 0.01
 """Growth of the largest pressure per doubling of the grid, relative, from which a kink counts as unbounded; below it the
-difference of the grids contains it."""
-NARROWEST = 5
-"""Columns of a patch below which its largest pressure is that of its border elements."""
+difference of the grids contains it. With 0 every point of a profile that is joined by straight lines would count."""
 BORDER = 2
 """Columns beside the border whose pressure depends on where in its element the border lies."""
-FINER = 8
-"""Largest refinement that a warning proposes at once: on a coarse grid the border is known to an element only."""
+NARROWEST = 2 * BORDER + 1
+"""Columns of a patch below which its largest pressure is that of its border elements."""
 
 
 @dataclass(frozen=True)
@@ -94,11 +92,8 @@ def _narrow(
             # A pressure whose maximum lies away from the end has no peak there.
             if abs(last - top) > BORDER or rise <= GROWTH * peak or inner + rise <= peak:
                 continue
-            finer = 2
-            while finer < FINER and inner + _turn(geometry, border, grid.dy / finer, side) * unit * peak > peak:
-                finer *= 2
             yield (f"the surfaces part within an element at y = {1e3 * border:.4g} mm: the pressure there may exceed the "
-                   f"largest one of this grid, which has no error estimate; try numerics.grid = {finer * grid.ny}")
+                   f"largest one of this grid, which has no error estimate; try numerics.grid = {2 * grid.ny}")
 
 
 def _turn(geometry: ContactGeometry, border: float, size: float, side: float) -> float:

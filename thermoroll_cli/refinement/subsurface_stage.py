@@ -16,7 +16,7 @@ from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
-from thermoroll_cli.refinement.error_estimates import AT_SURFACE, errors_with_rivals, stress_estimates
+from thermoroll_cli.refinement.error_estimates import errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.outcome import RefinementLevel, refining_both
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.subsurface_plan import depths_of, few_depths, hot_bodies
@@ -103,7 +103,9 @@ def _below_the_surface(
     scalars, every_second = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    near, cut_off = AT_SURFACE * width, _cut_off(finest, width)
+    grid = levels[-1].own_discretisation.grid
+    near = min(grid.dx, grid.dy)
+    cut_off = _cut_off(finest, width, near)
     largest = [name for name in scalars if name in cut_off and name.endswith("_MPa")
                and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
     warnings = [f"may be larger below the last depth computed, and have no error estimate: {', '.join(largest)}; set a larger "
@@ -121,11 +123,11 @@ def _below_the_surface(
         "numerics.extent"
         for body, collector in finest.items() if collector.cut_off()
     ]
-    grid = levels[-1].own_discretisation.grid
-    at_surface = _at_surface(peaks[-1], finest, near, max(near, JUMPS_PULL * max(grid.dx, grid.dy)))
+    at_surface = _at_surface(peaks[-1], finest, near)
     error = stress_estimates(by_grid, every_second, summary, at_surface, elements, derived, sum(plan.left_out.values()),
-                             sparse=sparse, cut_off=cut_off)
-    for value, places, rivals in _rivals(collected):
+                             cut_off | _only_falling(finest))
+    for value, places, rivals in _rivals(collected, near):
+        places = {axis: place for axis, place in places.items() if place in error}
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
     for body in finest:
         strength = getattr(request, f"{body}_strength")
@@ -216,34 +218,30 @@ def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, 
     return scalars
 
 
-JUMPS_PULL = 2.0
-"""Depth in elements above which jumps of the pressure at the border cause tension at interfaces."""
-
-
-def _at_surface(peaks: Peaks, collectors: Collectors, near: float, pulled: float) -> set[str]:
-    """Names of the scalars whose maximum lies at the surface: no deeper than `near`, for tension of interfaces `pulled` (m)."""
+def _at_surface(peaks: Peaks, collectors: Collectors, near: float) -> set[str]:
+    """Names of the scalars whose maximum lies at the surface, no deeper than `near` (m)."""
     names: set[str] = set()
     for body, collector in collectors.items():
         if collector.strength is not None:
-            names |= collector.strength.at_surface(body)
+            names |= collector.strength.at_surface(body, near)
     for (stress, body), peak in peaks.items():
-        if peak.z <= (pulled if stress == "interface_tension" else near):
+        if peak.z <= near:
             names |= scalars_of(stress, body, peak).keys()
     return names
 
 
-def _cut_off(collectors: Collectors, width: float) -> set[str]:
+def _cut_off(collectors: Collectors, width: float, near: float) -> set[str]:
     """Names of the scalars whose maximum over depth may lie below the last depth.
 
     There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
-    without a peak below the surface, if the last depth is less than `width`, the smaller semi-axis, within which the peaks of
+    without a peak below `near` (m), if the last depth is less than `width`, the smaller semi-axis, within which the peaks of
     Hertz's contacts lie."""
     names: set[str] = set()
     for body, collector in collectors.items():
         depths = collector.depths
         for quantity, values in collector.profiles().items():
             slopes = np.diff(values) / np.diff(depths)
-            peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > AT_SURFACE * width)
+            peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > near)
             unseen = depths[-1] < width and not peaked.any()
             reached = values[-1] + slopes[-1] * depths[-1] if slopes[-1] > 0.0 else -math.inf
             if unseen or reached >= values[1:].max():
@@ -253,17 +251,25 @@ def _cut_off(collectors: Collectors, width: float) -> set[str]:
     return names.intersection(SUBSURFACE_SCALARS)
 
 
-def _rivals(collected: Sequence[Collectors]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
-    """Names of a largest stress and, by axis, of its places, with the peaks at the surface and below it on each grid."""
-    for body, prefix in ((body, prefix) for body in collected[-1] for prefix in ("", "elastic_")):
-        name = f"{prefix}von_mises_{{}}_{body}_{{}}"
-        places = {"z": name.format("depth", "mm"), "x": name.format("x", "mm"), "y": name.format("y", "mm")}
-        yield name.format("max", "MPa"), places, [
-            each[body].rivals(each[body].elastic if prefix else each[body].total) for each in collected]
+def _only_falling(collectors: Collectors) -> set[str]:
+    """Names of the scalars below the surface that have no maximum there: the first depth stands for what only falls."""
+    return {f"{quantity}_below_{body}_MPa" for body, collector in collectors.items() if collector.strength is not None
+            for quantity, values in collector.strength.profiles().items() if not (np.diff(values) > 0.0).any()}
+
+
+def _rivals(
+    collected: Sequence[Collectors], near: float
+) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
+    """Names of a largest stress and, by axis, of its places, with the largest of the surface, no deeper than `near`, and below
+    it, grid by grid."""
     for body, collector in collected[-1].items():
+        for prefix in ("", "elastic_"):
+            by_grid = [each[body].rivals(each[body].elastic if prefix else each[body].total, near) for each in collected]
+            for stress in by_grid[-1]:
+                name = f"{prefix}{stress}"
+                places = {"z": f"{name}_depth_{body}_mm", "x": f"{name}_x_{body}_mm", "y": f"{name}_y_{body}_mm"}
+                yield f"{name}_max_{body}_MPa", places, [peaks[stress] for peaks in by_grid]
         if collector.strength is not None:
-            by_grid = [each[body].strength.peaks() for each in collected]  # type: ignore[union-attr]
-            for quantity in by_grid[-1]:
-                depth = depth_name(quantity, body)
-                yield (f"{quantity}_{body}_MPa", {"z": depth} if depth in SUBSURFACE_SCALARS else {},
-                       [peaks[quantity] for peaks in by_grid])
+            of_strength = [each[body].strength.peaks() for each in collected]  # type: ignore[union-attr]
+            for quantity in of_strength[-1]:
+                yield (f"{quantity}_{body}_MPa", {"z": depth_name(quantity, body)}, [peaks[quantity] for peaks in of_strength])

@@ -102,10 +102,12 @@ class Collector:
         values, x, y = self.at_interfaces[index]
         return peak_of(values[[number]], self.depths[index : index + 1], x, y, self.mirrored)
 
-    def peaks(self, judged: EquivalentStresses, every: int = 1) -> dict[str, Peak]:
-        """Largest von Mises stress, range of σ_xz and first principal stress, of every depth or only every `every`-th one."""
-        ranges = peak_of(judged.shear_range[:, None, :], self.depths, np.zeros(1), self.y, self.mirrored, every)
-        equivalent, tension = (peak_of(values, self.depths, self.x, self.y, self.mirrored, every)
+    def peaks(self, judged: EquivalentStresses, every: int = 1, part: slice = slice(None)) -> dict[str, Peak]:
+        """Largest von Mises stress, range of σ_xz and first principal stress, of a `part` of the depths, all or only every
+        `every`-th."""
+        depths = self.depths[part]
+        ranges = peak_of(judged.shear_range[part, None, :], depths, np.zeros(1), self.y, self.mirrored, every)
+        equivalent, tension = (peak_of(values[part], depths, self.x, self.y, self.mirrored, every)
                                for values in (judged.von_mises, judged.principal))
         return {"von_mises": equivalent, "orthogonal_shear_range": ranges, "tensile_stress": tension}
 
@@ -134,11 +136,11 @@ class Collector:
             "layer_tension": peak_of(self.total.principal[bonded], self.depths[bonded], self.x, self.y, self.mirrored, every),
         }
 
-    def rivals(self, judged: EquivalentStresses) -> tuple[Peak, Peak]:
-        """Largest von Mises stress at the surface, and below it."""
-        peaks = [peak_of(judged.von_mises[part], self.depths[part], self.x, self.y, self.mirrored)
-                 for part in (slice(0, 1), slice(1, None))]
-        return peaks[0], peaks[1]
+    def rivals(self, judged: EquivalentStresses, near: float) -> dict[str, tuple[Peak, Peak]]:
+        """Largest stresses at the surface, no deeper than `near` (m), and below it."""
+        split = min(int(np.searchsorted(self.depths, near, side="right")), len(self.depths) - 1)
+        surface, below = (self.peaks(judged, part=part) for part in (slice(split), slice(split, None)))
+        return {stress: (surface[stress], below[stress]) for stress in surface}
 
     def result(self, most_stressed: Peak) -> BodyStresses:
         """The kept fields, on both sides of a mirror."""

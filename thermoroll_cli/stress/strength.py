@@ -212,12 +212,14 @@ class StrengthCollector:
                 scalars[depth] = strongest.z * 1e3 if strongest.value else math.nan
         return scalars
 
-    def at_surface(self, body: str) -> set[str]:
-        """Names of the scalars whose largest value lies at the surface."""
+    def at_surface(self, body: str, near: float) -> set[str]:
+        """Names of the scalars whose largest value lies at the surface, no deeper than `near` (m)."""
         names = set()
         for name, (surface, below) in self.peaks().items():
             names |= {f"{name}_surface_{body}_MPa"}
-            if stronger(surface, below) is surface:
+            if below.z <= near:
+                names |= {f"{name}_below_{body}_MPa"}
+            if stronger(surface, below).z <= near:
                 names |= {f"{name}_{body}_MPa", depth_name(name, body)}
         return names
 
