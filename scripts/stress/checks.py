@@ -13,8 +13,10 @@ from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import BELOW_LIMIT
 from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver, solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
@@ -28,9 +30,13 @@ COLD = 1e-6
 """How far below zero a temperature may come out, over its peak."""
 GAP = 1e-6
 FORCE = 2e-5
+FORCES = ("force_x_N", "force_y_N")
 STARTS = {"sticking": 0.1, "sliding": 10.0}
 """Creepages of other starts, over those of the case."""
-AGREE = 1e-4
+SHARE = 1.0 / 3.0
+"""Of its estimated error that a scalar may differ from that of the problem alone."""
+ROUNDING = 2e-5
+"""Twice the tolerance of the solvers: less is no difference."""
 
 
 def solved(problem: Problem, *checks: Callable[[Result], Iterable[str]]) -> Outcome:
@@ -88,10 +94,24 @@ def distinct(result: Result) -> Iterator[str]:
         solver = Solver()
         creepages = {name: factor * (getattr(motion, name) or 0.0) for name in ("creepage_x", "creepage_y", "spin")}
         solver.solve(replace(problem, motion=replace(motion, **creepages)))
-        scalars = solver.solve(problem).coupled.scalars
-        change = max(abs(scalars[name] - result.coupled.scalars[name]) for name in ("force_x_N", "force_y_N"))
-        if not change <= AGREE * problem.traction_limit:
-            yield f"started {start}, forces differ by {change / problem.traction_limit:.1e} μW"
+        yield from (f"started {start}: {what}" for what in differences(solver.solve(problem), result, FORCES))
+
+
+def differences(result: Result, alone: Result, names: Iterable[str] = tuple(SCALARS)) -> Iterator[str]:
+    """Which of `names` in `result`, which depends on problems before it, differ from those of `alone` by more than a share of
+    their estimates."""
+    if result.converged != alone.converged:
+        yield f"converged {result.converged}, alone {alone.converged}"
+    if not (result.converged and alone.converged):
+        return
+    warm, cold = result.summary(), alone.summary()
+    for name in names:
+        scale, estimate = error_scale(name, cold), alone.error[name]
+        if not (scale > 0.0 and math.isfinite(estimate)):
+            continue
+        size = abs(warm[name] - cold[name]) / scale
+        if not size <= max(SHARE * estimate, ROUNDING):
+            yield f"{name} differs by {size:.2g} of its scale, estimate {estimate:.2g}"
 
 
 def _not_finite(state: State) -> list[str]:

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
+from scripts.stress.checks import differences
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_profiles import random_profile_contact
 from thermoroll_cli.problem.geometry import Profile
-from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Numerics, Problem
-from thermoroll_cli.problem.result import Result
-from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver, solve
 
 SIDE = 32
 SMALLEST, LARGEST = 0.003, 0.1
 """Relative change from one problem to the next."""
-SHARE = 1.0 / 3.0
-"""Of its estimated error that a scalar may differ from that of the problem alone."""
-ROUNDING = 2e-5
-"""Twice the tolerance of the solvers: less is no difference."""
 
 
 def neighbours(seed: int) -> tuple[str, list[Problem]]:
@@ -71,20 +64,3 @@ def check(drawn: tuple[str, list[Problem]]) -> Outcome:
     broken = tuple(f"{varied}: {what}" for result, alone in results[1:] for what in differences(result, alone))
     reason = next((alone.reason for _, alone in results if not alone.converged), "")
     return Outcome(not reason, reason, broken=broken, work=results[-1][0].work["levels"][-1]["applications"])
-
-
-def differences(result: Result, alone: Result) -> Iterator[str]:
-    """Scalars of `result`, which depends on problems before it, that differ from those of `alone` by more than a share of
-    their estimates."""
-    if result.converged != alone.converged:
-        yield f"converged {result.converged}, alone {alone.converged}"
-    if not (result.converged and alone.converged):
-        return
-    warm, cold = result.summary(), alone.summary()
-    for name in SCALARS:
-        scale, estimate = error_scale(name, cold), alone.error[name]
-        if not (scale > 0.0 and math.isfinite(estimate)):
-            continue
-        size = abs(warm[name] - cold[name]) / scale
-        if not size <= max(SHARE * estimate, ROUNDING):
-            yield f"{name} differs by {size:.2g} of its scale, estimate {estimate:.2g}"
