@@ -229,7 +229,3 @@ def test_files_that_are_no_tables_are_refused(tmp_path: Path) -> None:
 def test_pictures_in_notebooks(result: Path) -> None:
     read = read_result(result)
     assert read.plot("pressure").axes and read.plot("gap").axes
-    with pytest.raises(ValueError, match="nothing to show in a picture 'track'"):
-        read.plot("track")
-    with pytest.raises(ValueError, match="there is no picture 'presure'"):
-        read.plot("presure")

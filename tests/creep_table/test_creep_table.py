@@ -401,24 +401,20 @@ def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
     assert json.loads(done.stdout)["force_x_N"] == pytest.approx(24_000, rel=1e-3)
     for axes in ("5", "5,x", "5,0", "-5,1"):
         assert call("table", "query", tiny, f"--semi-axes-mm={axes}", *contact).returncode == 2
-    with pytest.raises(OutsideTable, match="which has a/b = 1 alone"):
-        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.1), **STEEL)
-    with pytest.raises(ValueError, match="friction must be positive"):
-        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **{**STEEL, "friction": 0.0})
     law = FrictionLaw("linear", 0.5, 1.0)
-    with pytest.raises(ValueError, match="friction with memory, nor a layer"):
-        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, law=replace(law, memory=1e-6), speed=1.0)
-    with pytest.raises(ValueError, match="speed must be positive"):
-        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, law=law)
+    for wrong, message in (({"semi_axes": (1.0, 1.1)}, "which has a/b = 1 alone"),
+                           ({"friction": 0.0}, "friction must be positive"),
+                           ({"law": replace(law, memory=1e-6), "speed": 1.0}, "friction with memory, nor an interlayer"),
+                           ({"law": law}, "speed must be positive"), ({"longitudinal": math.inf}, "creepages must be finite"),
+                           ({"outside": "nearest"}, "outside is one of error, saturation")):
+        creepage = wrong.pop("longitudinal", 1e-3)
+        with pytest.raises(OutsideTable if "semi_axes" in wrong else ValueError, match=message):
+            circle.forces(creepage, 0.0, 0.0, **{"semi_axes": (1.0, 1.0), **STEEL, **wrong})
     falling = ("--semi-axes-mm", "1,1", "--law", "linear", "--half-slip-m-s", "1", "--speed-m-s", "10", "--limit-coefficient")
     assert call("table", "query", tiny, *contact, *falling, "0.5").returncode == 2
     found, plain = (json.loads(call("table", "query", tiny, *contact, *words, "--json").stdout)
                     for words in ((*falling, "0.1"), falling[:2]))
     assert found["force_x_N"] < plain["force_x_N"] and found["force_error_N"] > plain["force_error_N"]
-    with pytest.raises(ValueError, match="creepages must be finite"):
-        circle.forces(math.inf, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
-    with pytest.raises(ValueError, match="outside is one of error, saturation"):
-        circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL, outside="nearest")
     # One unknown creepage leaves the other answers as they are.
     both = circle.forces([1e-3, math.nan], 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
     assert both.force_x[0] == circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL).force_x and np.isnan(both.force_x[1])

@@ -167,20 +167,10 @@ def test_shapes_broadcast():
         assert grid[5, 1] == method(x[5], x[1])
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
-@pytest.mark.parametrize("name", ["curvature_x", "curvature_y", "contact_modulus", "normal_force"])
-def test_bad_input_is_named(name, value):
-    arguments = {"curvature_x": 1.0, "curvature_y": 1.0, "contact_modulus": 1.0, "normal_force": 1.0, name: value}
-    with pytest.raises(ValueError, match=name):
-        hertz_contact(**arguments)
-
-
 def test_line_contact():
     line = line_contact(40.0, 1e11, 2e5)
     assert line.peak_pressure == pytest.approx(2 * 2e5 / (math.pi * line.half_width), rel=1e-14)
     assert line.pressure([0.0, line.half_width, 1.0]).tolist() == [line.peak_pressure, 0.0, 0.0]
-    with pytest.raises(ValueError, match="load_per_length"):
-        line_contact(40.0, 1e11, -1.0)
 
 
 def test_the_package_itself_imports_nothing():

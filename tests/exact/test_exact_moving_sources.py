@@ -268,22 +268,3 @@ def test_far_from_the_source_only_the_mean_is_left():
     fast = band_temperature(x, HALF, FLUX, CONDUCTIVITY, DIFFUSIVITY, 300.0, "hertz")
     assert np.all(series < fast)
     assert np.all(without - series > 10 * fast.max())
-
-
-@pytest.mark.parametrize(
-    ("function", "arguments", "named"),
-    [
-        (rectangle_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, -1.0), "speed"),
-        (rectangle_temperature, (0.0, 0.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0), "half_width"),
-        (ellipse_temperature, (1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), "not inside"),
-        (ellipse_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, "gauss"), "shape"),
-        (circle_mean_temperature, (0.0, 1.0, 1.0, 1.0, 1.0), "radius"),
-        (moving_sources.band_temperature, (0.0, 1.0, 1.0, 1.0, 1.0, 1.0, "paraboloid"), "shape"),
-        (moving_sources.tian_kennedy_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, "band"), "shape"),
-        (rim_temperature, (0.0, HALF, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY, 1.0, 0.0), "convection"),
-        (rim_temperature, (0.0, 1.0, FLUX, RADIUS, CONDUCTIVITY, DIFFUSIVITY, 1.0, 1.0), "half of the rim"),
-    ],
-)
-def test_bad_input_is_named(function, arguments, named):
-    with pytest.raises(ValueError, match=named):
-        function(*arguments)

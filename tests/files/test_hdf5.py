@@ -132,19 +132,13 @@ def test_an_interrupt_leaves_nothing(tmp_path: pathlib.Path, monkeypatch: pytest
 
 
 def test_places_that_cannot_hold_a_file(tmp_path: pathlib.Path) -> None:
-    with pytest.raises(WriteError, match="the folder does not exist"):
-        write_bytes(tmp_path / "absent" / "a.h5", b"x")
-    with pytest.raises(WriteError, match="that is a folder"):
-        write_bytes(tmp_path, b"x")
-    with pytest.raises(WriteError, match="the name is too long"):
-        write_bytes(tmp_path / ("a" * 300), b"x")
     (tmp_path / "file").write_text("")
-    with pytest.raises(WriteError, match="a file, not a folder"):
-        write_bytes(tmp_path / "file" / "a.h5", b"x")
     (tmp_path / "locked").mkdir(mode=0o500)
-    if os.geteuid() != 0:
-        with pytest.raises(WriteError, match="permission denied"):
-            write_bytes(tmp_path / "locked" / "a.h5", b"x")
+    for place, message in (("absent/a.h5", "the folder does not exist"), ("", "that is a folder"),
+                           ("a" * 300, "the name is too long"), ("file/a.h5", "a file, not a folder"), ("locked/a.h5", "permission denied")):
+        if place != "locked/a.h5" or os.geteuid() != 0:
+            with pytest.raises(WriteError, match=message):
+                write_bytes(tmp_path / place, b"x")
 
 
 def test_links_are_followed_devices_kept_and_the_umask_obeyed(tmp_path: pathlib.Path) -> None:

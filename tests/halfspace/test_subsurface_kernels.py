@@ -114,15 +114,3 @@ def test_whole_planes_carry_what_is_put_on_them(aspect):
     total = pressure_stress(x, y, 1.0, aspect, NU).sum(axis=(1, 2))
     assert total[2] == pytest.approx(-1.0, abs=1e-4)
     assert np.abs(total[3:]).max() < 1e-10
-
-
-def test_impossible_arguments():
-    one = np.zeros(1)
-    with pytest.raises(ValueError, match="depth"):
-        pressure_stress(one, one, -1.0, 1.0, NU)
-    with pytest.raises(ValueError, match="aspect"):
-        traction_x_stress(one, one, 1.0, 0.0, NU)
-    with pytest.raises(ValueError, match="ascend"):
-        thermal_stress(one, one, np.array([1.0, 0.5]), 1.0, 1.0, 0.0, NU)
-    with pytest.raises(ValueError, match="finite"):
-        thermal_stress(one, one, one, 1.0, np.inf, 0.0, NU)

@@ -122,11 +122,3 @@ def test_shapes_and_bad_arguments():
     for outside in (-1e-3, 1.001, math.nan):
         with pytest.raises(ValueError, match="between 0 and 1"):
             weights([0.5, outside])
-    for arguments, match in (
-        ((0, 4, 1.0, 1.0, "temperature"), "at least one element"),
-        ((4, 4, -1.0, 1.0, "temperature"), "aspect"),
-        ((4, 4, 1.0, -1.0, "temperature"), "largest Péclet"),
-        ((4, 4, 1.0, math.inf, "temperature"), "Péclet numbers must be finite"),
-    ):
-        with pytest.raises(ValueError, match=match):
-            variable_peclet_tables(*arguments)

@@ -268,13 +268,6 @@ def test_a_domain_smaller_than_the_contact_is_grown_with_a_warning():
     assert any("extent" in w for w in result.warnings)
 
 
-def test_doubtful_half_spaces_are_warned_about():
-    """Close conformity: the contact is a large part of the radius."""
-    conformal = rolling(grid=32, geometry=Geometry(0.01, 0.01, 0.01, -0.0101), load=2000.0, creepage=(1e-3, 0.0))
-    assert any("half-space" in w for w in make_plan(conformal).warnings)
-    assert not make_plan(VARIED["circle"]).warnings
-
-
 def test_estimated_errors_tell_the_size_of_the_true_ones():
     """Against N = 128, at N = 32 and 64: mostly at most twice the estimate, never ten times."""
     ratios = []
@@ -310,11 +303,6 @@ def test_less_accuracy_costs_less():
     problem = reference_problem("article_3_1_case_2", 192)
     rough, fine = (len(solved(replace(problem, numerics=Numerics(accuracy=a))).x) for a in (2e-2, 2e-4))
     assert rough < fine
-
-
-def test_refusals_say_what_is_wrong():
-    with pytest.raises(ValueError, match="exceeds what friction can carry"):
-        solve(rolling(grid=32, creepage=(None, 0.0), force=(25.0, None)))
 
 
 # --- one problem after another ------------------------------------------------------------------------------------

@@ -1,0 +1,51 @@
+"""Closed forms refuse impossible arguments, and name them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from thermoroll_cli.exact import moving_sources, spence
+from thermoroll_cli.exact.cattaneo_mindlin import cattaneo_mindlin
+from thermoroll_cli.exact.heated_sphere import heated_sphere
+from thermoroll_cli.exact.hertz import hertz_contact, line_contact
+from thermoroll_cli.exact.kalker import creepage_coefficients, fastsim, polach
+from thermoroll_cli.exact.moving_sources import rim_temperature
+from thermoroll_cli.exact.rolling_cylinders import carter
+
+ELLIPSE = (1e-3, 1e-3, 82e9)
+
+
+@pytest.mark.parametrize(("function", "arguments", "named"), [
+    *((hertz_contact, tuple(value if place == at else 1.0 for place in range(4)), name)
+      for value in (0.0, -1.0, math.nan, math.inf) for at, name in enumerate(("curvature_x", "curvature_y", "contact_modulus", "normal_force"))),
+    (line_contact, (40.0, 1e11, -1.0), "load_per_length"),
+    (carter, (line_contact(40.0, 1e11, 2e5), 0.0, 1e-3), "friction must be"),
+    (carter, (line_contact(40.0, 1e11, 2e5), 0.3, math.nan), "creepage"),
+    (cattaneo_mindlin, (1e-3, 1e9, 0.3, 1e9), "friction limit"),
+    (cattaneo_mindlin, (1e-3, 1e9, 0.3, math.nan), "friction limit"),
+    (cattaneo_mindlin, (1e-3, 0.0, 0.3, 0.0), "peak_pressure"),
+    (spence.spence_contact, (0.95, 0.3), "stick_ratio"),
+    (spence.uncoupled_friction, (0.5, 0.0), "dundurs_beta"),
+    (heated_sphere, (0.0, 1.0, 1.0, 1.0), "contact_modulus"),
+    (heated_sphere, (1.0, 1.0, 1.0, -1.0), "heating"),
+    (heated_sphere, (1e11, 50.0, 65.0, 1e6), r"smaller than 0\.02"),
+    (creepage_coefficients, (0.0, 0.3), "aspect_ratio"),
+    (creepage_coefficients, (1.0, 0.6), "poisson_ratio"),
+    (fastsim, (creepage_coefficients(1.0, 0.3), *ELLIPSE, 0.0, 1e-3), "limit must be positive"),
+    (polach, (creepage_coefficients(1.0, 0.3), *ELLIPSE, 0.0, 1e-3), "limit must be positive"),
+    (moving_sources.rectangle_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, -1.0), "speed"),
+    (moving_sources.rectangle_temperature, (0.0, 0.0, 1.0, -1.0, 1.0, 1.0, 1.0, 1.0), "half_width"),
+    (moving_sources.ellipse_temperature, (1.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0), "not inside"),
+    (moving_sources.ellipse_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, 1.0, "gauss"), "shape"),
+    (moving_sources.circle_mean_temperature, (0.0, 1.0, 1.0, 1.0, 1.0), "radius"),
+    (moving_sources.band_temperature, (0.0, 1.0, 1.0, 1.0, 1.0, 1.0, "paraboloid"), "shape"),
+    (moving_sources.tian_kennedy_maximum, (1.0, 1.0, 1.0, 1.0, 1.0, "band"), "shape"),
+    (rim_temperature, (0.0, 1e-3, 1e6, 0.01, 50.0, 1e-5, 1.0, 0.0), "convection"),
+    (rim_temperature, (0.0, 1.0, 1e6, 0.01, 50.0, 1e-5, 1.0, 1.0), "half of the rim"),
+])  # fmt: skip
+def test_bad_input_is_named(function: Callable[..., object], arguments: tuple, named: str) -> None:
+    with pytest.raises(ValueError, match=named):
+        function(*arguments)
