@@ -135,7 +135,8 @@ def test_places_that_cannot_hold_a_file(tmp_path: pathlib.Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "locked").mkdir(mode=0o500)
     for place, message in (("absent/a.h5", "the folder does not exist"), ("", "that is a folder"),
-                           ("a" * 300, "the name is too long"), ("file/a.h5", "a file, not a folder"), ("locked/a.h5", "permission denied")):
+                           ("a" * 300, "the name is too long"), ("file/a.h5", "a file, not a folder"),
+                           ("locked/a.h5", "permission denied")):
         if place != "locked/a.h5" or os.geteuid() != 0:
             with pytest.raises(WriteError, match=message):
                 write_bytes(tmp_path / place, b"x")
