@@ -33,13 +33,14 @@ Row = tuple[float, ...]
 class CurvedPatch:
     """Tables over the arc length `y` (m, increasing), joined by cubic splines; there is no contact beyond its ends.
 
-    `lateral`: coordinate across in the frame (m); `inclination`: α (rad). On each line of rolling the gap along the normal is
+    `lateral`: coordinate across in the frame (m); `angle`: inclination α (rad). On each line of rolling the gap along the
+    normal is, with any constant and lengths in m,
 
-        gap_lowest + ½ curvature d² + cubic d³ + quartic d⁴,      d = x − x_lowest,
+        gap_lowest + ½ curvature d² + cubic d³ + quartic d⁴,      d = x − x_lowest.
 
-    with any constant. The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V in addition to the creepages
-    and the spin of the frame. `free_ends` says at which end of the table material ends; at other ends the gap of a neighbouring
-    patch begins.
+    The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V, with `spin` in rad/m, in addition to the
+    creepages and the spin of the frame. `free_ends` says at which end of the table material ends; at other ends the gap of a
+    neighbouring patch begins. Radii are those along rolling (m).
     """
 
     y: Row

@@ -191,8 +191,8 @@ class ContactGeometry(Protocol):
 
 @dataclass(frozen=True)
 class Geometry:
-    """Principal radii of both bodies in m: inf is flat, negative is concave. With a profile the lateral radius is inf. The
-    common surface is the plane z = 0."""
+    """Radii of both bodies along rolling (x) and across (y) in m: inf is flat, negative is concave; or profiles across, whose
+    radius is then inf. The common surface is the plane z = 0."""
 
     lower_radius_x: float
     lower_radius_y: float

@@ -23,7 +23,7 @@ KeptFields = Literal["plane", "von_mises", "full"]
 BODIES: tuple[BodyName, ...] = ("lower", "upper")
 
 STANDARD_ACCURACY = 1e-3
-"""Relative accuracy aimed at where a case asks for none."""
+"""Relative accuracy of a case that asks for none."""
 
 LEFT_OUT_SHARE = 0.25
 """A stage may be left out if its effect is below this share of the requested accuracy; the rest is for the grid and other
@@ -95,10 +95,10 @@ class Material:
 class Motion:
     """Rolling speed in m/s, creepages and prescribed forces.
 
-    Creepages are dimensionless, spin is in rad/m; they are those at the origin of the frame or `at` the contact, the centre of
-    its pressure, where they contain the slip and the spin of the shapes. A prescribed force (N) replaces the creepage of its
-    direction, which is then None here and becomes an unknown. With `differential_slip` the rolling radii vary across the
-    contact as the surfaces curve, where that matters (see `differential_slip.resolved`).
+    Creepages are dimensionless, spin is in rad/m. They are those at the origin of the frame or, `at` the "contact", at the
+    centre of its pressure; the latter contain the slip and the spin of the shapes. A prescribed force (N) replaces the creepage
+    of its direction, which is then None and becomes an unknown. With `differential_slip` the rolling radii vary across the
+    contact as the surfaces curve, unless that has no effect (`differential_slip.resolved`).
     """
 
     speed: float
@@ -164,7 +164,7 @@ class Heating:
 class Numerics:
     """Discretisation: either a grid (elements per side) or a relative accuracy, and the domain side in Hertz semi-axes
     (`extent` = domain side / semi-axis, so 2.2 covers the contact with a margin of 5 % on each side). `across` are the ends (m)
-    of the domain across rolling where they are not to follow the contact."""
+    of the domain across rolling; None: they follow the contact."""
 
     grid: tuple[int, int] | None = None
     accuracy: float | None = None
@@ -188,9 +188,14 @@ class Strength:
 
 @dataclass(frozen=True)
 class SubsurfaceRequest:
-    """Requested stresses below the surface (SI): the bodies, the largest `depth` and the number of depths, `layers` (None:
-    by the size of the contact and of the heated skin), whether `thermal` stresses are added where there is heat, which fields
-    are kept, and the strength of the bodies whose shakedown and fatigue are requested."""
+    """Requested stresses below the surface.
+
+    - `bodies`: those whose stresses are computed;
+    - `depth`: the largest one in m, `layers`: the number of depths; None: by the size of the contact and of the heated skin;
+    - `thermal`: whether thermal stresses are added if there is heat;
+    - `fields`: those that are kept;
+    - `lower_strength`, `upper_strength`: of bodies whose shakedown and fatigue are requested, None without.
+    """
 
     bodies: tuple[BodyName, ...] = BODIES
     depth: float | None = None

@@ -68,7 +68,7 @@ class State:
 
 @dataclass(frozen=True)
 class Peak:
-    """A largest value and where it is (SI)."""
+    """A largest value and its place `x`, `y`, `z` (SI)."""
 
     value: float = math.nan
     x: float = math.nan
@@ -78,11 +78,15 @@ class Peak:
 
 @dataclass(frozen=True)
 class BodyStresses:
-    """One body: `fields` (nz, nx, ny) as asked for, `plane` (nz, nx) at y = `plane_y`, `below_stressed` and `below_heated`
-    (nz,), lines into the depth below the most stressed and the hottest point of the surface (SI, names of
-    `SUBSURFACE_FIELDS`), in single precision, at `depths` (nz,), which have both sides of interfaces (`within_layers`).
-    `most_stressed` is the largest von Mises stress. `strength` has shakedown and fatigue over depth, (nz,) or (nz, ny), where
-    they are asked for (names of `STRENGTH_FIELDS`)."""
+    """Stresses inside one body in SI units and single precision, by the names of `SUBSURFACE_FIELDS`.
+
+    - `depths`: in m, (nz,), with both sides of interfaces (`within_layers`);
+    - `fields`: (nz, nx, ny), as asked for;
+    - `plane`: (nz, nx), on the plane y = `plane_y`;
+    - `below_stressed`, `below_heated`: (nz,), below the largest von Mises stress and below the hottest point of the surface;
+    - `most_stressed`: the largest von Mises stress; `hottest`: the highest temperature, None without heat;
+    - `strength`: shakedown and fatigue, (nz,) or (nz, ny), if they are asked for (`STRENGTH_FIELDS`).
+    """
 
     depths: Array
     plane_y: float
@@ -103,8 +107,8 @@ def within_layers(depths: AnyArray) -> list[slice]:
 
 @dataclass(frozen=True)
 class Subsurface:
-    """Stresses below the surface: the `bodies`, all `scalars` and their `error` (names of `SUBSURFACE_SCALARS`; errors as
-    `error_scale` says), and what a person should know, `warnings`."""
+    """Stresses below the surface: the `bodies`, all `scalars` and their `error` (names of `SUBSURFACE_SCALARS`; errors over
+    their `error_scale`), and `warnings`."""
 
     bodies: Mapping[str, BodyStresses]
     scalars: Mapping[str, float]
