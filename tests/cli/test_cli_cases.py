@@ -137,7 +137,7 @@ def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     assert call("init", "no/such/folder.toml", cwd=tmp_path).returncode == 5
     wrong = call("init", "--template", "nothing", cwd=tmp_path)
     assert wrong.returncode == 2 and all(f"'{name}'" in wrong.stderr for name in TEMPLATES)
-    shown = " ".join(call("init", "--help").stdout.split()).replace("- ", "-")  # lines are broken at hyphens, too
+    shown = [line.strip() for line in call("init", "--help").stdout.splitlines()]
     assert all(f"{name}: {about}" in shown for name, about in TEMPLATES.items())
 
 

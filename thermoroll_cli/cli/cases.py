@@ -28,14 +28,16 @@ TEMPLATES = {
     "traction-drive": "two rollers near their largest force",
     "twin-disc": "two discs that turn and get hot",
     "twin-disc-wear": "two discs that wear",
-    "wheelset": "both wheels of a wheelset on a track, from profiles",
-    "locomotive": "a wheel with friction that falls with slip, and an interlayer of dirt",
-    "article": "the article's spheres, at a speed that no machine has",
+    "wheelset": "both wheels of a wheelset on a track",
+    "locomotive": "a wheel on a dirty rail, with falling friction",
+    "article": "the article's spheres, faster than any machine",
 }
 """Templates of `init`, the first by default; a new one is a file `files/templates/NAME.toml` and a line here."""
 Template = StrEnum("Template", {name.replace("-", "_"): name for name in TEMPLATES})  # type: ignore[misc]
 _FIRST = next(iter(Template))
-_OFFERED = f"The case to start from. {'; '.join(f'{name}: {about}' for name, about in TEMPLATES.items())}."
+_OFFERED = "\n".join((f"\b\nThe case to start from; {_FIRST} if not given:",
+                      *(f"{name}: {about}" for name, about in TEMPLATES.items())))
+"""Lines that are not to be broken."""
 
 
 def validate(
@@ -84,7 +86,7 @@ def init(
     file: Annotated[Path, typer.Argument(metavar="[FILE]", help="Case file to write; - is standard output.")] = Path(
         "case.toml"
     ),
-    template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED)] = _FIRST,
+    template: Annotated[Template, typer.Option("--template", metavar="NAME", help=_OFFERED, show_default=False)] = _FIRST,
     force: Annotated[bool, typer.Option("--force", help="Overwrite an existing file.")] = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,

@@ -26,7 +26,7 @@ from thermoroll_cli.tasks.runner import Workers
 Given = TypeVar("Given")
 RANGE = "A number, v1,v2,… or START:STOP:COUNT[:log]."
 
-table = typer.Typer(help="Build a table of creep forces for vehicle and bearing dynamics, or query one.", rich_markup_mode=None,
+table = typer.Typer(help="Build a table of creep forces, or query one.", rich_markup_mode=None,
                     add_completion=False, no_args_is_help=True, context_settings=HELP_OPTIONS)  # fmt: skip
 
 LawChoice = Literal["exponential", "rational", "linear"]
@@ -90,16 +90,18 @@ def query(
     speed: Annotated[float | None, typer.Option("--speed-m-s", help="Rolling speed, for a law of friction.")] = None,
     outside: Annotated[OutsideChoice, typer.Option("--outside", help="a/b not in the table.")] = "error",
     csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write the forces as CSV; without --semi-axes-mm the table.")
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write the forces as CSV; without a contact, the table.")
     ] = None,
     as_json: options.AsJson = False,
 ) -> None:
-    """Print the forces at given creepages: every combination, the last one varying fastest.
+    """Print the forces at given creepages.
 
-    Errors are the largest of the table, as measured at random points, and less where little of μW is carried.
+    Every combination of the values is a row; the last creepage varies fastest.
 
-    With a law of friction the table is
-    asked with an equivalent coefficient, and the error of that is included: up to 0.2 (with spin 0.6) of the loss of friction.
+    Errors are the largest of the table, measured at random points; they are smaller if the forces are small beside μW.
+
+    With a law of friction, the table is queried with an equivalent coefficient. The errors include that of this approximation,
+    up to 0.2 of the loss of friction (with spin 0.6).
     """
     table = CreepForceTable.default() if file is None else CreepForceTable.read(file)
     if csv is not None and not semi_axes:
