@@ -81,6 +81,13 @@ def test_tables_fit_the_terminal(columns: int, case: Path, tmp_path: Path, monke
     assert ("more in the file" in done.stdout) == (columns < 200)
 
 
+def test_a_narrow_table_shows_what_changes_most(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "60")
+    done = call("sweep", case, "--over", "creepage.lateral=0,1e-3", "-o", tmp_path / "out", "--no-plots")
+    columns = printed_columns(done.stdout)
+    assert "force_y_N" in columns and "force_x_N" not in columns and "force_x_N" in done.stdout
+
+
 def test_headers_break_where_words_end() -> None:
     assert wrapped("rolling.speed_m_s", 5) == ["rolling.", "speed_m_s"]
     assert wrapped("Q_F_W", 6) == ["Q_F_W"]

@@ -102,33 +102,31 @@ def wrapped(name: str, width: int) -> list[str]:
 # --- the table of a sweep ----------------------------------------------------------------------------------------------
 
 
-MOVING = 0.02
-"""Share of the largest value by which a scalar changes at least to come before those that hardly change."""
 SHOWN_ROWS = 40
 FAILED = "NOT CONVERGED"
 
 
 def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str]:
     """The table that `thermoroll sweep` prints at the end, in lines of at most `width` characters: a row per point with the
-    swept values and the scalars worth showing. A scalar that is the same at all points is shown once.
+    swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
+    at all points is shown once.
     """
     problems = (points.point(row.number).problem for row in rows)
     motions = [problem.contact.motion if isinstance(problem, WheelsetProblem) else problem.motion for problem in problems]
     swept = [axis.key for axis in points.axes]
     drawn = [name for names in DIAGRAMS.values() for name in names]
-    worth = [name for name in (*drawn, *OVER_LIMIT) if _worth_showing(name, rows, motions, swept)]
-    # Those that the swept keys move come first: there may not be room for all.
-    names = sorted(worth, key=lambda name: not _moves(name, rows))
+    names = [name for name in (*drawn, *OVER_LIMIT) if _worth_showing(name, rows, motions, swept)]
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
-    left_out: list[str] = []
-    for name in (name for name in names if name not in constant):
-        column = _column(name, [number(row.summary.get(name)) for row in rows])
-        if left_out or sum(2 + max(map(len, cells)) for cells in [*columns, column]) > width:
-            left_out.append(name)
-        else:
-            columns.append(column)
+    varying = {name: _column(name, [number(row.summary.get(name)) for row in rows]) for name in names if name not in constant}
+    room, shown = width - sum(map(_width, columns)), set()
+    for name in sorted(varying, key=lambda name: (_is_second(name), -_change(name, rows))):
+        if _width(varying[name]) <= room:
+            room -= _width(varying[name])
+            shown.add(name)
+    columns += [column for name, column in varying.items() if name in shown]
+    left_out = [name for name in varying if name not in shown]
     height = max(map(len, columns))
     yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
     if constant:
@@ -146,6 +144,10 @@ def _column(name: str, cells: list[str]) -> list[str]:
     return wrapped(name, max(map(len, cells))) + cells
 
 
+def _width(column: list[str]) -> int:
+    return 2 + max(map(len, column))
+
+
 def _shown(value: Any) -> str:
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
@@ -155,9 +157,10 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
     values = _finite(name, rows)
     if not values:
         return False
-    if name == "temperature_rise_max_upper_K" and _texts(name, rows) == _texts("temperature_rise_max_lower_K", rows):
+    if "_upper_" in name and _texts(name, rows) == _texts(name.replace("_upper_", "_lower_"), rows):
         return False
-    if name == "pressure_max_MPa" and (_moves("gamma_p", rows) or not _moves(name, rows)):
+    if name == "pressure_max_MPa" and _is_constant("hertz_p0_MPa", rows):
+        # gamma_p says it.
         return False
     for direction, creepage, force in (("x", "creepage_longitudinal", "longitudinal"), ("y", "creepage_lateral", "lateral")):
         given = all(getattr(motion, f"force_{direction}") is not None for motion in motions)
@@ -169,10 +172,15 @@ def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], sw
     return not all(is_noise(OVER_LIMIT.get(name, name), row.summary) for row in rows)
 
 
-def _moves(name: str, rows: Sequence[Row]) -> bool:
-    """Whether a scalar changes by more than MOVING between the points."""
+def _is_second(name: str) -> bool:
+    """Whether another column says nearly the same: that of the lower body, or the force."""
+    return "_upper_" in name or name in OVER_LIMIT
+
+
+def _change(name: str, rows: Sequence[Row]) -> float:
+    """The range of a scalar over its largest value."""
     values = _finite(name, rows)
-    return bool(values) and max(values) - min(values) > MOVING * max(map(abs, values))
+    return (max(values) - min(values)) / (max(map(abs, values)) or 1.0)
 
 
 def _texts(name: str, rows: Sequence[Row]) -> list[str]:
