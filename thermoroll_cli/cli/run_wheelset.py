@@ -13,17 +13,10 @@ from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import align, folded, scalar_table
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.wheelset_files import wheelset_record, write_wheelset
-from thermoroll_cli.problem.names import unit_of
+from thermoroll_cli.problem.names import PATCH_SCALARS, unit_of
 from thermoroll_cli.problem.scalar_errors import scalar_text
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
-
-SIDED = ("track_force_x_{}_N", "track_force_y_{}_N", "track_force_z_{}_N", "lateral_over_vertical_{}", "rolling_radius_{}_mm")
-"""Scalars of each side, one line for both."""
-PATCH_LINES = ("x_mm", "y_mm", "angle_mrad", "y_rail_mm", "y_wheel_mm", "normal_N", "force_x_N", "force_s_N", "creepage_x",
-               "creepage_s", "spin_rad_mm", "pressure_max_MPa", "contact_area_mm2", "T_gamma_N", "temperature_rise_max_lower_K",
-               "temperature_rise_max_upper_K")  # fmt: skip
-"""Lines of the table of patches."""
 
 
 def run_wheelset(
@@ -65,16 +58,17 @@ def _report(case: Case, result: WheelsetResult, width: int) -> Iterator[str]:
     title = f" ({case.settings.title})" if case.settings.title else ""
     yield from folded(f"{case.name}{title}: {'converged' if result.converged else 'NOT CONVERGED'}", width, indent="")
     yield from folded(result.reason, width)
-    sided = {name.format(side): name for name in SIDED for side in ("left", "right")}
-    summary = {**result.scalars, "error": result.error}
-    yield from scalar_table(summary, [name for name in result.scalars if name not in sided], both=False, width=width)
+    summary, left = {**result.scalars, "error": result.error}, [name for name in result.scalars if "_left" in name]
+    sided = {name: name.replace("_left", "_right") for name in left}
+    single = [name for name in result.scalars if name not in (*sided, *sided.values())]
+    yield from scalar_table(summary, single, both=False, width=width)
     yield from align([("", "left", "right", ""), *(
-        (name.format("SIDE"), *(scalar_text(name.format(side), summary) for side in ("left", "right")), unit_of(name))
-        for name in SIDED)])
+        (name.replace("_left", "_SIDE"), scalar_text(name, summary), scalar_text(other, summary), unit_of(name))
+        for name, other in sided.items())])
     if result.patches:
         patches = result.patches
         rows = [("patch", *(f"{patch.side} {patch.number}" for patch in patches), "")]
-        for name in PATCH_LINES:
+        for name in (name for name, scalar in PATCH_SCALARS.items() if scalar.listed):
             values = [patch.record.get(name, math.nan) for patch in patches]
             if not all(math.isnan(value) for value in values):
                 rows.append((name, *map(_number, values), unit_of(name)))

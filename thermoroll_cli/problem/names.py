@@ -7,7 +7,7 @@ are in SI units.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from thermoroll_cli.problem.problem import BODIES, Problem
@@ -387,6 +387,27 @@ WHEELSET_SCALARS = _scalars(
            diagram=r"max. temperature rise $\Delta T$ (K)"),
 )  # fmt: skip
 """Scalars of a wheelset besides `Q_F_W`, `T_gamma_N`, `pressure_max_MPa` and `power_balance_error`."""
+
+PATCH_SCALARS = _scalars(
+    Scalar("x_mm", "place of the centre of pressure, along the track", listed=True),
+    Scalar("y_mm", "place of the centre of pressure, across the track", listed=True),
+    Scalar("z_mm", "place of the centre of pressure, downwards"),
+    Scalar("angle_mrad", "contact angle", listed=True),
+    Scalar("y_rail_mm", "place in the profile of the rail", listed=True),
+    Scalar("y_wheel_mm", "place in the profile of the wheel", listed=True),
+    Scalar("normal_N", "normal force on the rail", listed=True),
+    Scalar("force_x_N", "longitudinal force on the rail", listed=True),
+    Scalar("force_s_N", "force on the rail along the lateral direction of the patch", listed=True),
+    Scalar("moment_n_Nmm", "moment on the rail about the normal"),
+    Scalar("creepage_x", "longitudinal creepage", listed=True),
+    Scalar("creepage_s", "lateral creepage", listed=True),
+    Scalar("spin_rad_mm", "spin", listed=True),
+    *(replace(SCALARS[name], listed=listed) for name, listed in (
+        ("pressure_max_MPa", True), ("contact_area_mm2", True), ("approach_um", False), ("gamma_st", False), ("Q_F_W", False),
+        ("T_gamma_N", True), ("shear_max_MPa", False), ("temperature_rise_max_lower_K", True),
+        ("temperature_rise_max_upper_K", True), ("wear_depth_max_lower_nm", False), ("wear_depth_max_upper_nm", False))),
+)  # fmt: skip
+"""Scalars of a patch of a wheelset, in track axes, in the order they are reported."""
 
 ALL_SCALARS = SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
 

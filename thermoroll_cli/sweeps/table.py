@@ -31,7 +31,7 @@ from thermoroll_cli.files.result.hdf5 import (
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
-from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, OVER_LIMIT, SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, OVER_LIMIT, PATCH_SCALARS, SCALARS, SUBSURFACE_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
@@ -223,7 +223,8 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
         scales = [dimension_scale(file, key, values, long_name=meaning.format(key)) for key, values in coordinates.items()]
         for name, flat in columns.items():
             state, _, own = name.rpartition(".")
-            long_name = STATES.get(state, "") + (ALL_SCALARS[own].meaning if own in ALL_SCALARS else name)
+            scalar = (PATCH_SCALARS if state and state not in STATES else ALL_SCALARS).get(own)
+            long_name = name if scalar is None else STATES.get(state, f"patch {state}: " if state else "") + scalar.meaning
             label(create(file, name, flat.reshape(points.shape), scales), long_name=long_name)
 
     write_bytes(path, image_of(fill))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.problem.names import PATCH_SCALARS, SCALARS
 from thermoroll_cli.problem.result import Named, Result
 from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWheelset, WheelsetSolver
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
@@ -24,10 +25,6 @@ ROLLING = 1e-3
 """Heat over the friction limit times the speed below which a wheelset hardly slips, and its heat is a small difference."""
 WIDEST_PLANE, WIDEST_CURVED = 0.3, 1.0
 """Turn of the surface across a patch (rad) from which a plane, or the half-space, is a doubtful model."""
-PATCH_SCALARS = ("pressure_max_MPa", "contact_area_mm2", "approach_um", "gamma_st", "Q_F_W", "T_gamma_N", "shear_max_MPa",
-                 "temperature_rise_max_lower_K", "temperature_rise_max_upper_K", "wear_depth_max_lower_nm",
-                 "wear_depth_max_upper_nm")
-"""Scalars of a patch's result that stand beside its place and forces."""
 
 
 @dataclass(frozen=True)
@@ -142,8 +139,9 @@ def _record(patch: SolvedPatch) -> dict[str, Any]:
         "creepage_x": forces.creepages[0], "creepage_s": sign * forces.creepages[1],
         "spin_rad_mm": 1e-3 * sign * forces.creepages[2],
     }  # fmt: skip
-    known = {name: scalars[name] for name in PATCH_SCALARS if not math.isnan(scalars.get(name, math.nan))}
-    return record | known | {"status": patch.result.status, "error": dict(patch.result.error)}
+    of_result = {name: scalars[name] for name in PATCH_SCALARS
+                 if name not in record and not math.isnan(scalars.get(name, math.nan))}
+    return record | of_result | {"status": patch.result.status, "error": dict(patch.result.error)}
 
 
 @dataclass(frozen=True)
@@ -206,8 +204,8 @@ class _Sums:
         names = (name for name in self.scalars if name.startswith("track_force"))
         errors = dict.fromkeys(names, forces + moved + solved.drift)
         errors["height_mm"] = height / (1e-6 * self.scalars["approach_max_um"])
-        for name, of_patch in (("Q_F_W", "Q_F_W"), ("T_gamma_N", "T_gamma_N"), ("pressure_max_MPa", "pressure_max_MPa")):
-            own = (patch.result.error.get(of_patch, math.nan) for patch in solved.patches)
+        for name in (name for name in self.scalars if name in SCALARS and not SCALARS[name].given):
+            own = (patch.result.error.get(name, math.nan) for patch in solved.patches)
             errors[name] = moved + max(own, default=math.nan)
         rises = [patch.result.error.get(f"temperature_rise_max_{body}_K", math.nan) for patch in solved.patches
                  for body in ("lower", "upper")]
