@@ -96,6 +96,12 @@ def test_files_as_a_spreadsheet_saves_them(tmp_path, head, encoding):
     assert profile_in(tmp_path, "roller.csv", (head + "\n".join(rows)).encode(encoding)) == FIVE
 
 
+@pytest.mark.parametrize("blank", [";", ",", "\t"])
+def test_blank_rows_and_columns_that_a_spreadsheet_adds_are_ignored(tmp_path, blank):
+    rows = [row.replace(", ", blank) + 2 * blank for row in ROWS]
+    assert profile_in(tmp_path, "roller.csv", "\n".join([*rows, 3 * blank, 3 * blank, ""])) == FIVE
+
+
 def test_profiles_of_railways(tmp_path):
     """Simpack's z points down, into a rail and out of a wheel; MiniProf's up or down, as gauge face and flange show."""
     wheel = [[y, -height] for y, height in FIVE]
@@ -112,6 +118,37 @@ def test_profiles_of_railways(tmp_path):
     down = BAN.replace(" -0.0", " 0.0")
     assert profile_in(tmp_path, "down.ban", down) == FIVE
     assert profile_in(tmp_path, "down.whl", down) == wheel
+
+
+def test_show_says_how_a_profile_was_read(tmp_path):
+    """As the case has it: with its own mirror, the units of the file, points that fold back, the flange of a wheel."""
+    for name, mirror, told, record in (
+        ("wheel.prw", False, "Simpack, 5 of 7 points in mm, y from -2 to 2 mm, height from 0 to 0.0667 mm, signs as in the "
+         "file, flange at -y", {"flange": "-y", "mirrored": False, "turned": False, "points_in_file": 7}),
+        ("rail.prr", True, "height from -0.0667 to 0 mm, sign of y and height changed",
+         {"flange": None, "mirrored": True, "turned": True, "y_mm": [-2.0, 2.0]}),
+        ("rail.ban", False, "MiniProf, 5 points in mm", {"turned": False, "height_mm": [-0.0667, 0.0]}),
+        ("roller.csv", True, "two columns, 5 points in mm", {"mirrored": True, "turned": False, "file": "roller.csv"}),
+    ):
+        content = BAN if name.endswith("ban") else FILE if name.endswith("csv") else PRR
+        (tmp_path / name).write_text(content)
+        (tmp_path / "case.toml").write_text(case(f'file = "{name}"\nmirror = {str(mirror).lower()}\n'))
+        shown = " ".join(call("show", tmp_path / "case.toml").stdout.split())
+        assert f"geometry.upper_profile {name}: " in shown and told in shown, shown
+        (read,) = json.loads(call("show", tmp_path / "case.toml", "--json").stdout)["profiles"].values()
+        assert read.items() >= record.items()
+
+
+@pytest.mark.parametrize(("factors", "advice"), [
+    ((1.0, -1.0), "point into the body: turn the sign of the heights"),
+    ((1e-3, 1e-3), "be in metres: give them in mm"),
+    ((1.0, 1.0), ""),
+])  # fmt: skip
+def test_a_warning_says_which_mistake_makes_a_profile_impossible(tmp_path, factors, advice):
+    points = [[factors[0] * y, factors[1] * height] for y, height in FIVE]
+    (tmp_path / "case.toml").write_text(case(f"points_mm = {points}\n"))
+    told = call("validate", tmp_path / "case.toml").stderr
+    assert ("geometry.upper_profile may" in told) == bool(advice) and advice in told, told
 
 
 @pytest.mark.parametrize(
@@ -137,7 +174,11 @@ def test_files_that_cannot_be_read_say_what_helps(tmp_path, name, content, told,
     ("content", "told"),
     [
         ("-1 0 3\n1 0 3\n", "line 1: 3 columns instead of two"),
-        ("y z\n-1 0\n1\n", "line 3: 1 columns instead of two"),
+        ("y z\n-1 0\n1\n", "line 3: one number instead of two"),
+        ("y;z\n-1;0\n;0\n1;0\n", "line 3: one number instead of two"),
+        (",0\n1,0\n", "line 1: one number instead of two"),
+        ("-1,0\n,\n1,0\n", "line 2: a blank row between points"),
+        ("-1;0\n;;;\n;;;\n1;0\n", "line 2: a blank row between points"),
         ("-1 0\n1 0\n1 0.1\n", "line 3: y does not increase"),
         ("-1 0\n0 nan\n1 0\n", "line 2: nan and inf are no heights"),
         ("-1 0\n0 zero\n", "line 2: not a number: zero"),

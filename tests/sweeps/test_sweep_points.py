@@ -176,11 +176,13 @@ def test_stretches_are_short_neighbouring_and_never_cross_a_row(lengths: tuple[i
 
 def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     listed = tmp_path / "points.csv"
-    text = "\ufeffload.normal_N; thermal.heat ;rolling.speed_m_s\n60;false;1\n\n65; false;2,5\n60;false;2\n;;\n"
+    text = "\ufeffload.normal_N; thermal.heat ;rolling.speed_m_s;;\n60;false;1;;\n\n65; false;2,5\n60;false;2;;\n;;;;\n;;;;\n"
     listed.write_text(text, encoding="utf-8")
     axes = read_points(listed)
     assert [axis.key for axis in axes] == ["load.normal_N", "thermal.heat", "rolling.speed_m_s"]
     assert [axis.values for axis in axes] == [(60, 65, 60), (False, False, False), (1, 2.5, 2)]
+    (tmp_path / "one.csv").write_text("load.normal_N\n80,5\n")
+    assert read_points(tmp_path / "one.csv") == (Axis("load.normal_N", (80.5,)),)
     done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")
     assert done.returncode == 0, done.stderr
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
@@ -196,6 +198,9 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
         ("load.normal_N\n", "needs a header line"),
         ("load.normal_N,load.normal_N\n1,2\n", "swept twice"),
         ("load.normal_N,rolling.speed_m_s\n1,2\n3\n", "line 3: 1 values for 2 keys"),
+        ("load.normal_N,rolling.speed_m_s\n60,5,1,2\n", "where numbers have a comma, separate them by semicolons"),
+        ("load.normal_N;rolling.speed_m_s\n1;2\n;;;\n3;4\n", "line 3: a blank row between points"),
+        ("load.normal_N,rolling.speed_m_s\n1,2\n3,\n", "line 3: rolling.speed_m_s has no value"),
         ("load.normal_N\n1\n2\n1\n", "line 4: the same point as in line 2"),
         ("load.normal_N\n1\n?\n", "neither a number nor a word"),
     ],

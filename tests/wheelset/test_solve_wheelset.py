@@ -205,6 +205,10 @@ def test_other_commands_say_what_they_take(tmp_path):
     facts = json.loads(shown.stdout)
     assert facts["rolling_radius_difference_mm"] == pytest.approx(1.23, abs=0.02)
     assert 0.0 < facts["flange_clearance_right_mm"] < facts["flange_clearance_left_mm"]
+    rail, wheel = facts["profiles"]["track.rail_profile"], facts["profiles"]["wheelset.wheel_profile"]
+    assert (rail["points"], rail["unit"], rail["flange"]) == (495, "mm", None)
+    assert (wheel["flange"], wheel["mirrored"], wheel["z_mm"]) == ("-y", True, pytest.approx([-2.636, 28.0], abs=1e-3))
+    assert "MBench_S1002_v3.prw: Simpack, 399 points in mm" in " ".join(call("show", tmp_path / "m.toml").stdout.split())
     assert call("validate", tmp_path / "m.toml").stdout.endswith("valid\n")
     table = call("wear", tmp_path / "m.toml", "-o", tmp_path)
     assert table.returncode == 3 and "a wheelset has several contacts" in table.stderr

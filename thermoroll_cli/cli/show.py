@@ -10,6 +10,7 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
 from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
@@ -49,8 +50,8 @@ def show(
 ) -> None:
     """Show what a case means and what would run.
 
-    Inputs in the units of their keys and in SI, Hertz and Péclet numbers, saturation creepage, and the plan: stages that
-    run, stages that are skipped and why, expected memory and time.
+    Inputs in the units of their keys and in SI, how profile files were read, Hertz and Péclet numbers, saturation
+    creepage, and the plan: stages that run, stages that are skipped and why, expected memory and time.
     """
     try:
         read = options.read_case(case, options.parse_overrides(settings))
@@ -73,7 +74,8 @@ def show(
 def _show_wheelset(case: Case, facts: dict[str, float], warnings: list[str], *, as_json: bool) -> None:
     """Inputs of a wheelset, and where its wheels touch first."""
     if as_json:
-        streams.write_json({"name": case.name, "inputs": _inputs(case), **facts, "warnings": warnings})
+        streams.write_json({"name": case.name, "inputs": _inputs(case), "profiles": case.profiles, **facts,
+                            "warnings": warnings})
         return
     width = streams.width()
     streams.write(*_input_lines(case, width), "known before solving")
@@ -90,6 +92,7 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
     return {
         "name": case.name,
         "inputs": _inputs(case),
+        "profiles": case.profiles,
         **plan.facts,
         "run": plan.run,
         "skipped": plan.skipped,
@@ -113,6 +116,9 @@ def _input_lines(case: Case, width: int) -> Iterator[str]:
     table = [("inputs", "", "in SI")]
     table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
+    if case.profiles:
+        yield "profiles as they were read"
+        yield from with_remarks([(key, reading_words(record)) for key, record in case.profiles.items()], width)
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:

@@ -7,7 +7,8 @@ import json
 import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any
 
 import tomli_w
@@ -26,6 +27,7 @@ from thermoroll_cli.files.case_source import (
     read_source,
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
+from thermoroll_cli.files.profile_file import Reading
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -44,12 +46,14 @@ class Case:
 
     - `name`: begins the names of its result files;
     - `text`: the TOML text that it comes from;
-    - `settings`: the tables of the case file in the units of their keys, with all defaults filled in.
+    - `settings`: the tables of the case file in the units of their keys, with all defaults filled in;
+    - `readings`: how the profiles that the text names as files were read, by the keys of their tables.
     """
 
     name: str = field(compare=False)
     text: str = field(compare=False)
     settings: model.Settings
+    readings: Mapping[str, Reading] = field(default_factory=dict, compare=False)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
@@ -91,7 +95,7 @@ class Case:
         Raises CaseError with all errors of the case.
         """
         given = _plain(content)
-        return cls(name, tomli_w.dumps(given), validate(CaseSource("from_dict", "", given, located=False)))
+        return cls(name, tomli_w.dumps(given), *validate(CaseSource("from_dict", "", given, located=False)))
 
     @classmethod
     def from_json(cls, text: str, *, name: str = "case", overrides: Sequence[Override] = ()) -> Case:
@@ -135,7 +139,7 @@ class Case:
     @classmethod
     def from_source(cls, source: CaseSource, name: str) -> Case:
         """The case of a text that is parsed already. Raises CaseError."""
-        return cls(name, source.text, validate(source))
+        return cls(name, source.text, *validate(source))
 
     def with_values(self, values: Mapping[str, Any]) -> Case:
         """This case with other values of some keys.
@@ -151,7 +155,9 @@ class Case:
         overrides = [Override(key_path(key), _plain(value), f"{key}={value}", "with_values") for key, value in values.items()]
         apply_overrides(content, overrides)
         source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
-        return Case(self.name, self.text, validate(source))
+        settings, read = validate(source)
+        kept = {key: reading for key, reading in self.readings.items() if f"{key}.points_mm" not in values}
+        return replace(self, settings=settings, readings={**kept, **read})
 
     @property
     def plots(self) -> bool:
@@ -177,6 +183,15 @@ class Case:
     def inputs(self) -> tuple[Input, ...]:
         """All keys that have a value, in their own units and in SI."""
         return tuple(inputs(self.settings))
+
+    @property
+    def profiles(self) -> dict[str, dict[str, Any]]:
+        """How each profile file was read, by the key of its table: file, format, unit, points, ranges, signs, flange."""
+        records = {}
+        for key, reading in self.readings.items():
+            table = attrgetter(key)(self.settings)
+            records[key] = reading.record(mirror=table.mirror, wheel=key.startswith("wheelset."))
+        return records
 
     def to_toml(self) -> str:
         """The text of a case file that gives the same case again, with all defaults filled in."""

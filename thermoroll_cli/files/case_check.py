@@ -20,7 +20,7 @@ from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
-from thermoroll_cli.files.profile_file import ProfileError, read_outline, read_profile
+from thermoroll_cli.files.profile_file import ProfileError, Reading, read_outline, read_profile
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
@@ -47,9 +47,11 @@ _MESSAGES = {
 """Kinds of pydantic's errors, in our words."""
 
 
-def validate(source: CaseSource) -> Settings:
-    """The settings of a case with all defaults filled in. Raises CaseError with all errors of the case."""
-    return _Checker(source).settings()
+def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading]]:
+    """The settings of a case with all defaults filled in, and by the keys of their tables the profiles that were read from
+    files. Raises CaseError with all errors of the case."""
+    checker = _Checker(source)
+    return checker.settings(), checker.readings
 
 
 class _Checker:
@@ -58,6 +60,7 @@ class _Checker:
         self.content = source.content
         self.findings: list[Finding] = []
         self.sections: dict[str, Any] = {}
+        self.readings: dict[str, Reading] = {}
 
     def settings(self) -> Settings:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
@@ -135,14 +138,15 @@ class _Checker:
                 continue
             try:
                 read = read_profile(os.path.join(os.path.dirname(self.source.name), table.file))
-                points[name] = table.model_copy(update={"points_mm": read, "file": None})
+                points[name] = table.model_copy(update={"points_mm": read.points, "file": None})
+                self.readings[".".join(path)] = read
             except ProfileError as fault:
                 allowed = "a text file with two columns, y and height in mm, y increasing; or a .prr, .prw, .ban or .whl file"
                 self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
                 return None
         return geometry.model_copy(update=points)
 
-    def _with_outlines(self, path: KeyPath, table: Table, name: str) -> Table | None:
+    def _with_outlines(self, path: tuple[str, ...], table: Table, name: str) -> Table | None:
         """A table of a wheelset with the points of its files, and its sides with theirs; None where a file has none."""
         changes: dict[str, Any] = {}
         for side in (side for side in SIDES if getattr(table, side, None) is not None):
@@ -150,8 +154,9 @@ class _Checker:
         outline = getattr(table, name)
         if outline is not None and outline.file is not None and outline.points_mm is None:
             try:
-                points = read_outline(os.path.join(os.path.dirname(self.source.name), outline.file))
-                changes[name] = outline.model_copy(update={"points_mm": points, "file": None})
+                read = read_outline(os.path.join(os.path.dirname(self.source.name), outline.file))
+                changes[name] = outline.model_copy(update={"points_mm": read.points, "file": None})
+                self.readings[".".join((*path, name))] = read
             except ProfileError as fault:
                 self._note((*path, name, "file"), str(fault), allowed=allowed_values((*path, name, "file")), hint=fault.hint)
                 return None

@@ -13,13 +13,17 @@ import math
 import os
 import re
 import statistics
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from thermoroll_cli.atomic import ReadError, read_bytes
 from thermoroll_cli.files.case_table import LARGEST_PROFILE
 
+COLUMNS = "two columns"
+"""Format of files that spreadsheets write."""
 FILE_LIMIT = 1 << 20
 """Bytes a profile may have."""
 LENGTHS = (5.0, 500.0)
@@ -39,23 +43,95 @@ class ProfileError(ValueError):
         self.hint = hint
 
 
-def read_profile(path: str | os.PathLike[str]) -> Points:
+@dataclass(frozen=True)
+class Reading:
+    """Points of a profile or an outline in mm, and how they were read.
+
+    Attributes:
+
+    - `points`: as the case has them, before its keys `mirror` and `smoothing_mm`;
+    - `format`: of the file, in words;
+    - `unit`: of lengths in the file;
+    - `in_file`: points of the file, of which those that fold back are left out of a profile;
+    - `mirrored`, `turned`: whether the signs of y and of the other coordinate are not those of the file;
+    - `wheel`: whether the file says that it is a wheel;
+    - `file`: its name;
+    - `upwards`: whether the second coordinate is a height out of the body, and not z, down.
+    """
+
+    points: Points
+    format: str
+    unit: str = "mm"
+    in_file: int = 0
+    mirrored: bool = False
+    turned: bool = False
+    wheel: bool = False
+    file: str = ""
+    upwards: bool = False
+
+    def record(self, *, mirror: bool, wheel: bool = False) -> dict[str, Any]:
+        """What `show` tells, with `mirror` of the case, of a `wheel` if the case says so."""
+        sign = -1.0 if mirror else 1.0
+        y, z = sign * np.array(self.points)[:, 0], np.array(self.points)[:, 1]
+        # A flange is the part furthest out of a wheel, which z and heights of wheels agree on.
+        side = flange_side(np.stack((y, z), axis=1).tolist()) if wheel or self.wheel else 0
+        return {
+            "file": self.file, "format": self.format, "unit": self.unit, "points": len(self.points),
+            "points_in_file": self.in_file, "y_mm": [float(y.min()), float(y.max())],
+            ("height_mm" if self.upwards else "z_mm"): [float(z.min()), float(z.max())],
+            "mirrored": self.mirrored != mirror, "turned": self.turned,
+            "flange": {-1: "-y", 0: None, 1: "+y"}[side],
+        }  # fmt: skip
+
+
+def reading_words(record: dict[str, Any]) -> str:
+    """A `Reading.record` as a sentence for people."""
+
+    def words() -> Iterator[str]:
+        of = f" of {record['points_in_file']}" if record["points_in_file"] != record["points"] else ""
+        yield f"{record['file']}: {record['format']}"
+        yield f"{record['points']}{of} points in {record['unit']}"
+        for name in (name for name in ("y", "height", "z") if f"{name}_mm" in record):
+            low, high = (round(place, 4) + 0.0 for place in record[f"{name}_mm"])
+            yield f"{name} from {low:.5g} to {high:.5g} mm"
+        vertical = "z" if "z_mm" in record else "height"
+        turned = [name for name, is_so in (("y", record["mirrored"]), (vertical, record["turned"])) if is_so]
+        yield f"sign of {' and '.join(turned)} changed" if turned else "signs as in the file"
+        if record["flange"]:
+            yield f"flange at {record['flange']}"
+
+    return ", ".join(words())
+
+
+def read_profile(path: str | os.PathLike[str]) -> Reading:
     """The profile in the file at `path`; its name's ending says which format it has. Raises ProfileError."""
+    reading = _read(path)
+    points = reading.points
+    if reading.format != COLUMNS:
+        out = 1.0 if reading.wheel else -1.0
+        points = _in_order([[y, out * z] for y, z in points])
+        reading = replace(reading, turned=reading.turned == reading.wheel)
+    return replace(reading, points=_enough(points, reading.file), upwards=True)
+
+
+def read_outline(path: str | os.PathLike[str]) -> Reading:
+    """The outline in the file at `path`, in the frame of railway profiles. Raises ProfileError."""
+    reading = _read(path, ordered=False)
+    _enough(reading.points, reading.file)
+    return reading
+
+
+def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
+    """All points of a file, two columns `ordered` by y."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
     lines = _lines(path, name)
-    if ending not in _READERS:
-        return _enough(_in_increasing_order(_columns(lines, name), name), name)
-    out = 1.0 if ending in _WHEELS else -1.0
-    return _enough(_in_order([[y, out * z] for y, z in _READERS[ending](lines, name)]), name)
-
-
-def read_outline(path: str | os.PathLike[str]) -> Points:
-    """The outline in the file at `path`, in the frame of railway profiles. Raises ProfileError."""
-    name = os.path.basename(os.fspath(path))
-    reader = _READERS.get(os.path.splitext(name)[1].lower())
-    lines = _lines(path, name)
-    return _enough(list(_columns(lines, name).values()) if reader is None else reader(lines, name), name)
+    if ending in _READERS:
+        reading = replace(_READERS[ending](lines, name), wheel=ending in _WHEELS)
+    else:
+        points = _columns(lines, name)
+        reading = Reading(_in_increasing_order(points, name) if ordered else list(points.values()), COLUMNS)
+    return replace(reading, file=name, in_file=len(reading.points))
 
 
 def outline_fault(points: Sequence[Sequence[float]], *, wheel: bool) -> tuple[str, str]:
@@ -112,16 +188,26 @@ def point_fault(points: Sequence[Sequence[float]], k: int) -> str:
 
 def _columns(lines: list[str], name: str) -> dict[int, list[float]]:
     """Points by the number of their line: two columns separated by semicolons, tabs, commas or blanks, with a point or a
-    comma in the numbers; lines of which the first entry is no number may precede them."""
+    comma in the numbers; lines of which the first entry is no number may precede them, and rows without entries follow."""
     points: dict[int, list[float]] = {}
+    blank = 0
     for number, line in enumerate(lines, 1):
         text = line.strip()
         if not text or text.startswith("#"):
             continue
         entries = _entries(text)
+        if not any(entries):
+            blank = blank or number
+            continue
         values = [_number(entry) for entry in entries]
-        if not points and (not values or values[0] is None):
+        if not points and values[0] is None and (entries[0] or not any(value is not None for value in values)):
             continue  # a header
+        if points and blank:
+            raise ProfileError(f"{name}, line {blank}: a blank row between points", "fill it in or delete it")
+        blank = 0
+        if len(entries) == 1 or "" in entries:
+            raise ProfileError(f"{name}, line {number}: one number instead of two: {_short(text)}",
+                               "a row has y and height: fill it in or delete it")
         if len(entries) != 2:
             commas = len(entries) == 4 and ";" not in text
             hint = "where numbers have a comma, separate the columns by semicolons" if commas else "keep y and height only"
@@ -152,8 +238,10 @@ def _entries(text: str) -> list[str]:
     for separator in ";\t":
         if separator in text:
             return [entry.strip() for entry in text.split(separator) if entry.strip()]
+    # A comma may end a column, or a row that a spreadsheet fills up.
+    text = text.rstrip(", ")
     words = [word for word in (word.strip(",") for word in text.split()) if word]
-    return words if len(words) > 1 else text.split(",")
+    return words if len(words) > 1 else [entry.strip() for entry in text.split(",")]
 
 
 def _number(text: str) -> float | None:
@@ -166,7 +254,7 @@ def _number(text: str) -> float | None:
 # --- formats of railways ------------------------------------------------------------------------------------------------
 
 
-def _simpack(lines: list[str], name: str) -> Points:
+def _simpack(lines: list[str], name: str) -> Reading:
     """Outlines of Simpack: `key = value` in a section `spline`, and points [y, z] in a section `point` within it."""
     keys: dict[str, float] = {}
     points: Points = []
@@ -188,10 +276,12 @@ def _simpack(lines: list[str], name: str) -> Points:
     down = -1.0 if keys.get("mirror.z") else 1.0
     scale = 1e3 / keys.get("units.len.f", 1e3)
     moved = [[y + keys.get("shift.y", 0.0), z + keys.get("shift.z", 0.0)] for y, z in points]
-    return [[side * scale * y, down * scale * z] for y, z in moved if not low < high or low <= y <= high]
+    shown = [[side * scale * y, down * scale * z] for y, z in moved if not low < high or low <= y <= high]
+    unit = {1.0: "mm", 1e3: "m"}.get(scale, f"{scale:g} mm")
+    return Reading(shown, "Simpack", unit, mirrored=side < 0.0, turned=down < 0.0)
 
 
-def _miniprof(lines: list[str], name: str) -> Points:
+def _miniprof(lines: list[str], name: str) -> Reading:
     """Outlines of MiniProf: `key=value`, an empty line, then columns as ColumnDef says (X and Y of X,Y,A,C,…)."""
     keys: dict[str, str] = {}
     points: Points = []
@@ -205,15 +295,15 @@ def _miniprof(lines: list[str], name: str) -> Points:
                 raise ProfileError(f"{name}: ColumnDef={keys['columndef']} names no X and Y")
             points.append(_pair(line, columns.index("X"), columns.index("Y"), name, number))
     if not points:
-        return points
+        return Reading(points, "MiniProf")
     shift_y, shift_z = (_number(keys.get(key, "0")) or 0.0 for key in ("xoffset", "yoffset"))
     middle = statistics.median(z for _, z in points)
     departure = max((z - middle for _, z in points), key=abs)
     down = math.copysign(1.0, departure)
-    return [[y + shift_y, down * (z + shift_z)] for y, z in points]
+    return Reading([[y + shift_y, down * (z + shift_z)] for y, z in points], "MiniProf", turned=down < 0.0)
 
 
-_READERS: dict[str, Callable[[list[str], str], Points]] = {
+_READERS: dict[str, Callable[[list[str], str], Reading]] = {
     ".prr": _simpack, ".prw": _simpack, ".ban": _miniprof, ".whl": _miniprof,
 }  # fmt: skip
 _WHEELS = (".prw", ".whl")

@@ -21,8 +21,10 @@ which the contact slides (docs/physics.md). A warning says where it is more.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,7 +35,7 @@ from thermoroll_cli.heat.recirculation import Roller
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, rough_warning
+from thermoroll_cli.problem.geometry import FEWEST_ROUGH, Geometry, Unsolvable, rough_warning
 from thermoroll_cli.problem.problem import BODIES, Layer, Material, Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, rollers
@@ -214,6 +216,31 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     elif pressure > PRESSURE_OVER_MODULUS * modulus:
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
                f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
+    if pressure > PRESSURE_OVER_MODULUS * modulus or derived.scales.reaches_an_end:
+        yield from _other_frames(derived.problem, PRESSURE_OVER_MODULUS * modulus)
+
+
+WIDEST_PROFILE = 0.5
+"""Width of a profile in m."""
+MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3)}
+"""Usual mistakes in points of a profile with advice, and factors of y and height that undo them."""
+
+
+def _other_frames(problem: Problem, limit: float) -> Iterator[str]:
+    """A mistake in the points of a profile without which the pressure stays below the `limit` (Pa), and off the ends."""
+    geometry = problem.geometry
+    for body in BODIES if isinstance(geometry, Geometry) else ():
+        profile = getattr(geometry, f"{body}_profile")
+        for mistake, factors in MISTAKES.items() if profile is not None and profile.points else ():
+            points = tuple((factors[0] * y, factors[1] * height) for y, height in profile.points)
+            other = replace(geometry, **{f"{body}_profile": replace(profile, points=points)})
+            if points[-1][0] - points[0][0] > WIDEST_PROFILE:
+                continue
+            with contextlib.suppress(Unsolvable):
+                scales = DerivedQuantities(replace(problem, geometry=other)).scales
+                if scales.peak_pressure < limit and not scales.reaches_an_end:
+                    yield (f"the points of geometry.{body}_profile may {mistake}, and the pressure becomes "
+                           f"{scales.peak_pressure * 1e-6:.4g} MPa, off the ends")
 
 
 def _without_effect(problem: Problem, moves: bool) -> Iterator[str]:

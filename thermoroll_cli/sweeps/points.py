@@ -93,8 +93,8 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path`: a header of keys, then a line per point; comma, or semicolon, with which numbers
-    may have a decimal comma.
+    """The columns of the CSV file at `path`: a header of keys, then a line per point, separated by commas, or by semicolons,
+    with which numbers may have a decimal comma. Rows and columns that are empty at the end are none.
 
     Raises ValueError (not such a file, the same key or the same point twice), OSError.
     """
@@ -104,23 +104,39 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
         raise ReadError(f"{path}: {cause}") from None
     except UnicodeDecodeError:
         raise ValueError(f"{path}: not UTF-8 text") from None
-    delimiter = ";" if ";" in text.partition("\n")[0] else ","
+    head = text.partition("\n")[0]
+    delimiter = "," if "," in head and ";" not in head else ";"
     reader = csv.reader(io.StringIO(text), delimiter=delimiter)
-    lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if any(cell.strip() for cell in line)]
-    if len(lines) < 2:
+    lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
+    while lines and not any(lines[-1][1]):
+        lines.pop()  # a spreadsheet fills up rows, and columns
+    keys, rows = _filled(lines[0][1]) if lines else [], lines[1:]
+    if not keys or not rows:
         raise ValueError(f"{path}: needs a header line with keys, for example load.normal_N, and a line for each point")
-    (_, keys), *rows = lines
     _check_keys(keys)
     seen: dict[tuple[Value, ...], int] = {}
     for number, cells in rows:
-        place = f"{path}, line {number}"
+        place, cells = f"{path}, line {number}", _filled(cells, len(keys))
+        if not any(cells):
+            raise ValueError(f"{place}: a blank row between points: fill it in or delete it")
         if len(cells) != len(keys):
-            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys")
+            commas = delimiter == "," and len(cells) > len(keys)
+            hint = "; where numbers have a comma, separate them by semicolons, and the keys" if commas else ""
+            raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
+        if "" in cells:
+            raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
         values = tuple(_value(place, _decimal_point(cell) if delimiter == ";" else cell) for cell in cells)
         if values in seen:
             raise ValueError(f"{place}: the same point as in line {seen[values]}")
         seen[values] = number
     return tuple(Axis(key, column) for key, column in zip(keys, zip(*seen, strict=True), strict=True))
+
+
+def _filled(cells: list[str], least: int = 0) -> list[str]:
+    """`cells` without empty ones at their end, but `least` of them."""
+    while len(cells) > least and not cells[-1]:
+        cells = cells[:-1]
+    return cells
 
 
 def _decimal_point(cell: str) -> str:
