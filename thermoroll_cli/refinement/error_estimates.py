@@ -249,10 +249,7 @@ def _is_exact(scalar: Scalar, derived: DerivedQuantities) -> bool:
     kinematics = derived.kinematics
     if not kinematics.has_traction:
         return scalar.kind in ("resultant", "stick")
-    if kinematics.mirror == (1, -1):
-        return scalar.vanishes == "along"
-    heat_mirrors = kinematics.heat_mirrors or not derived.problem.heating.heat
-    return scalar.vanishes == "across" and kinematics.mirror == (-1, 1) and heat_mirrors
+    return bool(kinematics.vanishing) and scalar.vanishes == kinematics.vanishing
 
 
 def reported(levels: Levels, derived: DerivedQuantities) -> dict[str, float]:

@@ -23,8 +23,6 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
 
 OUT, STICK, SLIP = 0, 1, 2
-VANISHING = 1e-13
-"""Forces below this share of μW are zero by symmetry, and rounding noise."""
 COOLED = 1e-12
 """Rises below this share of the largest change of temperature are rounding noise, ahead of a contact that only cools."""
 
@@ -92,12 +90,8 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
     x, y, cosine = grid.x[:, None], problem.geometry.lateral_place(grid.y), np.cos(inclination)
     force[1] = float((tangential.traction[1] * cosine).sum()) * grid.element_area
     moment = float((x * tangential.traction[1] * cosine - y * tangential.traction[0]).sum()) * grid.element_area
-    # A force that vanishes by symmetry is zero, and not the rounding of its sum.
-    force[np.abs(force) < VANISHING * problem.traction_limit] = 0.0
-    if abs(moment) < VANISHING * problem.traction_limit * derived.scales.mean_radius:
-        moment = 0.0
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
-    return _off_centre(discretisation, contact, float(force[0]), moment) | {
+    scalars = _off_centre(discretisation, contact, float(force[0]), moment) | {
         "normal_N": problem.normal_force,
         "Q_F_W": tangential.work * problem.motion.speed,
         "gamma_c": area / cold_area,
@@ -118,6 +112,9 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         "stick_area_mm2": stick_area * 1e6,
         "power_balance_error": power_balance_error(tangential, grid.element_area),
     }
+    # What vanishes by symmetry is zero, and not what the solver's tolerance leaves.
+    vanishing = derived.kinematics.vanishing
+    return scalars | {name: 0.0 for name in scalars if vanishing and SCALARS[name].vanishes == vanishing}
 
 
 def _off_centre(discretisation: Discretisation, contact: Contact, force_x: float, moment: float) -> dict[str, float]:

@@ -204,6 +204,13 @@ class Kinematics:
         """True if heat spreads symmetrically: no body moves sideways."""
         return self.problem.motion.creepage_y == 0.0 or self.problem.heating.peclet != "rolling"
 
+    @property
+    def vanishing(self) -> str:
+        """Which scalars `Scalar.vanishes` makes zero: those of rolling "along", "across", or ""."""
+        if self.mirror == (-1, 1):
+            return "across" if self.heat_mirrors or not self.problem.heating.heat else ""
+        return "along" if self.mirror == (1, -1) else ""
+
     def mirror_on(self, columns: int, *, heated: bool) -> Parities | None:
         """`mirror` if half a grid with this number of `columns` along y determines the other half, with the heat of the contact
         (`heated`) or without; else None. With an odd number the middle elements would lie on the mirror line."""
