@@ -1,4 +1,7 @@
-"""Decided before solving: which stages run or are skipped and why, on which grids, at what cost."""
+"""Decided before the grids are solved: which stages run or are skipped and why, on which grids, at what cost.
+
+The size of thermal effects comes from a preview: a contact that slides everywhere, on a grid of 16 by 16 elements.
+"""
 
 from __future__ import annotations
 
