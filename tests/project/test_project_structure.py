@@ -10,6 +10,10 @@ from pathlib import Path
 import pytest
 
 import thermoroll_cli
+from thermoroll_cli.files.case_model import MOVED, Settings
+from thermoroll_cli.files.case_schema import entry_at, known_keys
+from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
 PACKAGE = Path(thermoroll_cli.__file__).parent
 ROOT = PACKAGE.parent
@@ -191,3 +195,36 @@ def test_experiments_pass_options_and_patch_nothing() -> None:
     """What an experiment changes is in `SolverOptions`; names of the package are left alone."""
     for path in (ROOT / "scripts").rglob("*.py"):
         assert "setattr(" not in path.read_text() and "monkeypatch" not in path.read_text(), path
+
+
+DOTTED = re.compile(rf"(?<![\w./\[])(?:{'|'.join((*Settings.model_fields, *BODIES, *SIDES))})(?:\.[\w…]+)+")
+
+
+def messages() -> Iterator[str]:
+    """Texts of the package that are no docstrings; values put into them are `…`."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        if path.parent.name == "result":
+            continue  # names in files of results
+        tree = ast.parse(path.read_text())
+        own = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+        inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in node.values}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.JoinedStr):
+                yield "".join(str(part.value) if isinstance(part, ast.Constant) else "…" for part in node.values)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str) and not {id(node)} & (own | inner):
+                yield node.value
+
+
+def test_keys_that_messages_name_exist() -> None:
+    def keys(path: tuple[str | int, ...]) -> Iterator[str]:
+        yield ".".join(map(str, path))
+        inner = (0,) if "items" in entry_at(path) else ()
+        for key in (*known_keys(path), *inner):
+            yield from keys((*path, key))
+
+    known = {name for table in Settings.model_fields for name in keys((table,))}
+    named = {key.rstrip(".") for text in messages() for key in DOTTED.findall(text)} - set(MOVED)
+    assert len(named) > 40
+    for key in named:
+        pattern = re.compile(r"(^|\.)" + re.escape(key).replace("…", r"[\w.]+"))
+        assert any(pattern.search(name) for name in known), f"{key} is no key"

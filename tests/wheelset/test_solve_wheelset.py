@@ -14,6 +14,7 @@ from tests.support.command_line import call
 from tests.support.wheelsets import ROOT, case_named, facing_beside
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
@@ -212,6 +213,25 @@ def test_other_commands_say_what_they_take(tmp_path):
     assert call("validate", tmp_path / "m.toml").stdout.endswith("valid\n")
     table = call("wear", tmp_path / "m.toml", "-o", tmp_path)
     assert table.returncode == 3 and "a wheelset has several contacts" in table.stderr
+
+
+def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
+    """Values with their errors, and borders without the steps of elements."""
+    (tmp_path / "m.toml").write_text(TEXT.replace("grid = 24", "grid = 16"))
+    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--no-plots")
+    patches = json.loads((tmp_path / "out" / "m.json").read_text())["patches"]
+    row = next(line for line in run.stdout.splitlines() if line.split()[0] == "pressure_max_MPa" and line.count("±") == 2)
+    shown = [float(number) for number in row.split()[1:-1] if number != "±"]
+    for patch, value, error in zip(patches, shown[::2], shown[1::2], strict=True):
+        assert value == pytest.approx(patch["pressure_max_MPa"], abs=error)
+        assert error == pytest.approx(patch["error"]["pressure_max_MPa"] * value, rel=0.5)
+    (force_row,) = (line for line in run.stdout.splitlines() if line.split()[0] == "force_s_N")
+    assert force_row.count("±") == 2
+    axes = patches_figure(solve_wheelset(beside(case_named("A2.2 right y=8.0"), grid=16)), "").axes[0]
+    border = axes.collections[-1].get_paths()[0].vertices
+    along = np.diff(np.vstack((border, border[1])) / np.ptp(border, axis=0), axis=0)
+    turns = np.diff(np.unwrap(np.arctan2(along[:, 1], along[:, 0])))
+    assert abs(turns).max() < 0.2 and axes.images[0].get_clip_path() is not None
 
 
 def test_a_load_that_no_height_carries_is_not_converged(tmp_path):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,12 @@ from thermoroll_cli.cli.tables import align, folded, scalar_table
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.wheelset_files import wheelset_record, write_wheelset
 from thermoroll_cli.problem.names import PATCH_SCALARS, unit_of
-from thermoroll_cli.problem.scalar_errors import scalar_text
+from thermoroll_cli.problem.scalar_errors import absolute_error, scalar_text, with_error
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
+from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResult, solve_wheelset
+
+IN_CONTACT = {"force_s_N": "force_y_N"}
+"""Scalars of a patch by their names in the contact."""
 
 
 def run_wheelset(
@@ -69,13 +71,15 @@ def _report(case: Case, result: WheelsetResult, width: int) -> Iterator[str]:
         patches = result.patches
         rows = [("patch", *(f"{patch.side} {patch.number}" for patch in patches), "")]
         for name in (name for name, scalar in PATCH_SCALARS.items() if scalar.listed):
-            values = [patch.record.get(name, math.nan) for patch in patches]
-            if not all(math.isnan(value) for value in values):
-                rows.append((name, *map(_number, values), unit_of(name)))
+            if any(name in patch.record for patch in patches):
+                rows.append((name, *(_text(name, patch) for patch in patches), unit_of(name)))
         yield from align(rows)
     for warning in result.warnings:
         yield from folded(f"warning: {warning}", width)
 
 
-def _number(value: float) -> str:
-    return "" if math.isnan(value) else f"{value:.5g}"
+def _text(name: str, patch: WheelsetPatch) -> str:
+    """A scalar of a patch with its error, which the contact has in its own axes."""
+    if name not in patch.record:
+        return ""
+    return with_error(patch.record[name], absolute_error(IN_CONTACT.get(name, name), patch.result.summary()))

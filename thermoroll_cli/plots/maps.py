@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -29,6 +29,7 @@ from thermoroll_cli.plots.run_frame import (
     TRACTION,
     WITHOUT,
     AxisScale,
+    Borders,
     DrawnState,
     RunFrame,
     limits_of,
@@ -188,7 +189,7 @@ def draw_map(
     if outline is not None and not (whole or open_ended):
         image.set_clip_path(outline, transform=_in_metres(frame) + axes.transData)
     for state in frame.states[:1] if drawn is frame.states[0] else (frame.states[0], drawn):
-        _draw_borders(axes, frame, state, "solid" if state is drawn else style.DASHED)
+        draw_borders(axes, state.borders, _in_metres(frame), "solid" if state is drawn else style.DASHED)
     left, right, bottom, top = _placed(frame, frame.domain if whole else frame.window)
     axes.set_xlim(left, right)
     axes.set_ylim((top, bottom) if frame.turned else (bottom, top))
@@ -201,14 +202,14 @@ def draw_map(
     return image
 
 
-def _draw_borders(axes: Axes, frame: RunFrame, state: DrawnState, dashes: Any) -> None:
-    """Borders of a state, each on a casing, so that they are seen on any ground."""
-    clip, place = state.borders.outline, _in_metres(frame) + axes.transData
-    for lines, (colour, casing) in ((state.borders.stick, STICK), (state.borders.contact, CONTACT)):
+def draw_borders(axes: Axes, borders: Borders, in_metres: Affine2D, dashes: Any = "solid") -> None:
+    """Borders of a state, each on a casing, so that they are seen on any ground; `in_metres` takes x, y in m to the map."""
+    clip, place = borders.outline, in_metres + axes.transData
+    for lines, (colour, casing) in ((borders.stick, STICK), (borders.contact, CONTACT)):
         for paint, width, look in ((casing, CASING, "solid"), (colour, LINE, dashes)):
             drawn = LineCollection(lines, colors=paint, linewidths=width, linestyles=[look], transform=place)
             axes.add_collection(drawn, autolim=False)
-            if clip is not None and lines is state.borders.stick:
+            if clip is not None and lines is borders.stick:
                 drawn.set_clip_path(clip, transform=place)
 
 
@@ -263,9 +264,7 @@ def extremes(panel: Panel, scale: AxisScale) -> str:
 
 def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
     """Handles for the legend of a run's maps."""
-    kinds = [("contact border", CONTACT)]
-    kinds += [("stick border", STICK)] if any(state.borders.stick for state in frame.states) else []
-    handles: list[Artist] = [_handle(words, *colours, "solid") for words, colours in kinds]
+    handles = kinds_of_borders(state.borders for state in frame.states)
     if len(frame.states) > 1:
         handles.append(_handle(WITHOUT, *CONTACT, style.DASHED))
     if arrows:
@@ -274,6 +273,13 @@ def border_handles(frame: RunFrame, *, arrows: bool = False) -> list[Artist]:
         handles.append(Line2D([], [], linestyle="none", marker=ARROW_MARKER, markersize=11.0, color="white",
                               markeredgecolor="black", markeredgewidth=0.5, label=words))
     return handles
+
+
+def kinds_of_borders(several: Iterable[Borders]) -> list[Artist]:
+    """Handles for the legend of maps with `several` borders of contact and stick."""
+    kinds = [("contact border", CONTACT)]
+    kinds += [("stick border", STICK)] if any(borders.stick for borders in several) else []
+    return [_handle(words, *colours, "solid") for words, colours in kinds]
 
 
 def _handle(words: str, colour: str, casing: str, dashes: Any) -> Line2D:

@@ -22,6 +22,8 @@ from thermoroll_cli.problem.problem import BodyName
 SAMPLES = 1001
 SURFACES, TALLEST, ROOM = 40.0 * style.MM, 60.0 * style.MM, 45.0 * style.MM
 """Heights of the diagram and at most of the map; width that labels and colour bar take."""
+FLATTEST = 1e-5
+"""Height in m for which there is room about surfaces that are straight."""
 WEAR_HEIGHT = 0.42
 """Height of a row of the picture of wear over its width."""
 TOUCHED = 1e-3
@@ -65,7 +67,8 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     reach = 3e-6 * result.coupled.scalars["approach_um"]
     high = max(min(float(np.nanmax(height)), float(np.nanmax(lower)) + reach) for height in (lower, upper))
     low = min(max(float(np.nanmin(height)), float(np.nanmin(upper)) - reach) for height in (lower, upper))
-    depth = length_scale(max(high, -low), "height")
+    margin = 0.08 * (high - low or FLATTEST)
+    depth = length_scale(max(high, -low, margin), "height")
     for height, words, colour in ((upper, "upper body", style.AFTER), (lower, "lower body", style.BEFORE)):
         axes.plot(y * across.factor, height * depth.factor, color=colour, label=f"{words}, unloaded")
     for body, profile in geometry.profiles:
@@ -79,7 +82,6 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
     for number, patch in enumerate(result.patches):
         axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
                      label="_" if number else "centre of pressure of a patch")
-    margin = 0.08 * (high - low or 1e-6)
     axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)
     axes.set_ylabel(depth.label)
     axes.grid(visible=True)

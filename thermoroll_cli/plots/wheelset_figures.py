@@ -14,9 +14,12 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 
-from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
+from thermoroll_cli.plots.maps import draw_borders, kinds_of_borders
+from thermoroll_cli.plots.run_frame import Borders, borders_of
 from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
 from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResult
@@ -115,21 +118,25 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
     """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
     surface."""
     shown = [_cropped(patch) for patch in result.patches]
-    widths, heights = ([float(np.ptp(axis)) for axis in axes] for axes in zip(*((y, x) for x, y, _, _ in shown), strict=True))
+    widths, heights = ([float(np.ptp(axis)) for axis in axes] for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))
     across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
     per_mm = min(across / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
     tall = per_mm * max(heights)
-    figure = Figure(figsize=(style.DOUBLE, FOOT + tall + HEAD))
-    peak = max(float(pressure.max()) for _, _, pressure, _ in shown)
+    handles = kinds_of_borders(borders for *_, borders, _ in shown)
+    foot = FOOT + style.legend_height(handles, style.DOUBLE)
+    figure = Figure(figsize=(style.DOUBLE, foot + tall + HEAD))
+    peak = max(float(pressure.max()) for _, _, pressure, *_ in shown)
     norm = Normalize(0.0, peak)
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     left = LEFT + 0.5 * max(across - per_mm * sum(widths), 0.0)
-    for patch, (x, y, pressure, stick), width, height in zip(result.patches, shown, widths, heights, strict=True):
-        axes = style.add_axes(figure, left, FOOT + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
-        axes.pcolormesh(y, x, pressure, norm=norm, cmap=colours.cmap, shading="nearest", rasterized=True)
-        axes.contour(y, x, pressure > 0.0, levels=[0.5], colors="black", linewidths=0.8)
-        if stick.any() and not stick.all():
-            axes.contour(y, x, stick, levels=[0.5], colors="white", linewidths=0.8)
+    for patch, (x, y, pressure, borders, place), width, height in zip(result.patches, shown, widths, heights, strict=True):
+        axes = style.add_axes(figure, left, foot + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
+        (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
+        image = axes.imshow(pressure, norm=norm, cmap=colours.cmap, origin="lower", interpolation="bilinear", aspect="auto",
+                            extent=(y[0] - dy, y[-1] + dy, x[0] - dx, x[-1] + dx))
+        if borders.outline is not None:
+            image.set_clip_path(borders.outline, transform=place + axes.transData)
+        draw_borders(axes, borders, place)
         wide = per_mm * width > 34.0 * style.MM
         axes.set(xlim=(y.min(), y.max()), ylim=(x.min(), x.max()), xlabel="y along the surface (mm)" if wide else "y (mm)")
         axes.set_title(f"{patch.side} {patch.number}")
@@ -137,29 +144,31 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
         _few_places(axes, "y", x, per_mm)
         left += per_mm * width + BETWEEN
     figure.axes[0].set_ylabel("x along travel (mm)" if per_mm * heights[0] > 32.0 * style.MM else "x (mm)")
-    bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, FOOT, 3.5 * style.MM, tall)
+    bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, foot, 3.5 * style.MM, tall)
     figure.colorbar(colours, cax=bar, label="pressure (MPa)" if tall > 32.0 * style.MM else "MPa")
-    style.add_headline(figure, title, result.converged, "white: border of stick" if any(s.any() for *_, s in shown) else "")
+    style.add_headline(figure, title, result.converged, "from above")
+    style.add_legend(figure, handles)
     return figure
 
 
 def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: float) -> None:
-    """Ticks that leave room for their labels: on a narrow map two, at about the same distance from the middle."""
+    """Ticks that leave room for their labels: on a narrow map two, at about the same distance from the middle, or zero."""
     length = per_mm * float(np.ptp(places))
     if length > 22.0 * style.MM:
         style.few_ticks(axes, **{name: max(int(length / (11.0 * style.MM)), 2)})
         return
     half = 0.45 * float(np.ptp(places))
     digit = 10.0 ** np.floor(np.log10(half))
-    getattr(axes, f"set_{name}ticks")([-np.floor(half / digit) * digit, np.floor(half / digit) * digit])
+    end = np.floor(half / digit) * digit
+    getattr(axes, f"set_{name}ticks")([-end, end] if length > 10.0 * style.MM else [0.0])
 
 
-def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Mask]:
-    """x and y (mm, about the centre of pressure), pressure (MPa) and stick of a patch around its contact, seen from above."""
+def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Borders, Affine2D]:
+    """x and y (mm, about the centre of pressure) and pressure (MPa) of a patch around its contact, seen from above; its
+    borders in m, and the way from these to a map of it."""
     state, sign = patch.result.coupled, sign_of(patch.side)
     x, y = -1e3 * state.x, -1e3 * sign * state.y
     pressure = 1e-6 * np.asarray(state.fields["pressure"])
-    stick = np.asarray(state.fields["stick_share"]) > 0.5
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
     x, y = x - centre[0], y - centre[1]
     rows, columns = (np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0))
@@ -168,7 +177,8 @@ def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Mask]:
     order = np.argsort(y[keep_y])
     up = np.argsort(x[keep_x])
     seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
-    return x[keep_x][up], y[keep_y][order], pressure[seen], stick[seen]
+    place = Affine2D([[0.0, -1e3 * sign, -centre[1]], [-1e3, 0.0, -centre[0]], [0.0, 0.0, 1.0]])
+    return x[keep_x][up], y[keep_y][order], pressure[seen], borders_of(state.x, state.y, state.fields), place
 
 
 def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title: str) -> Figure:
