@@ -14,12 +14,14 @@ from scripts.stress.random_cases import stress_case
 from tests.support.command_line import call
 from tests.support.profiles import below, points
 from tests.support.scenes import MECHANICAL, STEEL, reference_problem, rolling
+from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.names import SCALARS
 from thermoroll_cli.problem.problem import Heating, Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.refinement.error_estimates import estimate, missed_accuracy
 from thermoroll_cli.refinement.solve import solve
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 
 def on(problem: Problem, grid: int) -> Result:
@@ -92,6 +94,19 @@ def test_rail_that_slides_everywhere_is_accurate_on_few_elements(creepage: float
     assert result.converged and result.work["grid"] == [64, 64] and result.coupled.scalars["gamma_st"] == 0.0
     force, error = printed(result, "force_x_N")
     assert abs(force - printed(on(problem, 160), "force_x_N")[0]) <= error
+
+
+@pytest.mark.parametrize("creepage", [2.5, 4.0])
+def test_interlayer_that_sticks_within_an_element_of_the_leading_edge(creepage: float) -> None:
+    """Over the creepage of full slip: a strip of 1 to 2 % of the contact, which N = 32 hardly sees."""
+    derived = DerivedQuantities(rolling(heating=MECHANICAL))
+    bound = derived.problem.friction.coefficient * derived.hertz.peak_pressure
+    layer = Interlayer(0.45 * derived.saturation_creepage * derived.hertz.semi_axis_x / bound)
+    problem = replace(rolling(creepage=(creepage * derived.saturation_creepage, 0.0), heating=MECHANICAL), interlayer=layer)
+    coarse, fine = on(problem, 32), on(problem, 128)
+    for name in ("gamma_st", "force_x_N", "Q_F_W"):
+        value, error = printed(coarse, name)
+        assert 0.0 < abs(value - printed(fine, name)[0]) <= error + printed(fine, name)[1], name
 
 
 def test_exchanged_heat_is_covered() -> None:

@@ -128,7 +128,7 @@ def estimates(
     summary = {**levels[-1], **input_scalars(derived)}
     has_traction = derived.kinematics.has_traction
     resolution = Resolution(elements, summary["gamma_st"] if has_traction else 0.0)
-    unseen = 0.0 if resolution.sticking else unseen_stick(resolution, levels, derived)
+    unseen = unseen_stick(resolution, levels, derived)
     # Heat that bodies of different temperature exchange does not come from the slip zone.
     conducted = abs(summary["heat_conducted_W"]) if derived.problem.heating.conducts else 0.0
     rubbed = summary["Q_F_W"] / (summary["Q_F_W"] + conducted) if conducted else 1.0
@@ -169,7 +169,7 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
     """R of one scalar; `unseen` is the share that may stick without an element that does."""
     match SCALARS[name].kind:
         case "stick":
-            return resolution.border if resolution.sticking else unseen
+            return max(resolution.border if resolution.sticking else 0.0, unseen)
         case "area":
             return 0.0 if plan.hertzian else resolution.border
         case "peak":
@@ -185,7 +185,8 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
             # Slip turns around the place without rigid slip: what sticks there changes its direction.
             return SPREAD * unseen
         case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
-            return SPREAD * (1.0 - resolution.sticking) * resolution.narrow
+            # Pressure and slip grow from the borders of a place that sticks: it carries less than its share.
+            return SPREAD * ((1.0 - resolution.sticking) * resolution.narrow + unseen**1.5)
         case "expansion":
             # Measured from the border of the contact, which is known to an element.
             return 1.0 / resolution.elements
@@ -197,9 +198,8 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
 
     A place can only stick where the rigid slip is smaller than the gradient of the displacement that full sliding makes, about
     the creepage of full slip, and for unlike bodies that of the pressure, |β| p0/E*. With spin, or differential slip, that is
-    a patch around the place without rigid slip. A creepage that is found is known up to its last change. Two more places:
-    forces below μW leave a share (1 − F/μW)^⅔ that sticks (Johnson, a circle without spin), and a compliant layer
-    sticks along the leading edge, a pure one over a share 1/(1 + κ²) with κ = ξ a/(L μ p0)."""
+    a patch around the place without rigid slip. A creepage that is found is known up to its last change. An interlayer sticks
+    along the leading edge as well, a compliant one alone over a share 1/(1 + κ²) with κ = ξ a/(L μ p0)."""
     if not derived.kinematics.has_traction:
         return 0.0
     problem, scales, limits = derived.problem, derived.scales, np.full(2, derived.saturation_creepage)
@@ -221,12 +221,10 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
     share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
     # Slip turns around a place of the contact without rigid slip, if it varies by more than its mean.
     turns = math.hypot(slip_x.mean(), slip_y.mean()) < sum(derived.kinematics.creepage_variation)
-    patch = min(share, 1.0 / resolution.elements if turns else resolution.border)
-    reserve = max(0.0, 1.0 - problem.prescribed_force / problem.traction_limit)
-    below_limit = reserve ** (2.0 / 3.0) if problem.prescribed_force else 0.0
+    patch = 0.0 if resolution.sticking else min(share, 1.0 / resolution.elements if turns else resolution.border)
     full = derived.interlayer_shear / scales.semi_axis_x
     strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
-    return max(patch, min(below_limit, resolution.border), min(strip, 1.0 / resolution.elements))
+    return max(patch, min(strip, 1.0 / resolution.elements) - resolution.sticking)
 
 
 def _carried(name: str, summary: Mapping[str, float]) -> float:
