@@ -13,6 +13,7 @@ from mkdocs.structure.files import File, Files
 
 import thermoroll_cli
 from thermoroll_cli import Case, solve
+from thermoroll_cli.plots import style
 from thermoroll_cli.plots.pictures import figure
 from thermoroll_cli.plots.wheelset_figures import section_figure
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -20,15 +21,15 @@ from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 
 ROOT = pathlib.Path(__file__).parents[1]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
-GRID = 32
+GRID = 64
 """Elements per side of the gallery's pictures."""
 SENTENCES = 3
 USUAL = "traction"
 KINDS = {
     "article_4_1": "pressure", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
     "article_4_3_non_conformal": "pressure", "ball_bearing": "summary", "coated_ball": "subsurface_upper",
-    "coated_ball_heat": "temperature", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
-    "polymer_tyre": "pressure", "twin_disc": "track", "twin_disc_lewis": "profile", "two_point": "profile",
+    "coated_ball_heat": "summary", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
+    "polymer_tyre": "pressure", "twin_disc": "track", "two_point": "profile",
     "wheel_rail_sliding": "track", "worn_rail": "profile",
 }  # fmt: skip
 """The picture that shows what a case is about, where that is not the traction."""
@@ -90,11 +91,12 @@ def picture(path: pathlib.Path) -> bytes:
     """The picture of what a case is about, on a coarse grid; of a wheelset the section across the track."""
     kind = KINDS.get(path.stem, USUAL)
     task = Case.read(path).with_values({"numerics.grid": GRID}).task
-    if isinstance(task, WheelsetProblem):
-        shown = section_figure(solve_wheelset(task), task.title)
-    else:
-        shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
-    assert shown is not None, f"{path.stem} has a picture {kind}"
     file = io.BytesIO()
-    shown.savefig(file, format="png", dpi=100)
+    with style.applied():
+        if isinstance(task, WheelsetProblem):
+            shown = section_figure(solve_wheelset(task), task.title)
+        else:
+            shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
+        assert shown is not None, f"{path.stem} has a picture {kind}"
+        shown.savefig(file, format="png", dpi=100)
     return file.getvalue()
