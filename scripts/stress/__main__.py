@@ -23,7 +23,6 @@ from itertools import repeat
 
 import numpy as np
 
-from scripts.signals import give_children_default_signals
 from scripts.stress import coverage
 from scripts.stress.outcome import Outcome, Pair
 from scripts.stress.populations import POPULATIONS, run_seed
@@ -47,7 +46,7 @@ def outcomes_of(
     yield from (known[each] for each in drawn if each in known)
     # Started afresh: a forked process hangs after a transform with threads.
     spawn = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, spawn, give_children_default_signals) if jobs > 1 else nullcontext() as pool:
+    with ProcessPoolExecutor(jobs, spawn) if jobs > 1 else nullcontext() as pool:
         for outcome in (pool.map if pool else map)(run_seed, *zip(*new, strict=True), repeat(grids)) if new else ():
             if store is not None:
                 with store.open("a", encoding="utf-8") as file:

@@ -15,6 +15,7 @@ import time
 from collections.abc import Iterator
 from functools import cache
 
+from scripts.signals import give_children_default_signals
 from scripts.stress.outcome import Outcome
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.files.result.hdf5 import read_result
@@ -50,6 +51,7 @@ def random_stop(seed: int) -> tuple[str, signal.Signals, float]:
 
 def check(drawn: tuple[str, signal.Signals, float]) -> Outcome:
     """Send the signal. A program that is done before its moment is tried again a little sooner."""
+    give_children_default_signals()
     program, number, share = drawn
     faults = None
     while faults is None:
