@@ -265,7 +265,8 @@ class Newton:
         that of the residual with these elements sticking."""
         slip, stick = self.contact & ~state.stick, self.sticking(state)
         lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
-        if not lone.any():
+        rises = state.response is not None and bool((state.response.local > 0.0).any())
+        if rises or not lone.any():
             return state
         residual = state.residual.copy()
         tractions = residual[: 2 * self.size].reshape(2, *self.contact.shape)
