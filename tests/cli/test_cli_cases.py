@@ -92,9 +92,8 @@ def test_everything_a_template_offers_in_comments_works(template: str, tmp_path:
     """What stands behind `# ` becomes part of the case, in place of what it says it replaces."""
     text = call("init", "-", "--template", template).stdout
     for wanted in ("[force]", "[material.upper]", "bulk_temperature_upper_K", "temperature_slope_1_K", '"matched"',
-                   "[subsurface]",
-                   *(["[strength.upper]", "[wear.upper]",
-                      "limit_coefficient", "[[material.upper.layers]]"] if "twin" not in template else []),
+                   "[subsurface]", "[strength.upper]", "[wear.upper]",
+                   *(["limit_coefficient", "[[material.upper.layers]]"] if "twin" not in template else []),
                    *(["[thermal.upper]"] if 'peclet = "rolling"' in text and "twin" not in template else [])):
         assert re.search(rf"^# .*{re.escape(wanted)}", text, re.MULTILINE), wanted
     offered = re.sub(r"^# (\w+ = |\[)", r"\1", text, flags=re.MULTILINE)
@@ -117,7 +116,7 @@ def test_everything_a_mechanical_template_offers_in_comments_works(template: str
         assert problem.friction.law is not None and problem.friction.law.kind == "table" and problem.motion.force_x == 25000.0
     else:
         assert problem.wear is not None and problem.wear.distance == 50e3 and problem.wear.lower.rate > 0.0
-        assert problem.subsurface is not None and problem.subsurface.upper_strength is not None
+    assert problem.subsurface is not None and problem.subsurface.upper_strength is not None and problem.wear is not None
 
 
 def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:

@@ -220,7 +220,7 @@ SCALARS = _scalars(
            diagram="spin moment $M_z$ (N mm)"),
     Scalar("contact_y_mm", "lateral place of the centre of pressure", "place below", listed=True, vanishes="along",
            brief="centre of pressure, y"),
-    Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment", vanishes="along",
+    Scalar("spin_moment_at_contact_Nmm", "spin moment about the place of the contact", "moment", listed=True, vanishes="along",
            brief="spin moment at the contact"),
     Scalar("contact_force_y_N", "lateral resultant of pressure and traction on the upper body", "resultant", listed=True,
            vanishes="along", brief="lateral resultant"),
