@@ -11,18 +11,14 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
 
-LOAD_ERROR = 1e-6
-"""Largest error of the load, relative: the pressure is scaled to it, so that only rounding remains."""
-FORCE_ERROR = 1e-5
-"""Largest error of a prescribed force over μW: as much as the residual of the tractions may leave."""
-COULOMB_EXCESS = 1e-4
-"""Largest excess of the traction over its bound, relative, both in the 2-norm: ten times the residual of the tractions."""
+BALANCE_ERROR = 1e-5
+"""Largest relative error of the load, of prescribed forces (over μW), and of the heat beside the work of the creep forces: as
+much as the residual of the tractions may leave."""
+LOCAL_ERROR = 1e-4
+"""Largest relative excess of the traction over its bound (2-norm), and largest difference of the surface temperatures over their
+peak with a matched partition: ten times the residual of the tractions."""
 DIRECTION_ERROR = 1e-3
 """Largest share of the power that is lost because slip does not point along the traction: small slip has few digits."""
-HEAT_BALANCE = 1e-6
-"""Largest difference of the heat from the work of the creep forces, relative: they agree but for rounding."""
-TEMPERATURE_MISMATCH = 1e-4
-"""Largest difference of both surface temperatures with a matched partition, over the peak: 100 times the tolerance."""
 UNRESOLVED_HEAT = 0.5
 """Share of the heat from slip zones narrower than an element. Above this share the state is an artefact of the grid if heat
 shapes the contact."""
@@ -120,7 +116,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     if not all(np.isfinite(f).all() for f in everything):
         return ["a field is not finite"]
     load = float((normal.pressure * discretisation.pressure.tilt).sum()) * grid.element_area / problem.normal_force
-    if abs(load - 1.0) > LOAD_ERROR:
+    if abs(load - 1.0) > BALANCE_ERROR:
         reasons.append(f"pressure carries {load:.6f} of the load")
     if normal.pressure.min() < 0.0:
         reasons.append("negative pressure")
@@ -135,7 +131,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         return [f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
-    if np.linalg.norm(np.maximum(shear - bound, 0.0)) > COULOMB_EXCESS * max(float(np.linalg.norm(bound)), 1e-300):
+    if np.linalg.norm(np.maximum(shear - bound, 0.0)) > LOCAL_ERROR * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")
     if problem.friction.coefficient > 0.0:
         speed = np.hypot(*tangential.slip)
@@ -145,7 +141,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         if float((shear * speed - along).sum()) > DIRECTION_ERROR * total:
             reasons.append("slip does not point along the traction")
     heat = float(tangential.heat.sum()) * grid.element_area
-    if abs(heat - tangential.work) > HEAT_BALANCE * max(abs(tangential.work), abs(heat)):
+    if abs(heat - tangential.work) > BALANCE_ERROR * max(abs(tangential.work), abs(heat)):
         share = heat / tangential.work if tangential.work else np.inf
         reasons.append(f"dissipated heat is {share:.6f} of the work of the creep forces")
     if problem.friction_varies:
@@ -156,11 +152,11 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
                            "has a steady state: sweep the creepage to find it")
     if problem.heating.heat and problem.heating.partition == "matched":
         mismatch = discretisation.heat(contact).partition.mismatch
-        if mismatch > TEMPERATURE_MISMATCH:
+        if mismatch > LOCAL_ERROR:
             reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
     motion = problem.motion
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):
-        if wanted is not None and abs(got - wanted) > FORCE_ERROR * problem.traction_limit:
+        if wanted is not None and abs(got - wanted) > BALANCE_ERROR * problem.traction_limit:
             reasons.append(f"force along {axis} is {got:.6g} N instead of {wanted:.6g} N")
     return reasons

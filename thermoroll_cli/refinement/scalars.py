@@ -23,8 +23,9 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
 
 OUT, STICK, SLIP = 0, 1, 2
-COOLED = 1e-12
-"""Rises below this share of the largest change of temperature are rounding noise, ahead of a contact that only cools."""
+ROUNDING = 1e-12
+"""Share below which a value is rounding noise: a rise ahead of a contact that only cools (of the largest change of temperature),
+the crown of a track that is expanded evenly (of its expansion)."""
 
 
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
@@ -269,7 +270,7 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
 
 def _hottest(rise: Array) -> float:
     """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
-    return peak_value(rise, averages=False) if rise.max() > COOLED * np.abs(rise).max() else 0.0
+    return peak_value(rise, averages=False) if rise.max() > ROUNDING * np.abs(rise).max() else 0.0
 
 
 def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float) -> dict[str, float]:
@@ -283,10 +284,6 @@ def heat_flows(heating: Heating, heat: Heat, contact: Mask, element_area: float)
         conducted = abs(float(alone.into.lower.sum())) * element_area
     lower, upper = (float(flux.sum()) * element_area for flux in (heat.into.lower, heat.into.upper))
     return {"heat_into_lower_W": lower, "heat_into_upper_W": upper, "heat_conducted_W": conducted}
-
-
-ROUNDING = 1e-12
-"""Differences below this share of the values are rounding noise."""
 
 
 def track_scalars(
