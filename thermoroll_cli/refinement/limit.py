@@ -15,17 +15,13 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 CURVE_GRID = 64
-"""Elements per side on which the curve is followed: the force is known to some 1e-4 of μW there."""
-FIRST = 0.5
-"""Creepage from which the curve is followed, over that of saturation."""
-FACTOR = 2.0
-"""Ratio of one creepage to the one before, until the force falls."""
-MOST_STEPS = 14
-"""Factors of two after which the curve counts as one without a maximum: friction has fallen to its limit by then."""
-MAXIMUM_RESOLUTION, BRANCH_RESOLUTION = 0.02, 1e-3
-"""Relative width to which the creepage of the maximum, and that of the falling branch, are found: the maximum is flat."""
-ROUNDING = 1e-6
-"""Changes below this share of the force are rounding noise."""
+"""Elements per side on which the curve of twenty solutions is followed at most: forces are known to some 1e-4 of μW there."""
+CREEPAGES = tuple(2.0**k for k in range(-2, 14))
+"""Creepages at which the curve is followed until the force falls, over that of saturation: friction has fallen to
+its limit at the last."""
+RESOLUTION = 0.02
+"""Relative width to which the creepages of the maximum and of the falling branch are found: the force of the flat maximum is then
+known to 1e-4, the branch to 0.5 %."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +61,7 @@ def creep_maximum(
 
     `solve` solves one problem; some twelve coarse solutions are taken. `followed` keeps the forces of the problems of a curve:
     neighbours that differ in the prescribed force alone have the same. Heat counts only where friction depends on temperature.
-    Raises ArithmeticError where the curve has no maximum, or a solution on it fails."""
+    Raises ArithmeticError where a solution on the curve fails."""
     x, y = direction_of(problem)
     wanted = problem.prescribed_force
     nx, ny = (min(n, CURVE_GRID) for n in problem.numerics.grid or (CURVE_GRID, CURVE_GRID))
@@ -83,27 +79,20 @@ def creep_maximum(
             followed[point] = x * result.coupled.scalars["force_x_N"] + y * result.coupled.scalars["force_y_N"]
         return followed[point]
 
-    creepages = [FIRST * DerivedQuantities(problem).saturation_creepage]
-    forces = [force(creepages[0])]
-    while len(forces) < 2 or forces[-1] > forces[-2] * (1.0 + ROUNDING):
-        if len(forces) > MOST_STEPS:
-            raise ArithmeticError(f"the creep force still rises at a creepage of {creepages[-1]:.3g}")
-        creepages.append(FACTOR * creepages[-1])
-        forces.append(force(creepages[-1]))
-    low = creepages[max(len(creepages) - 3, 0)] if len(creepages) > 2 else creepages[0] / FACTOR
-    bounds = math.log(low), math.log(creepages[-1])
+    creepages = [DerivedQuantities(problem).saturation_creepage * each for each in CREEPAGES]
+    # A curve that only rises to the limit of friction has its maximum at the end.
+    fallen = next((i for i in range(1, len(creepages)) if force(creepages[i]) <= force(creepages[i - 1])), len(creepages) - 1)
+    bounds = math.log(creepages[max(fallen - 2, 0)]), math.log(creepages[fallen])
     top = scipy.optimize.minimize_scalar(lambda c: -force(math.exp(c)), bounds=bounds, method="bounded",
-                                         options={"xatol": MAXIMUM_RESOLUTION})
+                                         options={"xatol": RESOLUTION})
     maximum = CreepMaximum(-float(top.fun), math.exp(float(top.x)))
     if wanted > maximum.force:
         return maximum
-    while forces[-1] > wanted and len(forces) <= MOST_STEPS:
-        creepages.append(FACTOR * creepages[-1])
-        forces.append(force(creepages[-1]))
-    if forces[-1] > wanted:
+    weaker = next((creepage for creepage in creepages[fallen:] if force(creepage) < wanted), None)
+    if weaker is None:
         return maximum
-    start, end = math.log(max(maximum.creepage, creepages[-1] / FACTOR)), math.log(creepages[-1])
-    falling = scipy.optimize.brentq(lambda c: force(math.exp(c)) - wanted, start, end, xtol=BRANCH_RESOLUTION)
+    falling = scipy.optimize.brentq(lambda c: force(math.exp(c)) - wanted, math.log(maximum.creepage), math.log(weaker),
+                                    xtol=RESOLUTION)
     return replace(maximum, falling=math.exp(falling))
 
 
