@@ -239,6 +239,16 @@ def test_a_force_below_the_maximum_belongs_to_two_creepages(branch: dict) -> Non
     assert any("falling branch" in warning for warning in result.warnings)
 
 
+def test_the_falling_branch_may_begin_between_two_points_of_the_curve() -> None:
+    motion = Motion(1.0, None, force_x=27.5, differential_slip=False)
+    problem = spheres(12, friction=Friction(0.3, FrictionLaw("rational", 0.5, 0.005, memory=1e-6)), motion=motion)
+    rising = solve(problem)
+    falling = rising.hertz["creepage_falling_branch"]
+    there = solve(replace(problem, motion=Motion(1.0, falling, differential_slip=False)))
+    assert rising.converged and falling > 1.5 * rising.coupled.scalars["creepage_longitudinal"]
+    assert there.coupled.scalars["force_x_N"] == pytest.approx(27.5, rel=2e-3)
+
+
 def test_a_force_above_the_maximum_is_told_at_bounded_cost() -> None:
     """The reason names the maximum and its creepage; the whole takes less work than fifteen solutions."""
     inputs = BRANCHES["input"]

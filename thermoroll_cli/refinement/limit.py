@@ -20,8 +20,8 @@ CREEPAGES = tuple(2.0**k for k in range(-2, 14))
 """Creepages at which the curve is followed until the force falls, over that of saturation: friction has fallen to
 its limit at the last."""
 RESOLUTION = 0.02
-"""Relative width to which the creepages of the maximum and of the falling branch are found: the force of the flat maximum is then
-known to 1e-4, the branch to 0.5 %."""
+"""Relative width to which the creepages of the maximum and of the falling branch are found: the force of the flat maximum is
+then known to 3e-4, the branch to 0.5 %. With 0.01: 7 % more solutions."""
 
 
 @dataclass(frozen=True)
