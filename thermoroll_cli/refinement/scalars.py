@@ -24,8 +24,8 @@ from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
 
 OUT, STICK, SLIP = 0, 1, 2
 ROUNDING = 1e-12
-"""Share below which a value is rounding noise: a rise ahead of a contact that only cools (of the largest change of temperature),
-the crown of a track that is expanded evenly (of its expansion)."""
+"""Share below which a value is rounding noise: a rise ahead of a contact that only cools (of the largest change of
+temperature), the crown of a track that is expanded evenly (of its expansion)."""
 
 
 def input_scalars(derived: DerivedQuantities) -> dict[str, float]:
