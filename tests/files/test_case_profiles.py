@@ -301,7 +301,8 @@ def test_profiles_are_mirrored_and_smoothed():
 
 def test_noise_is_named_until_it_is_smoothed(tmp_path):
     """The picture shows the points as they were measured, from the result file, too. A straight profile is not rough."""
-    heights = -np.linspace(-3.0, 3.0, 61) ** 2 / 200.0 + 1e-3 * (-1.0) ** np.arange(61)
+    curved, signs = -np.linspace(-3.0, 3.0, 61) ** 2 / 200.0, (-1.0) ** np.arange(61)
+    heights = curved + 1e-3 * signs
     points = [[round(float(y), 3), float(z)] for y, z in zip(np.linspace(-3.0, 3.0, 61), heights, strict=True)]
     (tmp_path / "noise.toml").write_text(case(f"points_mm = {points}\n"))
     assert "the upper body changes sign" in " ".join(call("show", tmp_path / "noise.toml").stdout.split())
@@ -314,3 +315,6 @@ def test_noise_is_named_until_it_is_smoothed(tmp_path):
     assert "upper body before smoothing" in axes.get_legend_handles_labels()[1]
     straight = [[y / 10.0, y / 1e3] for y in range(-30, 31)]
     assert list(rough_warning("body", straight)) == [] and "100 %" in next(rough_warning("body", points))
+    found = [bool(list(rough_warning("body", np.stack((np.linspace(-3.0, 3.0, 61), curved + 1e-3 * noise), axis=1))))
+             for noise in np.random.default_rng(0).normal(size=(200, 61))]
+    assert np.mean(found) > 0.99 and list(rough_warning("body", np.stack((np.linspace(-3.0, 3.0, 61), curved), axis=1))) == []

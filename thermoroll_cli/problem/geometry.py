@@ -22,8 +22,9 @@ Interpolation = Literal["cubic", "linear"]
 
 GAP_SAMPLES = 2001
 """Places at which the smallest gap of two profiles is searched for, before it is refined."""
-ROUGH = 0.7
-"""Share of neighbouring points between which the curvature changes sign, from which a measured profile is rough."""
+ROUGH = 0.5
+"""Share of neighbouring points between which the curvature changes sign, from which a measured profile is rough: as often as
+signs at random. With noise that is independent from point to point it is 1/2 + arcsin(2/3)/π = 0.73 on average."""
 FEWEST_ROUGH = 6
 """Points below which nothing is said about roughness."""
 STRAIGHT = 1e-9
