@@ -7,7 +7,7 @@ from
 
 in Hertz's units: pressures over their peak, tractions over their bound, displacements over the approach, places over the sides
 of the domain, so that neighbours may differ in load and profile, too. t is the step of the problem's numbers over the step
-before; it is 0 where they do not go on in the same direction, or much further. Whatever was solved counts: points of a sweep,
+before; it is 0 if they do not go on in the same direction, or go much further. Whatever was solved counts: points of a sweep,
 steps of wear, a loop over `Solver`.
 """
 
@@ -28,9 +28,7 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, SteadyState, unknowns_of
 
 LONGEST = 3.0
-"""Largest |t|: an extrapolation over more of the last steps is worse than none."""
-LONG = 16
-"""A longer tuple of numbers is a table of one quantity, with one scale."""
+"""Largest |t|. Without: 12 % more transforms after a step that is ten times the one before it."""
 ASIDE = 0.1
 """Part of a step that may lie aside of the step before; more is a corner of a sweep over several keys."""
 
@@ -59,10 +57,10 @@ def step_length(problems: tuple[Problem, Problem, Problem]) -> float:
 
 
 def _numbers(value: object) -> Iterator[Array]:
-    """The finite numbers of a problem as arrays of those with one scale: one each, but for places and heights of a profile."""
+    """The finite numbers of a problem as arrays of those with one scale: one each, but for columns and rows of tables."""
     if isinstance(value, tuple) and value and isinstance(value[0], tuple):
         yield from np.array(value, dtype=float).T
-    elif isinstance(value, tuple) and len(value) > LONG and all(isinstance(part, float) for part in value):
+    elif isinstance(value, tuple) and value and all(isinstance(part, float) for part in value):
         yield np.array(value)
     elif isinstance(value, tuple) or is_dataclass(value):
         for part in value if isinstance(value, tuple) else (getattr(value, field.name) for field in fields(value)):

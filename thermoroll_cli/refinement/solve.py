@@ -35,11 +35,6 @@ GROWTH = 1.25
 """Factor by which the domain grows when the contact reaches its rim."""
 COARSE_TOLERANCE = 3.0
 """Factor by which coarser grids are solved less closely: less work, and neither finest grid nor estimates notice."""
-SHARE_OF_ACCURACY = 0.03
-"""Where an accuracy is asked for any grid may turn out to be the last: its residual must not show in the estimates."""
-NORMAL_SHARE_OF_SHEAR = 0.1
-"""Residual gap over the residual of the tractions between dissimilar bodies: elements of the border come and go with the shear,
-so that a closer pressure gains nothing."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -182,16 +177,9 @@ def tolerances_on(
     """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
     error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
     the estimates."""
-    tolerances, accuracy = options.tolerances, derived.problem.numerics.accuracy
-    if derived.kinematics.feeds_back:
-        # Pressure and shear that act on each other cost more iterations from a looser start than it saves.
-        return replace(tolerances, normal=NORMAL_SHARE_OF_SHEAR * tolerances.tangential)
-    if shape == plan.grids[-1]:
-        return tolerances
-    factor = COARSE_TOLERANCE
-    if accuracy is not None:
-        factor = min(factor, max(1.0, SHARE_OF_ACCURACY * accuracy / tolerances.tangential))
-    return tolerances.times(factor)
+    # Pressure and shear that act on each other cost more iterations from a looser start than it saves.
+    closely = shape == plan.grids[-1] or derived.problem.numerics.accuracy is not None or derived.kinematics.feeds_back
+    return options.tolerances if closely else options.tolerances.times(COARSE_TOLERANCE)
 
 
 def _accurate_enough(problem: Problem, levels: list[RefinementLevel], plan: Plan) -> bool:
