@@ -26,8 +26,8 @@ COULOMB = 2e-4
 COULOMB_ELEMENT = 2e-3
 DIRECTION = 2e-3
 BALANCE = 1e-5
-COLD = 1e-5
-"""How far below zero a temperature may come out, over its peak: bodies divide their heat up to a tolerance."""
+COLD = 1e-4
+"""How far below zero a temperature may come out, over its peak: where bodies divide their heat, elements outside miss zero."""
 GAP = 1e-6
 FORCE = 2e-5
 FORCES = ("force_x_N", "force_y_N")
