@@ -226,4 +226,4 @@ def test_errors_of_heat_with_layers(old: str, new: str, key: str, message: str) 
 
 def test_layers_far_from_solids_are_named() -> None:
     result = solve(parse(CASE.replace("diffusivity_mm2_s = 0.7", "diffusivity_mm2_s = 700.0")).problem)
-    assert any("layer 1 of both bodies" in warning for warning in result.warnings)
+    assert any("layer 1 of the coating of both bodies" in warning for warning in result.warnings)
