@@ -285,17 +285,13 @@ def stress_estimates(
         errors[name] = estimate([grid[name] for grid in grids], scale, order=order, unresolved=layers + border,
                                 floor=FLOOR + left_out)
     for name in set(at_surface).intersection(errors):
-        if not name.endswith("_MPa"):
-            errors[name] += math.sqrt(errors[_value_of(name)])
+        if "_depth_" in name:
+            errors[name] += 2.2 / elements  # An element over the smaller semi-axis: as deep is the surface.
+        elif not name.endswith("_MPa"):
+            # Along the ridge at the border the stress falls like the square of the distance.
+            quantity, _, body, _ = name.rsplit("_", 3)
+            errors[name] += math.sqrt(errors[f"{quantity}_max_{body}_MPa"])
     return errors | dict.fromkeys(without, math.nan)
-
-
-def _value_of(place: str) -> str:
-    """The scalar whose place or depth a scalar is."""
-    quantity, _, body, _ = place.rsplit("_", 3)
-    if quantity == "shakedown":
-        return f"shakedown_k_{body}_MPa"
-    return f"{quantity}_max_{body}_MPa"
 
 
 def errors_with_rivals(
