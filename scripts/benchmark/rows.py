@@ -15,11 +15,11 @@ import numpy as np
 from scripts.benchmark.cases import HOT, ROOT, log, problem_of, seconds
 from thermoroll_cli import Case
 from thermoroll_cli.contact.contact_scales import contact_scales
-from thermoroll_cli.creep_table.point_solver import EllipseSolver
-from thermoroll_cli.creep_table.table_file import Axes
-from thermoroll_cli.problem.problem import Heating, Motion, Numerics, Problem, Strength, SubsurfaceRequest
+from thermoroll_cli.problem.problem import Heating, Numerics, Problem, Strength, SubsurfaceRequest
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.solve import Solver, solve
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 from thermoroll_cli.worn.evolution import evolution
 
 PARTLY_SLIDING = 2e-3
@@ -89,16 +89,6 @@ def sweep_of_wear() -> Row:
     return _swept("20 steps of wear", [state.result.problem for state in states if state.result is not None])
 
 
-def table_16() -> Row:
-    """Creep forces of a table at its coarser accuracy."""
-    return _table(16, 4e-3)
-
-
-def table_32() -> Row:
-    """Creep forces of a table."""
-    return _table(32, 1e-3)
-
-
 def heat() -> Row:
     """Heat that deforms the contact."""
     problem = problem_of(HOT, 128)
@@ -155,9 +145,27 @@ def stresses_in_layers() -> Row:
                partial(solve, dataclasses.replace(problem, upper=dataclasses.replace(problem.upper, layers=()))))
 
 
+def conformal() -> Row:
+    """A ball in a groove, on the curved common surface."""
+    text = (ROOT / "cases" / "ball_in_groove.toml").read_text()
+    curved, plane = (dataclasses.replace(Case.parse(text.replace("conformal = true", f"conformal = {flag}")).problem,
+                                         numerics=Numerics((128, 128))) for flag in ("true", "false"))
+    return Row("conformal contact, N = 128", "in a plane", partial(solve, curved), partial(solve, plane))
+
+
+def wheelset() -> Row:
+    """Both wheels of the Manchester benchmark, whose place and loads are found, beside the last states of the patches."""
+    task = Case.read(ROOT / "cases" / "manchester.toml").task
+    assert isinstance(task, WheelsetProblem)
+    patches = [patch.result.problem for patch in solve_wheelset(task).patches]
+    return Row(f"wheelset with {len(patches)} patches, N = 48", "its patches alone", partial(solve_wheelset, task),
+               partial(_alone, patches))
+
+
 ROWS: list[Callable[[], Row]] = [
     sweep, sweep_of_hot_loads, sweep_of_hot_creepages, sweep_of_loads, sweep_of_rails, sweep_of_creepages, sweep_of_wear,
-    table_16, table_32, heat, heat_through_layers, subsurface, strength, friction_law, layers, stresses_in_layers]
+    heat, heat_through_layers, subsurface, strength, friction_law, layers, stresses_in_layers,
+    conformal, wheelset]
 
 
 def measure(runs: int) -> list[dict[str, Any]]:
@@ -206,17 +214,3 @@ def _on_case(name: str, side: int = 64) -> Problem:
 
 def _moving(problem: Problem, **motion: float) -> Problem:
     return dataclasses.replace(problem, motion=dataclasses.replace(problem.motion, **motion))
-
-
-def _table(side: int, accuracy: float) -> Row:
-    axes = Axes((1.0,), 8, 5, 9)
-    ellipse = EllipseSolver(axes.aspect_ratios[0], 0.28, accuracy)
-    creepages = axes.scaled(0, axes.points) / np.array(ellipse.scales)[:, None]
-    # As in a sweep: along the magnitude, each point started from the one before it.
-    order = np.arange(axes.points).reshape(axes.magnitudes - 1, -1).T[::3].ravel()
-    problem = dataclasses.replace(ellipse.problem, numerics=Numerics((side, side)))
-    unit, turn = ellipse.unit_creepages
-    problems = [dataclasses.replace(problem, motion=Motion(1.0, x * unit, y * unit, z * turn, differential_slip=False))
-                for x, y, z in creepages[:, order].T]
-    return Row(f"point of a table of creep forces, N = {side}", "point of a sweep", partial(ellipse.solve, creepages),
-               partial(_in_order, problems), creepages.shape[1], len(problems))
