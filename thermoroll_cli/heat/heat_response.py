@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -115,8 +114,7 @@ class KeptTables:
     If a force is prescribed every iteration has other speeds: this then saves a third of the CPU time of a point of a sweep,
     and a fifth of a single solve. Tables of temperature are built forty times as fast, and are not kept."""
 
-    def __init__(self, build: Callable[[int, int, float, float, float], Array] = displacement_table) -> None:
-        self._build = build
+    def __init__(self) -> None:
         self._known: list[tuple[tuple[int, int, float], tuple[float, float], Array]] = []
 
     def __call__(self, grid: Grid, peclets: tuple[float, float]) -> Array:
@@ -129,7 +127,7 @@ class KeptTables:
         new = self._interpolated([(math.log(key[0] / peclets[0]), table) for key, table in known
                                   if key[1] == peclets[1] and key[0] * peclets[0] > 0.0])
         if new is None:
-            new = self._build(grid.nx, grid.ny, grid.dy / grid.dx, *peclets)
+            new = displacement_table(grid.nx, grid.ny, grid.dy / grid.dx, *peclets)
             self._known = [*self._known[1 - MOST_TABLES :], (shape, peclets, new)]
         return new
 

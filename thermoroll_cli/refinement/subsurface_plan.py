@@ -17,9 +17,11 @@ FIRST, RATIO, DEPTH = 0.05, 1.157, 2.2
 """First depth below the surface, in the smaller semi-axis of the contact; ratio of one depth to the next above;
 the largest depth. That makes 28 depths; the largest von Mises stress of round and line contacts lies at 0.48 and 0.70."""
 SKIN = 0.3
-"""First depth in thicknesses of the heated skin."""
+"""First depth in thicknesses of the heated skin. Without: at a Péclet number of 2e4 no depth lies in the skin, the largest
+tensile stress is off by 1.1 % instead of 0.01 %, those of fatigue by 0.6 %."""
 STEPS_THROUGH = 4
-"""Steps from the upper to the lower face of a layer of a coating, at least."""
+"""Steps from the upper to the lower face of a layer of a coating, at least. With 1: the stresses of 12 bodies
+with thin layers are off by 0.6 % in the mean, 32 % at most, instead of 0.03 % and 1.4 %."""
 
 
 def skin_depth(semi_axis: float, peclet: float) -> float:
@@ -78,11 +80,13 @@ def depths_of(request: SubsurfaceRequest, derived: DerivedQuantities, body: str,
 
 STAGE, THERMAL, STRENGTH = "below the surface", "thermal stresses", "shakedown and fatigue"
 FASTEST = 1e6
-"""Largest Péclet number V a0/κ: above it the heated skin is thinner than 2a/1000, and its thermal tables cost too much."""
+"""Largest Péclet number V a0/κ: above it the heated skin is thinner than 2a/1000, and its thermal tables cost too much:
+1.3 s in all at 2e4 on 32² elements, 5 s at 2e5, more than a minute at 2e6."""
 LAYERED_SECONDS = 2e-6
-"""Time that the tables of a coated body take per element and depth."""
+"""Time that the tables of a coated body take per element and depth: more than half of what the plan says of coated bodies."""
 SIDEWAYS = 0.5
-"""Largest lateral speed of a body over its speed along rolling: above it the lateral drift takes too many shifts."""
+"""Largest lateral speed of a body over its speed along rolling: above it the lateral drift takes too many shifts. Without:
+ten times the time and 1 GB on 32² elements where both speeds are alike."""
 
 
 @dataclass(frozen=True)

@@ -70,17 +70,13 @@ def surface_loads(
     return loads
 
 
-GRIDS = 3
-"""Number of the finest grids from which errors are estimated."""
-
-
 def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
     """`result` with the stresses inside the bodies, if its problem asks for them and its fields are finite."""
     request = result.problem.subsurface
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
         return result
     start = time.perf_counter()
-    below = _below_the_surface(request, result.summary(), plan, refining_both(levels)[-GRIDS:])
+    below = _below_the_surface(request, result.summary(), plan, refining_both(levels))
     seconds = {**result.work["seconds"], "below the surface": round(time.perf_counter() - start, 6)}
     return replace(result, subsurface=below, work={**result.work, "seconds": seconds},
                    warnings=(*result.warnings, *below.warnings))
