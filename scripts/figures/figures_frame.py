@@ -72,7 +72,7 @@ def _surface(axes: Any, across: float) -> None:
     _arrow(axes, (0.0, 0.0), (0.0, 1.05 * across), "y", at=(0.14, 1.05 * across))
     _out_or_in(axes, (0.0, 0.0), "z", towards=across > 0.0)
     _arrow(axes, (-1.4, -1.0 * across), (-0.6, -1.0 * across), "material", FLOW, at=(-1.0, -1.17 * across))
-    _arrow(axes, (0.4, -0.06 * across), (-0.05, 0.4 * across), r"$\xi_\varphi>0$", LOWER, at=(0.42, 0.62 * across),
+    _arrow(axes, (0.4, -0.06 * across), (-0.05, 0.4 * across), r"$\xi_\varphi>0$", LOWER, at=(0.78, 0.74 * across),
            bend=0.45 * across)
     _arrow(axes, (-0.22, -0.32 * across), (0.3, -0.32 * across), r"$\xi_x>0$", LOWER, at=(0.05, -0.5 * across))
 

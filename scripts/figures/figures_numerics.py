@@ -167,7 +167,7 @@ def forces(folder: Folder, grid: int) -> Numbers:
         *(Line2D([], [], color=c, label=w[0]) for w, c in zip(FORCE_CASES, (ISOTHERMAL, COUPLED), strict=True)),
         Line2D([], [], color="0.3", linestyle=DASHED, marker="o", markersize=2.5, label="reported (extrapolated)"),
         Line2D([], [], color="0.3", marker="o", markersize=2.5, label="(a) sum over the grid; (b) power balance"),
-        Line2D([], [], color="0.3", marker="s", markersize=2.5, linewidth=0.7, label="CONTACT (measured elsewhere)"),
+        Line2D([], [], color="0.3", marker="s", markersize=2.5, linewidth=0.7, label="CONTACT (recorded)"),
     ]
     figure.legend(handles=handles, loc="lower center", ncols=3, handlelength=2.4, columnspacing=1.3, borderpad=0.2)
     write(figure, folder, "convergence")
