@@ -34,7 +34,8 @@ LARGEST_EXTENT = 12.0
 GROWTH = 1.25
 """Factor by which the domain grows when the contact reaches its rim."""
 COARSE_TOLERANCE = 3.0
-"""Factor by which coarser grids are solved less closely: less work, and neither finest grid nor estimates notice."""
+"""Factor by which coarser grids are solved less closely; neither finest grid nor estimates notice. Without: 2 to 4 % more work,
+2.2 times as much at worst."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 

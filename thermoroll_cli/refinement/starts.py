@@ -149,10 +149,11 @@ WAY = 0.25
 """More of it on sides that the contact has touched: it is on its way there. Without: strong heat on coarse grids is not
 balanced."""
 WORTH = 0.5
-"""A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements."""
+"""A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements.
+Without: scalars of small hot contacts change by up to 2.5 of their estimates."""
 SMALLEST = 0.02
-"""Side of a domain over Hertz's semi-axis, below which it does not follow: the iteration has lost its contact, and soon the
-coordinates of its elements would not differ."""
+"""Side of a domain over Hertz's semi-axis, below which it does not follow: the iteration has lost its contact. Without: a hot
+contact of 80 shrinks until the coordinates of its elements no longer differ, and the run does not end in minutes."""
 
 
 def followed_state(starts: Starts, here: Discretisation, isothermal: SteadyState, tolerances: Tolerances) -> FollowedState:
