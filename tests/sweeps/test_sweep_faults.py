@@ -170,6 +170,29 @@ def test_a_process_that_dies_while_it_has_nothing_to_do_is_replaced(folder: Path
         assert sorted([first, *found]) == ["a", "b"]
 
 
+class SlowDiskTask(DeadlyTask):
+    """Items with files that take long to write."""
+
+    def items(self) -> Iterator[tuple[dict[str, Any], bytes]]:
+        os.fsync = lambda file: time.sleep(0.5)
+        for key in self.keys:
+            yield {"key": key, "file": f"{key}.bin"}, b"content"
+            time.sleep(0.5)  # it works at the next one
+
+
+def test_a_process_that_is_stopped_finishes_the_file_that_it_writes(folder: Path) -> None:
+    """The other process has nothing to write and ends at once; its pool then stops the one that writes."""
+    with Journal(folder / "j.jsonl", {"kind": "test"}, resume=False) as journal:
+        tasks = [SlowDiskTask(("slow", "never"), str(folder)), DeadlyTask(("quick",), str(folder))]
+        found = run(tasks, journal, Workers(jobs=2), lambda text: None)
+        assert next(found) == "quick"
+        while not list(folder.glob("*.part")):
+            time.sleep(0.005)
+        found.close()
+        assert journal.update() == ["slow"]
+        assert sorted(path.name for path in folder.iterdir() if path.suffix != ".lock") == ["j.jsonl", "slow.bin"]
+
+
 def test_an_invalid_sweep_has_a_json_record(case: Path, tmp_path: Path) -> None:
     for key, value in (("load.normal_N", "-1"), ("force.longitudinal_N", "1e9")):
         done = call("sweep", case, "--over", f"{key}={value},1", "-o", tmp_path, "--json")

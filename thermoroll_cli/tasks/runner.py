@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import importlib.util
 import multiprocessing
@@ -93,9 +94,9 @@ def run(tasks: Iterable[Task], journal: Journal, workers: Workers, note: Callabl
     """Work off `tasks`, keep every item in `journal` as soon as it is done, and yield its key.
 
     Processes write into the journal themselves, so finished tasks are kept whatever happens to this one. Close the
-    iterator to stop: the processes end at once; they also end when this process dies. When a process dies, the tasks in
-    flight are tried again, one alone at a time. One that `DEATHS` processes died of is taken apart, and a single item given up
-    after as many. `note` is called with remarks.
+    iterator to stop: the processes end, each after the item that it is writing; they also end when this process dies. When
+    a process dies, the tasks in flight are tried again, one alone at a time. One that `DEATHS` processes died of is taken
+    apart, and a single item given up after as many. `note` is called with remarks.
 
     Raises OSError: a file cannot be written; no cluster, or it went away. ImportError.
     """
@@ -231,22 +232,34 @@ def _deaf_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
+_writing = threading.Lock()
+"""A process holds it while it keeps an item, and ends only when it is free."""
+
+
 def _end_with_parent(leash: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # on systems that cannot block it
+    # A pool sends SIGTERM to its other processes as soon as one of them has ended.
+    signal.signal(signal.SIGTERM, lambda *_: _thread.start_new_thread(_end, ()))
 
     def wait_for_the_end() -> None:
         with contextlib.suppress(EOFError, OSError):
             leash.recv_bytes()
-        os._exit(1)
+        _end()
 
     threading.Thread(target=wait_for_the_end, daemon=True).start()
+
+
+def _end() -> None:
+    with _writing:
+        os._exit(1)
 
 
 def _work_off(task: Task, path: pathlib.Path) -> list[Item]:
     """Runs in a process of this machine. Nothing is returned: everything is in the journal."""
     try:
         for record, content in task.items():
-            keep(path, record, content)
+            with _writing:
+                keep(path, record, content)
     except OSError as cause:
         # Not every OSError survives the way between processes.
         raise OSError(str(cause)) from None
