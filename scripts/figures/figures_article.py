@@ -137,7 +137,7 @@ def moving_source(folder: Folder, grid: int) -> Numbers:
 PICTURES = {"fig_06_heat_flux": "heat_flux", "fig_07_temperature": "temperature", "fig_08_pressure": "pressure",
             "fig_09_shear": "traction", "fig_10_centreline": "centreline"}  # fmt: skip
 LEADING_EDGE, PEAK = -0.88, 1.26
-"""Of the article, over a₀ and p₀."""
+"""Values of the article, over a₀ and p₀."""
 
 
 def thermal_deformation(folder: Folder, grid: int) -> Numbers:
@@ -213,7 +213,7 @@ def _velocity_table(others: Numbers) -> Numbers:
 
 
 def _other_velocities(grid: int) -> Numbers:
-    """What the other two meanings of the Péclet number make of the same case."""
+    """The same case with the other two meanings of the Péclet number."""
     out: Numbers = {}
     modes: tuple[PecletMode, ...] = ("rolling", "sliding", "stationary")
     for mode in modes:

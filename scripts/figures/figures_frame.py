@@ -13,7 +13,7 @@ from thermoroll_cli.plots import style
 
 LOWER, UPPER, FLOW = style.BEFORE, style.AFTER, "0.35"
 RADIUS, BORDER = 0.95, 0.62
-"""Of the upper body and of the contact in the drawings."""
+"""Radii of the upper body and of the contact in the drawings."""
 
 
 def frame(folder: pathlib.Path, grid: int) -> Numbers:

@@ -27,7 +27,7 @@ BELOW_LIMIT = 0.3
 """A case is below the thermo-elastic limit if the plan's bound of the bulge is less than this share of the approach."""
 
 RECIRCULATING_SHARE = 0.6
-"""Of the cases with heat, unless both bodies are straight: with it one case of five brings heat back."""
+"""Share of the cases with heat, unless both bodies are straight: with it one case of five brings heat back."""
 
 
 @dataclass(frozen=True)

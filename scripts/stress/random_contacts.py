@@ -16,7 +16,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 HEATED_SHARE, DEFORMED_SHARE, DISSIMILAR_SHARE, FORCED_SHARE, SPIN_SHARE = 0.7, 0.4, 0.2, 0.15, 0.3
 LARGEST_BULGE = 0.2
-"""Of the approach: moderate heat (the stress generator draws what lies beyond)."""
+"""Largest bulge over the approach: moderate heat (the stress generator draws what lies beyond)."""
 
 
 def random_contact(seed: int) -> Problem:

@@ -55,7 +55,7 @@ def worn_contact(seed: int) -> Problem:
 
 
 def violations(problem: Problem, last: WearState) -> list[str]:
-    """What does not hold of the last state of an evolution."""
+    """Faults of the last state of an evolution."""
     wear, result, found = problem.wear, last.result, []
     assert wear is not None and result is not None
     if last.steps < MOST_STEPS and not last.deepest >= (1.0 - 2.0 * REACHED) * wear.depth:

@@ -86,7 +86,8 @@ def test_layers_of_the_substrates_material_change_nothing(thickness: float, size
 
 
 def test_thin_and_thick_layers_are_half_spaces() -> None:
-    """Of the substrate and of the layer; what remains is of the order of thickness over size, to the power of one and two."""
+    """Half-spaces of the substrate and of the layer; the difference
+    is of the order of thickness over size, to the power of one and two."""
     place = (6, 6), 1e-3, 1e-3
     thin, thinner, thick = (LayeredBody((Layer(thickness, 50e9, 0.2),), STEEL) for thickness in (1e-9, 1e-12, 1e2))
     wanted = closed_forms(0.3, *place, 5e-4)
@@ -141,7 +142,7 @@ def test_long_elements_are_sums_of_short_ones(depth: float) -> None:
 
 
 def largest_error(row_stack: list, elements: int) -> float:
-    """Of the stresses below hemispherical pressures, in p₀."""
+    """Largest error of the stresses below hemispherical pressures, in p₀."""
     grid = Grid.over((elements, elements), 2.2, 2.2)
     edges, worst = (np.arange(elements + 1) - 0.5 * elements) * grid.dx, 0.0
     load = element_averages(HertzContact(*8 * (1.0,)), edges, edges)[0]

@@ -17,7 +17,7 @@ from thermoroll_cli.files.case_schema import case_schema
 from thermoroll_cli.refinement.plan import expected_temperature_warning
 from thermoroll_cli.refinement.warnings import warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.wheelset.first_contact import doubts_of_wheelset
+from thermoroll_cli.wheelset.first_contact import wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 TEMPLATES = {
@@ -77,7 +77,7 @@ def warnings_of(case: Case) -> list[str]:
     """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
     task = case.task
     if isinstance(task, WheelsetProblem):
-        return list(doubts_of_wheelset(task))
+        return list(wheelset_warnings(task))
     derived = DerivedQuantities(task)
     return [*warnings_before(derived), *expected_temperature_warning(derived)]
 

@@ -14,7 +14,7 @@ from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
-from thermoroll_cli.wheelset.first_contact import doubts_of_wheelset, facts_of
+from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 MEANINGS = {
@@ -58,7 +58,7 @@ def show(
         with options.solvable(read, str(case)):
             task = read.task
             if isinstance(task, WheelsetProblem):
-                _show_wheelset(read, facts_of(task), list(doubts_of_wheelset(task)), as_json=as_json)
+                _show_wheelset(read, facts_of(task), list(wheelset_warnings(task)), as_json=as_json)
                 return
             plan = make_plan(task)
     except CaseError as invalid:

@@ -305,7 +305,7 @@ ROUNDING_PRESSURE = 1e-12
 """Pressures below this fraction of the peak are rounding noise."""
 TOLERABLE_CHANGE = 0.2
 """Largest difference between the loads of an element by the fit and by whole elements, over the highest pressure beside it
-(0.17 at the border of ellipses from N = 16 to 128). Where the difference is larger, the pressure falls within an element, as
+(0.17 at the border of ellipses from N = 16 to 128). If the difference is larger, the pressure falls within an element, as
 at the end of a roller, and no paraboloid describes it."""
 FEWEST_FITTED = 8
 """A paraboloid has six coefficients; fewer fitted elements than this are not trusted to give them."""

@@ -250,7 +250,7 @@ def fastsim(
     grow_x = dx * (creepage_x / flexibility.longitudinal - spin * y / flexibility.spin)
     for step, (x, bound) in enumerate(zip(x_all, bounds, strict=True)):
         share = 0.5 if step == 0 else 1.0  # from the edge to the middle of the first element
-        # Where the centre moves from element to element, the spin term is taken half a step before it.
+        # If the centre moves from element to element, the spin term is taken half a step before it.
         grow_y = dx * (creepage_y / flexibility.lateral + spin * (x - 0.5 * dx * share) / flexibility.spin)
         tau_x, tau_y = tau_x + share * grow_x, tau_y + share * grow_y
         size = np.hypot(tau_x, tau_y)

@@ -4,7 +4,7 @@ A profile of `[geometry]` is a list of points [y, height] in mm, y increasing, h
 (`read_profile`); one of a track or a wheelset is an outline, a list of points [y, z] in order along the surface, y to the
 field side, z down, into a rail and out of a wheel (`read_outline`). Simpack's files are such outlines; MiniProf's vertical
 axis may point either way, and the largest departure from the median height is the gauge face of a rail or the flange of a
-wheel, both down. Where an outline folds back (flange back, rail foot) a profile is its widest part with y in order. """
+wheel, both down. If an outline folds back (flange back, rail foot), its profile is the widest part with y in order."""
 
 from __future__ import annotations
 

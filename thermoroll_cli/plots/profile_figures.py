@@ -93,7 +93,7 @@ def draw_wear(
     work: Array, regimes: Mapping[BodyName, Sequence[float]], converged: bool = True,
 ) -> pathlib.Path:
     """Write the picture to `path`: worn `profiles` (m, by body, (snapshots, points)) at `y` (m), `loads` (N/m), and the
-    `distances` (m) of the snapshots. Where a body has `regimes` (Pa, the T_γ/A at which each ends) also the largest T_γ/A of
+    `distances` (m) of the snapshots. If a body has `regimes` (Pa, the T_γ/A at which each ends) also the largest T_γ/A of
     each line of rolling, `work` (Pa), with the limits of the regimes. Raises OSError."""
     worn = {body: heights for body, heights in profiles.items() if np.ptp(heights - heights[0], axis=0).any()}
     limits = {body: places for body, places in regimes.items() if places}

@@ -212,7 +212,7 @@ def shakedown_map_figure(frame: RunFrame) -> Figure | None:
     shares = np.linspace(FRICTION[0], FRICTION[-1], 61)
     axes.plot(shares, [line_shakedown(share) for share in shares], color=style.BEFORE, linestyle=style.DOTTED,
               label="line: shakedown, Tresca (Johnson)")
-    # Of two points at one place both are seen: a ring around a square.
+    # A ring around a square: two points at one place are both seen.
     for (body, load), (marker, size, face) in zip(points.items(), (("o", 10.0, "none"), ("s", 4.5, style.ALERT)), strict=False):
         axes.plot([utilised], [load], marker, markersize=size, markerfacecolor=face, markeredgecolor=style.ALERT,
                   linestyle="none", label=f"{body} body")

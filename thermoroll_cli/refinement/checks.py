@@ -133,7 +133,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
     if problem.friction.coefficient > 0.0:
         speed = np.hypot(*tangential.slip)
         along = (tangential.traction * tangential.slip).sum(axis=0)
-        # Where almost everything sticks, what little slips is of the size of the tolerance: the work sets the scale.
+        # If almost everything sticks, the little slip is of the size of the tolerance: the work sets the scale.
         total = max(float((shear * speed).sum()), abs(tangential.work) / grid.element_area)
         if float((shear * speed - along).sum()) > DIRECTION_ERROR * total:
             reasons.append("slip does not point along the traction")

@@ -5,7 +5,7 @@ contact), the estimate is that of a grid convergence index with a part R that no
 
     E = S (D/(2^q − 1) + R) + floor + left out,      D = max(|v_N − v_N/2|, |v_N/2 − v_N/4| / 2^q).
 
-D guards against two values that agree by accident. Where the two changes differ in sign, or do not shrink, no order is seen and
+D guards against two values that agree by accident. If the two changes differ in sign, or do not shrink, no order is seen and
 the divisor is at most 1. The last term is the bound of the effect of stages that were left out (`Plan.left_out`). All numbers
 of the scheme are the constants below. None is fitted to a scalar.
 """

@@ -176,7 +176,7 @@ def tolerances_on(
     shape: tuple[int, int], plan: Plan, derived: DerivedQuantities, options: SolverOptions
 ) -> Tolerances:
     """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
-    error estimates. Where an accuracy is asked for any grid may turn out to be the last, and its residual must not show in
+    error estimates. If an accuracy is asked for, any grid may turn out to be the last, and its residual must not show in
     the estimates."""
     # Pressure and shear that act on each other cost more iterations from a looser start than it saves.
     closely = shape == plan.grids[-1] or derived.problem.numerics.accuracy is not None or derived.kinematics.feeds_back

@@ -86,7 +86,7 @@ class Starts:
         return min(known, key=lambda level: level.coupled is None or not level.coupled.converged, default=None)
 
     def learnt(self, here: Discretisation, *, coupled: bool, balanced: bool = False) -> Learnt | None:
-        """What is known of the iteration of a state on `here` from the neighbours that predict its start, or else from the
+        """Knowledge about the iteration of a state on `here` from the neighbours that predict its start, or else from the
         coarser grid if that has converged."""
         predicted = (self.predicted_coupled if coupled else self.predicted) is not None
         source = self.neighbours.last if predicted and self.neighbours is not None else self.coarser
@@ -167,7 +167,7 @@ def followed_state(starts: Starts, here: Discretisation, isothermal: SteadyState
                         learnt=starts.learnt(here, coupled=True, balanced=balanced))
     smaller = settled = False
     for _ in range(here.options.most_moves):
-        # Where a contact turns out larger than it seemed, it keeps the room that it then gets.
+        # A contact that turns out larger than it seemed keeps the room that it then gets.
         settled = settled or (smaller and state.touches_rim)
         domain = _around(here, state)
         if domain is None or not (state.touches_rim or (not settled and _is_worth(domain, here))):

@@ -166,7 +166,7 @@ def warnings_after(
 
 
 def feedback_warning(derived: DerivedQuantities, rises: tuple[Array, Array], friction: Array) -> Iterator[str]:
-    """Where friction rises with temperature, several steady states are possible if a change of friction μ comes back larger:
+    """If friction rises with temperature, several steady states are possible if a change of friction μ comes back larger:
     the temperature rise is in proportion to μ, so the gain of that loop is |dμ/dT| ΔT/μ, with the mean rise ΔT of both
     surfaces."""
     law, heating = derived.problem.friction, derived.problem.heating

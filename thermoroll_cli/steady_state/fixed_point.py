@@ -111,7 +111,7 @@ line in `iterate` and a line here."""
 
 @dataclass(frozen=True)
 class Learnt:
-    """What is known of an iteration before it starts: the `residual` that its first tractions are solved for, and `secants` of
+    """Knowledge about an iteration before it starts: the `residual` that its first tractions are solved for, and `secants` of
     a similar iteration on this grid, over the scales of the unknowns."""
 
     residual: float

@@ -208,7 +208,7 @@ class TractionSolver:
     def _missed(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """`leading` computed anew, for one application: under Hertz's pressure from the closed form, else from the gap."""
         grid, compliance = self.grid, derived.shear_compliance.near_border(self.grid.dx, self.grid.dy)
-        gradient = self._of_half_spaces(window, compliance).of_shape(window.cut(normal.pressure))
+        gradient = self._half_space_gradient(window, compliance).of_shape(window.cut(normal.pressure))
         both = window.both_sides
         if window.mirror is not None:
             gradient = np.stack([unfolded(field, parity) for field, parity in zip(gradient, (1, 1, -1), strict=True)])
@@ -251,7 +251,7 @@ class TractionSolver:
         convolution = Convolution(*grid.shape, MARGIN, MARGIN)
         return convolution, convolution.quadrant_spectrum(table)
 
-    def _of_half_spaces(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
+    def _half_space_gradient(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
         """The operator of the half-spaces that stand for the bodies at the border; without coatings the solver's own."""
         if self._coatings is None:
             return self._solvers[window.mirror].gradient

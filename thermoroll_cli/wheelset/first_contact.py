@@ -1,5 +1,4 @@
-"""What is known of a wheelset before anything is solved: where its wheels touch first, its roll and rolling radii; and
-doubts."""
+"""A wheelset before anything is solved: where its wheels touch first, its roll and rolling radii, and warnings."""
 
 from __future__ import annotations
 
@@ -69,7 +68,7 @@ def flange_clearance(facing: Facing) -> float:
     return face - float(flange.max()) - facing.position.y if len(flange) else math.nan
 
 
-def doubts_of_wheelset(problem: WheelsetProblem) -> Iterator[str]:
+def wheelset_warnings(problem: WheelsetProblem) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
     for side, facing in touching(problem).items():
         k = int(np.argmin(facing.gap))

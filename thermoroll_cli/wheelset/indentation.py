@@ -19,7 +19,7 @@ COARSE_GRID = (32, 64)
 BOX_SAMPLES = (65, 129)
 """Places along and across at which the overlap is looked for."""
 TOLERANCE = 1e-4
-"""Of the approach, relative: ten times less than the error of the coarse grid."""
+"""Relative tolerance of the approach: ten times less than the error of the coarse grid."""
 MOST_LOADS = 12
 
 

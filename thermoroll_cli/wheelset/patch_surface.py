@@ -16,7 +16,7 @@ from thermoroll_cli.wheelset.kinematics import directions
 from thermoroll_cli.wheelset.search import Facing, Region
 
 NEWTON_SWEEPS = 6
-"""Of Newton's method for the distance to a surface: from the start on the locus four reach rounding on treads, six on
+"""Steps of Newton's method for the distance to a surface: from the start on the locus four reach rounding on treads, six on
 flanges."""
 CLOSE = 1e-9
 """Step of that method in m after which the next one is below rounding, for it converges quadratically."""

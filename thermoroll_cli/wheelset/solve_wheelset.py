@@ -82,7 +82,7 @@ class SolvedPatch:
 
 @dataclass(frozen=True)
 class SolvedWheelset:
-    """Where a wheelset stands, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
+    """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
     why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
     of the ratios of forces."""
 
@@ -237,7 +237,7 @@ class _Search:
         self.solved = {side: tuple(patch.solved for patch in patches if patch.side == side) for side in self.problem.sides}
 
     def _unbalanced(self) -> float:
-        """What the drive leaves, over the limit of friction, positive where the wheelset must turn more slowly backwards."""
+        """The residual of the drive over the limit of friction, positive where the wheelset must turn more slowly backwards."""
         limit = sum(patch.result.problem.traction_limit for patch in self.patches)
         if self.problem.traction is not None:
             forward = -sum(patch.forces.force[0] for patch in self.patches)

@@ -33,7 +33,7 @@ class Standing:
 def stand(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None = None) -> Standing:
     """Where `problem` stands, with the ratios of forces that are known as `solved`, near the standing `before`.
 
-    Of two wheels each carries half of the vertical force where the roll is found: it makes their heights equal. With a given
+    If the roll is found, it makes the heights of both wheels equal, and each carries half of the vertical force. With a given
     roll they carry the whole force together. Raises Unsolvable where a wheel misses its rail, NoHeight where it cannot carry
     its force."""
     if problem.vertical is None:

@@ -45,8 +45,8 @@ class WearState:
     """A moment of the evolution after so many `steps`: `distance` rolled (m), the `rows` with the `worn` depth of each body
     (m), those of them, `domain`, on which the contact is solved, with `grid` elements wanted along and across rolling, and the
     `result` of the contact with these profiles; None before it is solved. `rates` are the depths worn per metre rolled on each
-    row then. `doubts` of each body are the errors of its largest depth (m) and worn cross-section (m²), (3, 2): by the grid,
-    by the steps, their difference to the trapezoidal rule, and by the shape of one passage's wear."""
+    row then. `error_shares` of each body are the shares of the errors of its largest depth (m) and worn cross-section (m²),
+    (3, 2): by the grid, by the steps, their difference to the trapezoidal rule, and by the shape of one passage's wear."""
 
     steps: int
     distance: float
@@ -54,7 +54,7 @@ class WearState:
     worn: dict[BodyName, Array]
     domain: FixedRows
     grid: tuple[int, int]
-    doubts: dict[BodyName, Array]
+    error_shares: dict[BodyName, Array]
     result: Result | None = None
     rates: dict[BodyName, Array] = field(default_factory=dict)
 
@@ -73,7 +73,7 @@ class WearState:
 
     def errors(self, body: BodyName) -> tuple[float, float]:
         """Estimated errors of the largest depth (m) and of the worn cross-section (m²)."""
-        depth, area = np.abs(self.doubts[body]).sum(axis=0)
+        depth, area = np.abs(self.error_shares[body]).sum(axis=0)
         return float(depth), float(area)
 
     def moved(self, step: float) -> WearState:
@@ -124,7 +124,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
         result = solver.solve(worn)
         state = replace(state, result=result, rates=_rates(wear, state.rows, result))
         if before is not None:
-            state = replace(state, doubts=_doubts(before, state))
+            state = replace(state, error_shares=_error_shares(before, state))
         yield state
         if not result.converged or state.distance >= wear.distance or state.deepest >= (1.0 - REACHED) * wear.depth:
             return
@@ -173,9 +173,10 @@ def _rates(wear: Wear, rows: FixedRows, result: Result) -> dict[BodyName, Array]
             for body, worn in zip(BODIES, (wear.lower, wear.upper), strict=True)}
 
 
-def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
-    """The doubts of `state`, one step after `before`. Errors of the worn area add up. A row that wears too much carries less
-    from then on, so that the depth has the error of the area and of one passage's shape, at most as deep as one step wears."""
+def _error_shares(before: WearState, state: WearState) -> dict[BodyName, Array]:
+    """The shares of the errors of `state`, one step after `before`. Errors of the worn area add up. A row that wears too much
+    carries less from then on, so that the depth has the error of the area and of one passage's shape, at most as deep as one
+    step wears."""
     assert before.result is not None
     step, errors = state.distance - before.distance, {}
     for body in BODIES:
@@ -183,9 +184,9 @@ def _doubts(before: WearState, state: WearState) -> dict[BodyName, Array]:
                     for rates, rows in ((before.rates[body], before.rows), (state.rates[body], state.rows)))
         shape, area = (before.result.error.get(name, math.nan) if old[0] else 0.0
                        for name in (f"wear_depth_max_{body}_nm", f"wear_area_{body}_um2"))
-        doubt = before.doubts[body] + np.array([step * old * area, 0.5 * step * (new - old), [0.0, 0.0]])
-        doubt[2, 0] = max(doubt[2, 0], step * old[0] * shape)
-        errors[body] = doubt
+        shares = before.error_shares[body] + np.array([step * old * area, 0.5 * step * (new - old), [0.0, 0.0]])
+        shares[2, 0] = max(shares[2, 0], step * old[0] * shape)
+        errors[body] = shares
     return errors
 
 

@@ -46,10 +46,10 @@ def record_of(state: WearState) -> dict[str, Any]:
     row: dict[str, Any] = {"distance_km": state.distance * 1e-3}
     for body in BODIES:
         depth, area = state.worn_depth(body), state.worn_area(body)
-        doubts = state.errors(body)
+        depth_error, area_error = state.errors(body)
         row |= {f"depth_max_{body}_um": depth * 1e6, f"worn_area_{body}_mm2": area * 1e6}
-        error |= {f"depth_max_{body}_um": doubts[0] / depth if depth else 0.0,
-                  f"worn_area_{body}_mm2": doubts[1] / area if area else 0.0}
+        error |= {f"depth_max_{body}_um": depth_error / depth if depth else 0.0,
+                  f"worn_area_{body}_mm2": area_error / area if area else 0.0}
     load = line_load(result)[None]
     largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
     row |= {"half_width_mm": half_width(result) * 1e3, "line_load_max_N_mm": largest * 1e-3,
@@ -58,16 +58,16 @@ def record_of(state: WearState) -> dict[str, Any]:
     return {
         "key": str(state.steps), "distance": state.distance, "rows": asdict(state.rows), "domain": asdict(state.domain),
         "grid": state.grid, "worn": {body: state.worn[body].tolist() for body in BODIES},
-        "doubts": {body: state.doubts[body].tolist() for body in BODIES}, "row": row, "load_y": result.y.tolist(),
+        "error_shares": {body: state.error_shares[body].tolist() for body in BODIES}, "row": row, "load_y": result.y.tolist(),
         "load": line_load(result).tolist(), "work": sliding(result.problem, result.coupled.fields)[1].max(axis=0).tolist(),
     }  # fmt: skip
 
 
 def state_of(record: Record) -> WearState:
     """The state, not solved, of a line of the journal."""
-    worn, doubts = ({body: np.array(record[name][body]) for body in BODIES} for name in ("worn", "doubts"))
+    worn, error_shares = ({body: np.array(record[name][body]) for body in BODIES} for name in ("worn", "error_shares"))
     return WearState(int(record["key"]), record["distance"], FixedRows(**record["rows"]), worn, FixedRows(**record["domain"]),
-                     (record["grid"][0], record["grid"][1]), doubts)
+                     (record["grid"][0], record["grid"][1]), error_shares)
 
 
 def resumed(journal: Mapping[str, Record]) -> WearState | None:
