@@ -24,6 +24,7 @@ from thermoroll_cli.steady_state.discretisation import SolverOptions
 LOAD = 2e-6
 COULOMB = 2e-4
 COULOMB_ELEMENT = 2e-3
+FULL_FRICTION = 5e-2
 DIRECTION = 2e-3
 BALANCE = 1e-5
 COLD = 1e-4
@@ -139,6 +140,8 @@ def _broken(result: Result, state: State) -> list[str]:
     excess = np.maximum(shear - bound, 0.0)
     hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))
     hold("Coulomb in one element", float(excess.max()), COULOMB_ELEMENT * float(bound.max()))
+    sliding = speed > 0.1 * float(speed.max())
+    hold("friction not reached in slip", float((bound - shear)[sliding].sum()), FULL_FRICTION * float(bound[sliding].sum()))
     rubbed = float((shear * speed).sum())
     work, dissipated = _work(problem, state, grid, traction, pressure), float(flux.sum()) * grid.element_area
     scale = max(rubbed * grid.element_area, abs(work), dissipated)

@@ -213,12 +213,6 @@ class Newton:
         """Size of the relative slip that friction depends on, (n, m); zero where the surfaces stick."""
         return np.where(state.stick, 0.0, self._free_slip(state.slip, state.traction)[1])
 
-    def friction_factor(self, state: Iterate) -> AnyArray:
-        """Factor by which slip changes the coefficient of friction, (n, m)."""
-        if state.response is not None:
-            return state.response.factor
-        return np.where(self.contact, state.bound / np.where(self.contact, self.traction_bound, 1.0), 1.0)
-
     def sticking(self, state: Iterate) -> Mask:
         """Elements that stick, (n, m): below their bound, and not sliding both ways about a neutral line."""
         return np.asarray(state.stick & self.contact & ~self.border.crossed)

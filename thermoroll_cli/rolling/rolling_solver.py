@@ -51,8 +51,7 @@ class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
     each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
-    both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip, and `friction_factor` the factor
-    by which slip changes the coefficient of friction (None: it does not)."""
+    both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip."""
 
     traction: Array
     slip: Array
@@ -64,7 +63,6 @@ class TangentialSolution:
     applications: int
     converged: bool
     bound: Array
-    friction_factor: Array | None = None
     history: tuple[float, ...] = field(default=())
 
 
@@ -102,7 +100,6 @@ class RollingSolver:
             applications=self.gradient.applications - before,
             converged=settled,
             bound=state.bound,
-            friction_factor=None if problem.slip_friction is None else newton.friction_factor(state),
             history=tuple(history),
         )
 
@@ -128,8 +125,8 @@ class RollingSolver:
         """The undamped fixed point on the coefficient of friction, for laws so steep that Newton stalls.
 
         It ends on the mean change of the factor, because a few elements at the onset of slip keep alternating."""
-        assert problem.slip_friction is not None
-        factor = newton.friction_factor(state)
+        assert problem.slip_friction is not None and state.response is not None
+        factor = state.response.factor
         for _ in range(MOST_FRICTION_ITERATIONS):
             fixed = replace(problem, traction_bound=problem.traction_bound * factor, slip_friction=None)
             creep = newton.creepage(state.unknown)

@@ -153,14 +153,11 @@ class TractionSolver:
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
         work = float((solution.traction * rigid_inner).sum()) * cell.element_area
         local = None
-        if problem.interlayer.yield_stress is not None:
-            local = bound / np.where(normal.pressure > 0.0, normal.pressure, 1.0)
-        if solution.friction_factor is not None:
+        if problem.interlayer.yield_stress is not None or problem.friction.law is not None:
             cell = replace(cell, traction_bound=solution.bound)
-            local = np.ones(self.grid.shape)
-            local[window.rows, window.both_sides.columns] = window.scalar(solution.friction_factor)[
-                window.rows, window.both_sides.columns]
-            local *= problem.friction.coefficient if friction is None else friction
+            reached = window.scalar(solution.bound)
+            local = np.full(self.grid.shape, problem.friction.coefficient)
+            np.divide(reached, normal.pressure, out=local, where=reached > 0.0)
         heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
