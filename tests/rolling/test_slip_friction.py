@@ -232,7 +232,8 @@ def test_the_coefficient_is_that_of_the_tractions_though_newton_stalls() -> None
     steep = Friction(0.3, FrictionLaw("exponential", 0.3, 1e-6, memory=1e-7))
     state = solve(spheres(16, friction=steep, motion=Motion(1.0, 0.001, differential_slip=False))).coupled
     slides = np.hypot(state.fields["slip_x"], state.fields["slip_y"]) > 0.0
-    x, y, pressure, friction = (state.fields[name][slides] for name in ("shear_x", "shear_y", "pressure", "friction_coefficient"))
+    x, y, pressure, friction = (
+        state.fields[name][slides] for name in ("shear_x", "shear_y", "pressure", "friction_coefficient"))
     assert slides.any()
     np.testing.assert_allclose(friction * pressure, np.hypot(x, y), rtol=1e-3)
     assert 0.09 < state.scalars["friction_mean"] < 0.2

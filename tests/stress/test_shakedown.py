@@ -114,6 +114,15 @@ def test_strength_compares_with_what_is_needed_and_has_estimates() -> None:
         assert abs(scalars[name] - fine.subsurface.scalars[name]) <= error[name] * pressure, name
 
 
+def test_what_falls_from_the_surface_has_no_estimate_below_it() -> None:
+    """The first depth carries more than the peak below it: another first depth would have another value."""
+    result = solve(strong_circle(0.4, 32))
+    steps = np.diff(result.subsurface.bodies["lower"].strength["shakedown_k"])
+    assert (steps[:2] < 0.0).all() and (steps > 0.0).any()
+    error = result.subsurface.error
+    assert math.isnan(error["shakedown_k_below_lower_MPa"]) and error["shakedown_k_lower_MPa"] > 0.0
+
+
 def test_strength_needs_stresses_of_its_body(tmp_path: Path) -> None:
     case = tmp_path / "case.toml"
     case.write_text(MECHANICAL + "\n[strength.lower]\nshear_yield_MPa = 300.0\n")

@@ -121,7 +121,7 @@ def _below_the_surface(
     ]
     at_surface = _at_surface(peaks[-1], finest, near)
     error = stress_estimates(by_grid, every_second, summary, at_surface, elements, derived, sum(plan.left_out.values()),
-                             cut_off | _only_falling(finest))
+                             cut_off | _without_peak(finest))
     for value, places, rivals in _rivals(collected, near):
         places = {axis: place for axis, place in places.items() if place in error}
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
@@ -247,10 +247,11 @@ def _cut_off(collectors: Collectors, width: float, near: float) -> set[str]:
     return names.intersection(SUBSURFACE_SCALARS)
 
 
-def _only_falling(collectors: Collectors) -> set[str]:
-    """Names of the scalars below the surface that have no maximum there: the first depth stands for what only falls."""
+def _without_peak(collectors: Collectors) -> set[str]:
+    """Names of the scalars below the surface that have no maximum there: what falls from the surface on is largest at the first
+    depth, wherever that is."""
     return {f"{quantity}_below_{body}_MPa" for body, collector in collectors.items() if collector.strength is not None
-            for quantity, values in collector.strength.profiles().items() if not (np.diff(values) > 0.0).any()}
+            for quantity, values in collector.strength.profiles().items() if values[0] > values[1:].max() == values[1]}
 
 
 def _rivals(
