@@ -82,7 +82,8 @@ def pairs_of(problem: Problem, *grids: int | tuple[int, int], reference: int | N
 
 
 def _side(grid: int | tuple[int, int]) -> int:
-    return grid if isinstance(grid, int) else round(math.sqrt(grid[0] * grid[1]))
+    """Elements per side of a square grid with about as many elements, a power of two for slender grids."""
+    return grid if isinstance(grid, int) else 2 ** round(0.5 * math.log2(grid[0] * grid[1]))
 
 
 def _on(problem: Problem, grid: int | tuple[int, int]) -> Problem:
@@ -112,7 +113,7 @@ def _judged(outcomes: list[Outcome]) -> list[Judged]:
 def table(outcomes: list[Outcome]) -> str:
     """In Markdown, by family: pairs, covered, short by three and ten times, median of estimate over true error."""
     judged = _judged(outcomes)
-    sides, apart = sorted({pair.grid for _, pair in judged} ), {name for name, _ in judged} - {*FAMILIES, OTHERS}
+    sides, apart = sorted({pair.grid for _, pair in judged}), {name for name, _ in judged} - {*FAMILIES, OTHERS}
     head = ["", *(f"N = {n}: {column}" for n in sides for column in ("pairs", "covered", "short by 3", "by 10", "median"))]
     lines = [head, ["---", *["---:"] * (len(head) - 1)]]
     for name, families in ({name: {name} for name in (*FAMILIES, OTHERS)} | {"**all of these**": {*FAMILIES, OTHERS}}
