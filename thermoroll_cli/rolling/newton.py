@@ -171,8 +171,10 @@ class Newton:
         return creep
 
     def start(self, traction: AnyArray, creepage: tuple[float, float]) -> Iterate:
-        size = np.hypot(traction[0], traction[1])
-        shrink = np.where(size > self.traction_bound, self.traction_bound / np.where(size > 0.0, size, 1.0), 1.0)
+        """The iterate from `traction`, cut down to the largest bound of any slip, and the free creepages of `creepage`."""
+        size, law = np.hypot(traction[0], traction[1]), self.problem.slip_friction
+        most = self.traction_bound * (1.0 if law is None else law.law.highest)
+        shrink = np.where(size > most, most / np.where(size > 0.0, size, 1.0), 1.0)
         unknown = np.array([creepage[i] for i in self.free]) / self.creepage_unit
         traction = traction * (shrink * self.contact)
         return self._iterate(traction, unknown, self._slip(traction, unknown))
