@@ -31,7 +31,7 @@ HOT = THERMAL.replace("speed_m_s = 1.0", "speed_m_s = 100.0") + '[thermal]\npecl
 KEY = "creepage.longitudinal"
 POINTS = 21
 SWEEP = ("--over", f"{KEY}=0.0005:0.006:{POINTS}", "--set", "numerics.grid=16")
-"""Two stretches."""
+"""Two batches."""
 
 
 @dataclass(frozen=True)
@@ -205,7 +205,7 @@ def workers(process: subprocess.Popen[str]) -> list[int]:
 def test_two_processes_give_the_serial_files_though_both_are_killed(case: Path, serial: Swept, tmp_path: Path) -> None:
     with started(case, tmp_path, "--jobs", "2", "--json") as process:
         killed: list[int] = []
-        for enough in (2, 4):  # before any stretch is done: both work
+        for enough in (2, 4):  # before any batch is done: both work
             wait_for(lambda enough=enough: len(files(tmp_path)) >= enough, process)  # type: ignore[misc]
             killed.append(next(pid for pid in workers(process) if pid not in killed))
             os.kill(killed[-1], signal.SIGKILL)

@@ -26,7 +26,7 @@ from thermoroll_cli.atomic import WriteError
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.sweeps.points import Points, parse_axes
-from thermoroll_cli.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Pending, Stretch
+from thermoroll_cli.sweeps.sweep import JOURNAL_FORMAT, JOURNAL_NAME, Batch, Pending
 from thermoroll_cli.tasks.journal import Journal, JournalError
 from thermoroll_cli.tasks.runner import Workers, run
 
@@ -368,9 +368,9 @@ def test_narrow_terminals_keep_the_words(case: Path, tmp_path: Path) -> None:
     assert "0/3 points" in shown and "\u2501" not in shown
 
 
-def test_a_stretch_is_solved_from_its_start_but_only_pending_points_are_kept() -> None:
+def test_a_batch_is_solved_from_its_start_but_only_pending_points_are_kept() -> None:
     points = Points(MECHANICAL, "case.toml", "case", parse_axes(["creepage.longitudinal=0.001:0.002:4"]))
-    whole = Stretch(points, range(1, 5), tuple(Pending(n, str(n), f"{n}.h5") for n in range(1, 5)), "thermoroll sweep")
+    whole = Batch(points, range(1, 5), tuple(Pending(n, str(n), f"{n}.h5") for n in range(1, 5)), "thermoroll sweep")
     part = whole.without(lambda key: key in ("1", "2", "4"))
     assert part is not None
     ((record, content),) = part.items()

@@ -14,7 +14,7 @@ from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.refinement.plan import leaves_out_deformation
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.sweeps.points import LONGEST_STRETCH, Axis, Point, Points, parse_axes, read_points
+from thermoroll_cli.sweeps.points import LARGEST_BATCH, Axis, Point, Points, parse_axes, read_points
 
 
 @pytest.fixture
@@ -161,15 +161,15 @@ def test_pictures_do_not_make_another_case() -> None:
 
 
 @pytest.mark.parametrize("lengths", [(1,), (5,), (6,), (20,), (3, 7), (7, 1), (2, 3, 11)])
-def test_stretches_are_short_neighbouring_and_never_cross_a_row(lengths: tuple[int, ...]) -> None:
+def test_batches_are_small_neighbouring_and_never_cross_a_row(lengths: tuple[int, ...]) -> None:
     names = ("load.normal_N", "rolling.speed_m_s", "creepage.spin_rad_mm")
     axes = parse_axes([f"{name}={','.join(str(v + 1) for v in range(n))}" for name, n in zip(names, lengths, strict=False)])
     points = Points(MECHANICAL, "case.toml", "case", axes)
-    parts = list(points.stretches())
+    parts = list(points.batches())
     assert [number for part in parts for number in part] == list(range(1, points.count + 1))
-    assert max(map(len, parts)) <= LONGEST_STRETCH
+    assert max(map(len, parts)) <= LARGEST_BATCH
     row = next((n for n in reversed(lengths) if n > 1), 1)
-    assert len(parts) == points.count // row * -(-row // LONGEST_STRETCH)
+    assert len(parts) == points.count // row * -(-row // LARGEST_BATCH)
     for part in parts:
         assert len({(number - 1) // row for number in part}) == 1
 

@@ -29,7 +29,7 @@ STANDARD_ELEMENTS = 32
 """Elements per side, in the geometric mean, for an accuracy of `STANDARD_ACCURACY`; errors fall with its square."""
 STANDARD_ACCURACY = 1e-3
 MOST_ELEMENTS, FEWEST_ELEMENTS = 64, 16
-SHAPE_EXPONENT, MOST_STRETCHED = 0.27, 2.0
+SHAPE_EXPONENT, MOST_SLENDER = 0.27, 2.0
 """Slender contacts want more elements along their long side, but not in proportion to it."""
 TOLERANCE = 3e-5
 """Tolerance of the residual: forces are then 5e-6 μW from those of a perfect solution, 3e-5 at most."""
@@ -41,8 +41,8 @@ def grid_for(aspect_ratio: float, accuracy: float) -> tuple[int, int]:
     """Elements along x and y, multiples of four."""
     mean = STANDARD_ELEMENTS * math.sqrt(STANDARD_ACCURACY / accuracy)
     mean = min(max(mean, FEWEST_ELEMENTS), MOST_ELEMENTS)
-    stretch = min(max(aspect_ratio**SHAPE_EXPONENT, 1.0 / MOST_STRETCHED), MOST_STRETCHED)
-    nx, ny = (max(8, 4 * round(side / 4.0)) for side in (mean * stretch, mean / stretch))
+    slenderness = min(max(aspect_ratio**SHAPE_EXPONENT, 1.0 / MOST_SLENDER), MOST_SLENDER)
+    nx, ny = (max(8, 4 * round(side / 4.0)) for side in (mean * slenderness, mean / slenderness))
     return nx, ny
 
 

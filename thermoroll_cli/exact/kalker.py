@@ -152,13 +152,13 @@ def full_slip_creepages(
     Exact for ν = 0, where the slip is parallel to the creepage everywhere. G and ν are combined constants.
     """
     a, b = contact.semi_axis_x, contact.semi_axis_y
-    # the stretched angle ψ, tan θ = sqrt(b/a) tan ψ, leaves a smooth periodic integrand: trapezoidal sum
+    # the parametric angle ψ, tan θ = sqrt(b/a) tan ψ, leaves a smooth periodic integrand: trapezoidal sum
     count = 2000
     psi = (np.arange(count) + 0.5) * (math.pi / count)
-    stretch = math.sqrt(b / a)
-    norm = np.cos(psi) ** 2 + (stretch * np.sin(psi)) ** 2
-    cos2, sin2 = np.cos(psi) ** 2 / norm, (stretch * np.sin(psi)) ** 2 / norm
-    d_theta = stretch / norm * (math.pi / count)
+    root = math.sqrt(b / a)
+    norm = np.cos(psi) ** 2 + (root * np.sin(psi)) ** 2
+    cos2, sin2 = np.cos(psi) ** 2 / norm, (root * np.sin(psi)) ** 2 / norm
+    d_theta = root / norm * (math.pi / count)
     weight = sin2 * (cos2 / a**2 + sin2 / b**2) ** -1.5 * d_theta
     scale = friction * contact.peak_pressure / (shear_modulus * a * b**2)
     longitudinal = scale * float(np.sum((1.0 - poisson_ratio * sin2) * weight))

@@ -24,7 +24,7 @@ _BRACKETS = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 @dataclass(frozen=True)
 class Span:
-    """A stretch of characters on one line; line and column count from 1."""
+    """Characters on one line; line and column count from 1."""
 
     line: int
     column: int

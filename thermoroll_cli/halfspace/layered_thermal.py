@@ -165,11 +165,11 @@ def _oscillations(count: int, size: float, largest: float, *, moment: bool = Fal
     """Wave numbers k (m,), and e^{ikx} averaged over a source of `size` at offsets −(count−1) … count−1 and times the weights
     of k, (2 count − 1, m). With `moment` the average is that of ξ e^{ikx}, ξ from −½ to ½ in the source."""
     reach = (count - 0.5) * size
-    stretch = COARSE / FINE - 1.0
-    first, last = math.log(SMALLEST) / (1.0 + stretch), max(math.log(largest * reach), 0.0)
+    widening = COARSE / FINE - 1.0
+    first, last = math.log(SMALLEST) / (1.0 + widening), max(math.log(largest * reach), 0.0)
     v = np.arange(first, last + FINE, FINE)
-    k = np.exp(v - stretch * np.logaddexp(0.0, -v)) / reach
-    weights = FINE * (1.0 + stretch * expit(-v)) * k
+    k = np.exp(v - widening * np.logaddexp(0.0, -v)) / reach
+    weights = FINE * (1.0 + widening * expit(-v)) * k
     a, centre = 0.5 * size * k, np.exp(1j * k * size * np.arange(count)[:, None])
     phase = k * size * (np.arange(count + 1) - 0.5)[:, None]
     ends = np.exp(1j * phase) * 0.5 * erfc((np.abs(phase) - CUT) / SOFTNESS)

@@ -101,7 +101,7 @@ def variable_peclet_tables(
     x, y = table_offsets(nx, ny, aspect, peclet_max, 0.0)
     if peclet_max < 0.0:
         raise ValueError(f"the largest Péclet number must not be negative, not {peclet_max}")
-    degree = POINTS_PER_UNIT * math.ceil(0.5 + _stretched(peclet_max)) if peclet_max else 0
+    degree = POINTS_PER_UNIT * math.ceil(0.5 + _root_scale(peclet_max)) if peclet_max else 0
     points = chebpts2(degree + 1) if degree else np.zeros(1)
     samples = np.stack([_bounded(kind, x, y, aspect, p).ravel() for p in _peclet(points, peclet_max)], axis=1)
     to_series = np.linalg.inv(chebvander(points, degree))
@@ -128,18 +128,18 @@ def variable_peclet_tables(
     return tables, PecletWeights(kind, aspect, peclet_max, error, series, to_series @ means)
 
 
-def _stretched(peclet: ArrayLike) -> Array:
+def _root_scale(peclet: ArrayLike) -> Array:
     return np.asarray(np.arcsinh(np.asarray(peclet, dtype=np.float64) ** 0.25))
 
 
 def _position(peclet: Array, peclet_max: float) -> Array:
     """Place of Péclet numbers in the interval [−1, 1] of the Chebyshev polynomials."""
-    return np.minimum(2.0 * _stretched(peclet) / _stretched(peclet_max) - 1.0, 1.0) if peclet_max else np.zeros(peclet.shape)
+    return np.minimum(2.0 * _root_scale(peclet) / _root_scale(peclet_max) - 1.0, 1.0) if peclet_max else np.zeros(peclet.shape)
 
 
 def _peclet(position: Array, peclet_max: float) -> Array:
     """Inverse of `_position`."""
-    return np.asarray(np.sinh(0.5 * (position + 1.0) * _stretched(peclet_max)) ** 4)
+    return np.asarray(np.sinh(0.5 * (position + 1.0) * _root_scale(peclet_max)) ** 4)
 
 
 def _bounded(kind: ThermalKind, x: Array, y: Array, aspect: float, peclet: float) -> Array:

@@ -82,7 +82,7 @@ class Profile:
     measured: tuple[tuple[float, float], ...] = ()
 
     def __hash__(self) -> int:
-        # Some of hundreds of points: to hash all of them takes longer than most of what is looked up.
+        # A sample of the points: hashing all of them costs more than most cached results.
         some = self.points[:: 1 + len(self.points) // 16]
         return hash((some, self.length, self.drop, self.flat, self.offset, self.tilt))
 

@@ -74,7 +74,7 @@ class Solver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
         self.options = options or SolverOptions()
-        self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, the later one first
+        self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, newest first
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:

@@ -1,7 +1,7 @@
 """Warnings: cases that are allowed and yet doubtful, before they are solved (`warnings_before`) and after (`warnings_after`).
 
-Doubtful are constants that no solid has, pressures and temperatures that none stands, keys without effect, contacts beyond
-half-space theory, ends of profiles, cooling that no body has, and thermal expansion along the surfaces.
+They concern constants outside the range of solids, pressures and temperatures that no solid survives, keys without effect,
+contacts beyond half-space theory, ends of profiles, cooling that no body has, and thermal expansion along the surfaces.
 
 **Expansion along the surfaces.** Heat makes a free surface rise by u_z and stretch along itself: the surface displacement of a
 thermoelastic half-space (quasi-static, Goodier's potential plus Boussinesq's correction, m and n the wavenumbers along x and y,
@@ -14,9 +14,9 @@ which for material moving with speed s along x, since 1/(w + w') = κ (w' − w)
     ∂u_x/∂x = 2(1+ν)α κ/s · ∂(T − T_0)/∂x,      ∂u_y/∂x = 2(1+ν)α κ/s · ∂(T − T_0)/∂y
 
 with T_0 the temperature that the same heat would make in material at rest (where the strains add up to (1+ν)αT). Bodies
-alike in all this stretch alike, and their slip does not feel it; the difference of two other bodies belongs into the slip
-equation, ṡ/V = ξ − ∂u/∂x, but is left out of it: in realistic cases it is below one per cent of the creepage at
-which the contact slides (docs/physics.md). A warning says where it is more.
+alike in all this expand alike, and their slip does not feel it; the difference of two other bodies belongs into the slip
+equation, ṡ/V = ξ − ∂u/∂x, but is left out: in realistic cases it is below one per cent of the creepage at which the contact
+slides (docs/physics.md). A warning tells if it is more.
 """
 
 from __future__ import annotations
@@ -166,18 +166,18 @@ def warnings_after(
 
 
 def feedback_warning(derived: DerivedQuantities, rises: tuple[Array, Array], friction: Array) -> Iterator[str]:
-    """If friction rises with temperature, several steady states are possible if a change of friction μ comes back larger:
-    the temperature rise is in proportion to μ, so the gain of that loop is |dμ/dT| ΔT/μ, with the mean rise ΔT of both
-    surfaces."""
+    """If friction rises with temperature, a change of friction μ changes the temperature, and that the friction again. Several
+    steady states are possible if the gain of this loop exceeds one. The temperature rise is in proportion to μ, so the gain is
+    |dμ/dT| ΔT/μ, with the mean rise ΔT of both surfaces."""
     law, heating = derived.problem.friction, derived.problem.heating
     rise = 0.5 * (rises[0] + rises[1])
     without = rise * law.coefficient / np.where(friction > 0.0, friction, law.coefficient)  # with μ₀
     gain = -law.slope * float(without.max())
     hottest = 0.5 * (heating.bulk_lower + heating.bulk_upper) + law.maximum * float(without.max())
     if gain > 1.0 and hottest > law.start:
-        yield (f"friction rises steeply with temperature: a change of it comes back up to {gain:.2g} times as large, so there "
-               "may be several steady states, and which one is found may depend on the start; sweep rolling.speed_m_s up and "
-               "down")
+        yield (f"friction rises steeply with temperature: through its heat a change of friction causes one up to {gain:.2g} "
+               "times as large, so there may be several steady states, and the start may decide which one is found; sweep "
+               "rolling.speed_m_s up and down")
 
 
 def _constants(problem: Problem) -> Iterator[str]:
@@ -328,7 +328,7 @@ def tangential_expansion_warning(derived: DerivedQuantities, rise_lower: Array, 
 LUMPED_BIOT = 10.0
 """hR/k from which the surface of a solid body is cold beside its core of the track: cooling like this takes jets or baths."""
 WIDE = 2.0
-"""A half-space takes a body this many times as wide as its contact."""
+"""The half-space model needs a body this many times as wide as its contact."""
 
 
 def rollers_of(derived: DerivedQuantities) -> dict[str, Roller]:
@@ -360,8 +360,8 @@ def track_facts(derived: DerivedQuantities) -> dict[str, float]:
 def track_warnings(derived: DerivedQuantities) -> Iterator[str]:
     """Doubts about a fixed partition, a track wider than its body, cooling stronger than a solid body can use."""
     if derived.problem.heating.partition != "matched":
-        yield ("heat that comes back takes part in how it divides: with a fixed thermal.partition temperatures can be wrong"
-               ' by a factor; use "matched"')
+        yield ("recirculated heat changes the partition: with a fixed thermal.partition temperatures can be far off; use "
+               '"matched"')
     contact = 2.0 * derived.scales.semi_axis_y
     for body, roller in rollers_of(derived).items():
         track = contact + 4.0 * roller.spreading

@@ -32,8 +32,8 @@ from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 Value = bool | int | float | str
 
-LONGEST_STRETCH = 20
-"""Points that are solved one after the other, each from the two before it: the first two of a stretch gain little. Fewer leave
+LARGEST_BATCH = 20
+"""Points that are solved one after the other, each from the two before it: the first two of a batch gain little. Fewer leave
 work for more processes, and less to solve again where a sweep is resumed."""
 
 MOST_POINTS = 100_000
@@ -292,12 +292,12 @@ class Points:
                     left_out.add(leaves_out_deformation(problem))
         return replace(self, settings=(*self.settings, decision)) if {True, False} <= left_out else self
 
-    def stretches(self) -> Iterator[range]:
-        """The numbers of the points of each stretch: neighbours along the axis that varies fastest, at most
-        `LONGEST_STRETCH`. They depend on the swept values alone, so the results do not depend on who computes them."""
+    def batches(self) -> Iterator[range]:
+        """The numbers of the points of each batch: neighbours along the axis that varies fastest, at most
+        `LARGEST_BATCH`. They depend on the swept values alone, so the results do not depend on who computes them."""
         # Axes of one value do not vary.
         row = next((length for length in reversed(self.shape) if length > 1), 1)
-        parts = -(-row // LONGEST_STRETCH)
+        parts = -(-row // LARGEST_BATCH)
         ends = [row * part // parts for part in range(parts + 1)]
         for first in range(1, self.count + 1, row):
             for start, end in itertools.pairwise(ends):

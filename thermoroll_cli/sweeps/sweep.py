@@ -51,7 +51,7 @@ class Pending:
 
 
 @dataclass(frozen=True)
-class Stretch:
+class Batch:
     """Neighbouring points, solved one after the other by one worker, each from the two before it.
 
     Points that are not among `pending` are finished, or given up; they are solved again only where a pending one follows, so
@@ -182,7 +182,7 @@ class Sweep:
                 report(rows.row(numbers[key]), False)
             written, wait = time.monotonic(), SECONDS_BETWEEN_TABLES
             try:
-                with contextlib.closing(run(self._stretches(finished), journal, self.workers, note)) as keys:
+                with contextlib.closing(run(self._batches(finished), journal, self.workers, note)) as keys:
                     for key in keys:
                         safe_point()
                         report(rows.row(numbers[key]), True)
@@ -223,12 +223,12 @@ class Sweep:
             files[key] = record["file"]
         return files
 
-    def _stretches(self, finished: dict[str, str]) -> Iterator[Stretch]:
-        """Stretches with points that are still to be solved. A name that a finished point has is not given again."""
+    def _batches(self, finished: dict[str, str]) -> Iterator[Batch]:
+        """Batches with points that are still to be solved. A name that a finished point has is not given again."""
         taken, free = set(finished.values()), self.points.count
         stem, _, digits = self.points.name(1).rpartition("_")
         ending = "json" if isinstance(self.points.point(1).problem, WheelsetProblem) else "h5"
-        for numbers in self.points.stretches():
+        for numbers in self.points.batches():
             pending = []
             for number in numbers:
                 key = self._keys[number - 1]
@@ -241,7 +241,7 @@ class Sweep:
                 taken.add(file)
                 pending.append(Pending(number, key, file))
             if pending:
-                yield Stretch(self.points, numbers, tuple(pending), self.command_line, self.threads)
+                yield Batch(self.points, numbers, tuple(pending), self.command_line, self.threads)
 
     def _note_unlisted(self, finished: dict[str, str], note: Callable[[str], None]) -> None:
         """Files called like points of this sweep that none of its points will have: left by an earlier, larger sweep."""

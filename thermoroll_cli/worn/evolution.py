@@ -36,7 +36,7 @@ MOST_ROWS = 1.5
 """Rows across the domain, over those wanted, from which on rows of twice the width take their place."""
 REACHED = 1e-6
 """Part of the wanted depth that may be missing in the end: rounding must not ask for one more step."""
-STRETCH = 20
+STEPS_FROM_COLD = 20
 """Steps after which the solver starts cold: an evolution that is resumed at such a step goes on exactly as if undisturbed."""
 
 
@@ -118,7 +118,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
     solver = Solver(threads)
     state, before = start or _unworn(problem, solver), None
     while True:
-        if state.steps % STRETCH == 0:
+        if state.steps % STEPS_FROM_COLD == 0:
             solver = Solver(threads)
         worn, state = _followed(problem, state)
         result = solver.solve(worn)

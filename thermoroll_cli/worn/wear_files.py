@@ -20,7 +20,7 @@ from thermoroll_cli.numerics.grid import between_sides
 from thermoroll_cli.problem.geometry import surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, planar
 from thermoroll_cli.refinement.scalars import sliding
-from thermoroll_cli.worn.evolution import STRETCH, WearState, half_width, line_load, worn_geometry
+from thermoroll_cli.worn.evolution import STEPS_FROM_COLD, WearState, half_width, line_load, worn_geometry
 from thermoroll_cli.worn.rows import FixedRows
 
 COLUMNS = {
@@ -71,8 +71,8 @@ def state_of(record: Record) -> WearState:
 
 
 def resumed(journal: Mapping[str, Record]) -> WearState | None:
-    """The last state of a journal from which an evolution goes on as if undisturbed: at the end of a stretch of steps."""
-    steps = max((int(key) for key in journal if int(key) % STRETCH == 0), default=0)
+    """The last state of a journal from which an evolution goes on as if undisturbed: before a cold start."""
+    steps = max((int(key) for key in journal if int(key) % STEPS_FROM_COLD == 0), default=0)
     return state_of(journal[str(steps)]) if steps else None
 
 
