@@ -19,7 +19,7 @@ gradient of the displacement along the rolling direction is
 
     K τ = |n_x| [ Σ(1−ν)/G · n nᵀ + Σ 1/G · (I − n nᵀ) ] (1 − φ)/φ · τ
 
-For n along x these are the constants of docs/numerics.md; with n fixed along x lateral forces would have a first-order error.
+With n fixed along x lateral forces would have a first-order error.
 
 **End of stick** (`stick_ends`): the place of the border between stick and slip inside the elements on which slip begins.
 At the downstream border of a stick area, at a distance d from it, the half-space is in plane strain along the border's normal n
