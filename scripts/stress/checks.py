@@ -26,7 +26,7 @@ COULOMB = 2e-4
 COULOMB_ELEMENT = 2e-3
 DIRECTION = 2e-3
 BALANCE = 1e-5
-FULL_FRICTION = 0.2
+FULL_FRICTION = 0.5
 """Power that friction could take beyond the one that it takes: the slip of the coarsest grids is one row of elements, which
 stick in part."""
 COLD = 1e-4

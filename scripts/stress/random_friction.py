@@ -17,8 +17,6 @@ WELL_POSED = 0.6
 """Criterion of falling friction without memory up to which there is one solution."""
 STEEPEST = 10.0
 """Criterion with memory, at most."""
-STEEPEST_RISE = 3.0
-"""Rise of the factor over the saturation creepage, at most, over an interlayer: steeper ones may not converge."""
 LAYER_SHARE, MEMORY_SHARE, WARM_SHARE, COMPLIANT_SHARE = 0.3, 0.5, 0.3, 0.5
 
 
@@ -33,10 +31,9 @@ def random_friction(seed: int) -> Problem:
     remembers = layered or bool(rng.random() < MEMORY_SHARE)
     wanted = 10.0 ** rng.uniform(-2.0, math.log10(STEEPEST if remembers else WELL_POSED))
     kind = str(rng.choice(["exponential", "rational", "linear", "table"]))
-    # A law falls by `steepness` per half slip at most.
     derived = DerivedQuantities(problem)
-    a, b = derived.hertz.semi_axis_x, derived.hertz.semi_axis_y
-    own = RollingGradient((1, 1), a, b, derived.shear_compliance).self_gradient[0]
+    a, b, own = derived.hertz.semi_axis_x, derived.hertz.semi_axis_y, _own_gradient(derived)
+    # A law falls by `steepness` per half slip at most.
     steepness = {"exponential": math.log(2.0), "rational": 1.0, "linear": 0.5, "table": 1.0}[kind] * (1.0 - limit)
     half = derived.hertz.peak_pressure * problem.friction.coefficient * steepness * problem.motion.speed * own / wanted
     law = FrictionLaw(kind, limit, half)  # type: ignore[arg-type]
@@ -50,6 +47,12 @@ def random_friction(seed: int) -> Problem:
             size = max(size, DerivedQuantities(problem).interlayer_shear * (1.0 - limit))
         law = replace(law, memory=size * 10.0 ** rng.uniform(0.0, 1.0), memory_slip=1e-3 * problem.motion.speed)
     return replace(problem, friction=replace(problem.friction, law=law))
+
+
+def _own_gradient(derived: DerivedQuantities) -> float:
+    """Displacement gradient of the contact as a single element, under unit traction, in 1/Pa."""
+    shape = derived.scales.semi_axis_x, derived.scales.semi_axis_y
+    return RollingGradient((1, 1), *shape, derived.shear_compliance).self_gradient[0]
 
 
 def random_yield(seed: int) -> Problem:
@@ -71,8 +74,9 @@ def random_yield(seed: int) -> Problem:
 
 def random_rising(seed: int) -> Problem:
     """The contact of `seed` with friction that rises with slip by up to three times, linearly or to a plateau in two pieces,
-    over 0.03 to 30 times the slip of saturation; half of them over an interlayer. Where there is heat friction also rises or
-    falls by up to a third with temperature. A third of the forces that are given exceed μ₀W."""
+    over 0.03 to 30 times the slip of saturation; half of them over an interlayer. Without one, half of those that roll at given
+    creepages fall again, as steeply as is well posed or less. Where there is heat friction also rises or falls by up to a third
+    with temperature. A third of the forces that are given exceed μ₀W."""
     rng = np.random.default_rng([23, seed])
     problem = random_contact(130000 + seed)
     derived = DerivedQuantities(problem)
@@ -83,14 +87,16 @@ def random_rising(seed: int) -> Problem:
         shear = derived.saturation_creepage * derived.scales.semi_axis_x
         problem = replace(problem, interlayer=Interlayer(10.0 ** float(rng.uniform(-1.0, 1.0)) * shear / bound))
     top = 1.0 + 10.0 ** float(rng.uniform(-2.0, 0.5))
-    slip = 10.0 ** float(rng.uniform(-1.5, 1.5))
-    if problem.interlayer.compliance:
-        slip = max(slip, (top - 1.0) / STEEPEST_RISE)
-    slip *= derived.saturation_creepage * problem.motion.speed
+    slip = 10.0 ** float(rng.uniform(-1.5, 1.5)) * derived.saturation_creepage * problem.motion.speed
     middle = float(rng.uniform(1.0, top))
     table = ((0.0, 1.0), (slip, top)) if rng.random() < 0.5 else ((0.0, 1.0), (0.3 * slip, middle), (slip, top))
-    friction = replace(problem.friction, law=FrictionLaw("table", table=table), slope=float(rng.uniform(-1e-4, 1e-4)))
     motion = problem.motion
+    if not problem.interlayer.compliance and motion.force_x is None and rng.random() < 0.5:
+        # The slip in which friction falls by its coefficient, at a criterion of one.
+        one = derived.scales.peak_pressure * problem.friction.coefficient * problem.motion.speed * _own_gradient(derived)
+        fall = float(rng.uniform(0.2, 1.0)) * (top - 0.5)
+        table = (*table, (slip + fall * one / (WELL_POSED * 10.0 ** float(rng.uniform(-2.0, 0.0))), top - fall))
+    friction = replace(problem.friction, law=FrictionLaw("table", table=table), slope=float(rng.uniform(-1e-4, 1e-4)))
     if motion.force_x is not None and rng.random() < 1.0 / 3.0:
         motion = replace(motion, force_x=math.copysign((1.0 + 0.5 * (top - 1.0)) * problem.traction_limit, motion.force_x))
     return replace(problem, friction=friction, motion=motion)

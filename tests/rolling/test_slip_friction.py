@@ -90,6 +90,18 @@ def test_long_memory_keeps_friction_and_short_memory_follows_the_law() -> None:
     assert np.allclose(long, 1.0) and np.allclose(short, value)
 
 
+@pytest.mark.parametrize("table", [((0.0, 1.0), (1e-3, 1.1), (2e-3, 4.0)), ((0.0, 1.0), (1e-3, 3.0), (9e-3, 3.1)),
+                                   ((0.0, 1.0), (1e-3, 2.0), (9e-3, 0.5))], ids=["convex", "concave", "Stribeck"])  # fmt: skip
+def test_one_slip_belongs_to_each_sum_of_traction_and_slip(table: tuple) -> None:
+    slip, bound = np.geomspace(1e-6, 1e-2, 60).reshape(12, 5), np.full((12, 5), 3e8)
+    friction = SlipFriction(FrictionLaw("table", table=table), speed=2.0, dx=1e-5, covered=np.ones((12, 5)))
+    for stiffness in (np.full((12, 5), 1.2e11), np.full((12, 5), 1e13)):
+        assert friction.outweighed_by(stiffness, bound)
+        total = bound * friction.response(slip).factor + stiffness * slip
+        np.testing.assert_allclose(friction.resolvent(total, stiffness, bound), slip, rtol=1e-8)
+        assert (friction.resolvent(0.9 * bound, stiffness, bound) == 0.0).all()
+
+
 def close_to_reference(result: Result, name: str) -> None:
     inputs, expected = FALLING["cases"][name]["input"], FALLING["cases"][name]["expected"]
     limit = inputs["friction"] * inputs["normal_N"]
@@ -199,6 +211,19 @@ def test_friction_that_rises_carries_more_than_without_slip_at_second_order() ->
     assert forced.coupled.scalars["force_x_N"] == pytest.approx(36.0, rel=1e-5)
     with pytest.raises(Unsolvable, match="= 51 N"):
         solve(spheres(16, friction=Friction(0.3, law), motion=Motion(1.0, None, force_x=51.0)))
+
+
+@pytest.mark.parametrize("slip", [1e-4, 3e-6])
+def test_friction_that_rises_steeply_costs_as_much_as_a_constant_one(slip: float) -> None:
+    """The limit of a rise within no slip is a larger constant. Newton's steps would be short, and steeper rises than the first
+    unsolved, with the bound that belongs to the slip of each iterate."""
+    law = FrictionLaw("table", table=((0.0, 1.0), (0.3 * slip, 1.4), (slip, 3.0)))
+    motion = Motion(1.0, 0.003, 1e-3, differential_slip=False)
+    constant, rising = (solve(spheres(32, friction=friction, motion=motion))
+                        for friction in (Friction(0.9), Friction(0.3, law)))
+    assert rising.converged
+    assert rising.work["levels"][-1]["applications"] <= 1.5 * constant.work["levels"][-1]["applications"]
+    assert rising.coupled.scalars["force_x_N"] == pytest.approx(constant.coupled.scalars["force_x_N"], rel=20.0 * slip)
 
 
 def test_small_creepages_over_a_layer() -> None:

@@ -126,6 +126,13 @@ class Newton:
         return self.problem.free
 
     @cached_property
+    def resolves_friction(self) -> bool:
+        """Whether each τ + ρ s belongs to one slip on the law of friction, which then gives the bound (`_free_slip`): with the
+        bound of the iterate's own slip, Newton's steps would be short where friction changes steeply."""
+        friction = self.problem.slip_friction
+        return friction is not None and friction.outweighed_by(self.rho, self.traction_bound)
+
+    @cached_property
     def count(self) -> int:
         """Elements of the contact, at least 1."""
         return max(int(self.contact.sum()), 1)
@@ -203,12 +210,18 @@ class Newton:
 
     def _free_slip(self, slip: AnyArray, traction: AnyArray) -> tuple[AnyArray, AnyArray]:
         """Direction (2, n, m) of the traction, and size (n, m) along it of the slip that friction depends on, without that by
-        border compliances. Slip against the traction, which iterates may have, counts as zero."""
+        border compliances: the slip of the iterate, zero if it is against the traction, or that at which the traction of the
+        law, plus ρ times this slip, is |τ + ρ s| (the resolvent of the law). Both are the same in the solution."""
         trial = traction + self.rho * slip
         length = np.hypot(trial[0], trial[1])
         direction = trial / np.where(length > 0.0, length, 1.0)
-        free = slip + self._taken_at_borders(traction)
-        size = np.where(self.contact, np.maximum((direction * free).sum(axis=0), 0.0), 0.0)
+        taken = self._taken_at_borders(traction)
+        if self.problem.slip_friction is not None and self.resolves_friction:
+            total = length + self.rho * (direction * taken).sum(axis=0)
+            size = self.problem.slip_friction.resolvent(total, self.rho, self.traction_bound)
+        else:
+            size = np.maximum((direction * (slip + taken)).sum(axis=0), 0.0)
+        size = np.where(self.contact, size, 0.0)
         return np.where(size > 0.0, direction, 0.0), size
 
     def free_slip(self, state: Iterate) -> AnyArray:
@@ -261,8 +274,7 @@ class Newton:
         that of the residual with these elements sticking."""
         slip, stick = self.contact & ~state.stick, self.sticking(state)
         lone = _lone(slip, stick) | _lone(slip.T, stick.T).T
-        rises = state.response is not None and bool((state.response.local > 0.0).any())
-        if rises or not lone.any():
+        if not lone.any():
             return state
         residual = state.residual.copy()
         tractions = residual[: 2 * self.size].reshape(2, *self.contact.shape)
@@ -323,21 +335,22 @@ class Linearisation:
         head |= stick & newton.border.crossed
         if newton.border.interlayer is not None:
             head |= stick & (np.abs(newton.border.interlayer) > min(newton.gradient.self_gradient))
-        self.inner = stick & ~head
-        self.starts = run_starts(self.inner)
         own_x, own_y = newton.self_compliance
-        scale_x = np.where(head, 1.0 / (newton.rho * own_x), 0.0)
-        scale_y = np.where(head, 1.0 / (newton.rho * own_y), 0.0)
-        along = one
+        own_along, own_across = own_x * nx * nx + own_y * ny * ny, own_x * ny * ny + own_y * nx * nx
+        along, steep = one, np.zeros_like(slip)
         if state.response is not None:
-            # Decrease of the element's bound by its own traction, because that reduces the slip.
-            own = newton.traction_bound * state.response.local * (own_x * nx * nx + own_y * ny * ny)
-            along = one / np.maximum(LEAST_STIFFNESS, 1.0 + own)
-        across = one / np.where(slip, 1.0 - f + f * newton.rho * (own_x * ny * ny + own_y * nx * nx), 1.0)
-        self.local = (scale_x + along * nx * nx + across * ny * ny, scale_y + along * ny * ny + across * nx * nx,
+            # Decrease of the element's bound by its own traction, because that reduces the slip. If that is more than the
+            # traction itself, the element almost sticks and is integrated, too.
+            rise = newton.traction_bound * state.response.local
+            self.share = 1.0 / (1.0 + rise / newton.rho) if newton.resolves_friction else np.ones_like(rise)
+            along = one / (self.share * np.maximum(LEAST_STIFFNESS, 1.0 + rise * own_along))
+            steep = slip & (rise * own_along > 1.0) & ~newton.border.partial
+        across = one / np.where(slip, 1.0 - f + f * newton.rho * own_across, 1.0)
+        stuck = np.where(stick, 1.0 / newton.rho, 0.0)
+        self.local = (stuck / own_x + along * nx * nx + across * ny * ny, stuck / own_y + along * ny * ny + across * nx * nx,
                       along * nx * ny - across * nx * ny)
-        self.slip = slip
-        self.inverse_rho = np.where(self.inner, 1.0 / newton.rho, 0.0)
+        self.inner, self.slip = (stick & ~head) | steep, slip
+        self.starts = run_starts(self.inner)
         self._border_force()
 
     def _border_force(self) -> None:
@@ -372,7 +385,10 @@ class Linearisation:
         out = block_product(self.q, inner)
         out += block_product(self.p, change)
         if self.state.response is not None and self.state.sliding is not None:
-            along = (self.state.sliding * (newton._taken_at_borders(change) - inner)).sum(axis=0)
+            moved = newton._taken_at_borders(change) - inner
+            if newton.resolves_friction:
+                moved = self.share * (change / newton.rho + moved)
+            along = (self.state.sliding * moved).sum(axis=0)
             bound = newton.traction_bound * self.state.response.change(along)
             out -= self.state.direction * (bound * self.slip)
         if not newton.free:
@@ -381,8 +397,10 @@ class Linearisation:
         return np.concatenate([out.ravel(), force])
 
     def _invert(self, r: AnyArray) -> AnyArray:
-        out = self.newton.inverse(r * self.inverse_rho, self.inner, self.starts)
-        out += block_product(self.local, r)
+        out = block_product(self.local, r)
+        gradient = out * np.where(self.inner, self.newton.self_compliance, 0.0)
+        out *= ~self.inner
+        out += self.newton.inverse(gradient, self.inner, self.starts)
         return out
 
     def precondition(self, v: AnyArray) -> AnyArray:

@@ -21,6 +21,11 @@ from thermoroll_cli.problem.friction import FrictionLaw
 SERIES_BELOW = 1e-3
 """Exponents a below which (1 − e^{−a})/a and its derivative are taken from their series."""
 
+MOST_STEPS = 60
+"""Steps of the scalar equations of friction; fewer than ten are usual."""
+ROUNDING = 1e-13
+"""Relative residual at which they are solved."""
+
 
 @dataclass(frozen=True)
 class FrictionResponse:
@@ -54,6 +59,25 @@ class SlipFriction:
     speed: float
     dx: float
     covered: Array
+
+    def outweighed_by(self, stiffness: Array, bound: Array) -> bool:
+        """Whether `resolvent` has one root in every element: friction has no memory and falls less than `stiffness` σ rises."""
+        return self.law.memory == 0.0 and bool((bound * self.speed * self.law.steepest < stiffness).all())
+
+    def resolvent(self, total: Array, stiffness: Array, bound: Array) -> Array:
+        """The relative slip σ ≥ 0, (n, m), with `bound` f(σ) + `stiffness` σ = `total`, all in Pa; 0 if the bound at rest
+        exceeds `total`. By Newton's method, halving the bracket of the root if a step does not stay inside."""
+        low, high = np.zeros_like(total), np.maximum(total, 0.0) / stiffness
+        slip = low
+        for _ in range(MOST_STEPS):
+            factor, slope = self.law.factor(self.speed * slip)
+            excess = bound * factor + stiffness * slip - total
+            low, high = np.where(excess < 0.0, slip, low), np.where(excess < 0.0, high, slip)
+            if (np.abs(excess) <= ROUNDING * total)[high > low].all():
+                break
+            slip = slip - excess / (bound * self.speed * slope + stiffness)
+            slip = np.where((slip <= low) | (slip >= high), 0.5 * (low + high), slip)
+        return slip
 
     def response(self, slip: Array) -> FrictionResponse:
         """The factor and its derivative at the relative `slip` σ ≥ 0, (n, m)."""
