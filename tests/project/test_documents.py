@@ -18,13 +18,13 @@ from tests.support.command_line import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
-ROOMS = sorted(path.name for path in (ROOT / "thermoroll_cli").iterdir() if path.is_dir())
+PACKAGES = sorted(path.name for path in (ROOT / "thermoroll_cli").iterdir() if path.is_dir())
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
     text = page.read_text(encoding="utf-8")
-    modules = re.findall(rf"`(?:thermoroll_cli/)?((?:{'|'.join(ROOMS)})/[\w/]+\.py)`", text)
+    modules = re.findall(rf"`(?:thermoroll_cli/)?((?:{'|'.join(PACKAGES)})/[\w/]+\.py)`", text)
     missing = [name for name in modules if not (ROOT / "thermoroll_cli" / name).exists()]
     cases = re.findall(r"\bcases/([\w*]+\.(?:toml|h5))", text)
     missing += [name for name in cases if not list((ROOT / "cases").glob(name))]
@@ -33,13 +33,13 @@ def test_modules_and_cases_that_are_named_exist(page: Path) -> None:
     assert not missing
 
 
-def test_the_flow_diagram_shows_every_room() -> None:
+def test_the_flow_diagram_shows_every_package() -> None:
     page = (ROOT / "docs" / "developing.md").read_text(encoding="utf-8")
     (diagram,) = re.findall(r"^## The flow of one solve\n(.*?)^A state", page, re.DOTALL | re.MULTILINE)
     table = page.partition("## The flow of one solve")[0]
-    rooms = [room for room in ROOMS if not room.startswith("_")]
-    assert [room for room in rooms if not re.search(rf"\b{room}\b", diagram)] == []
-    assert [room for room in rooms if f"`{room}`" not in table] == []
+    packages = [package for package in PACKAGES if not package.startswith("_")]
+    assert [package for package in packages if not re.search(rf"\b{package}\b", diagram)] == []
+    assert [package for package in packages if f"`{package}`" not in table] == []
 
 
 def test_lists_begin_after_an_empty_line() -> None:

@@ -18,7 +18,7 @@ from thermoroll_cli.wheelset.wheelset_problem import SIDES
 PACKAGE = Path(thermoroll_cli.__file__).parent
 ROOT = PACKAGE.parent
 
-ROOMS = (
+PACKAGES = (
     {"arrays", "atomic", "process"},
     {"tasks"},
     {"problem", "numerics", "exact"},
@@ -33,10 +33,10 @@ ROOMS = (
     {"cli", "python_api"},
     {"", "__main__"},
 )
-"""Rooms of the package from the bottom up. A room imports only from itself and from rooms below it, so rooms of one row do not
-know each other. Modules at the root are rooms of their own; "" is the package itself."""
+"""Packages of thermoroll_cli from the bottom up. One imports only from itself and from those below it: packages of one row do
+not know each other. Modules at the root count as packages of their own; "" is thermoroll_cli itself."""
 
-RANK = {room: rank for rank, row in enumerate(ROOMS) for room in row}
+RANK = {package: rank for rank, row in enumerate(PACKAGES) for package in row}
 
 FOREIGN: dict[str, set[str]] = {
     "pydantic": {"files"},
@@ -80,7 +80,7 @@ def _executed(body: list[ast.stmt]) -> Iterator[ast.AST]:
 MODULES = {path: ast.parse(path.read_text()) for path in sorted(PACKAGE.rglob("*.py"))}
 
 
-def room(path: Path) -> str:
+def package_of(path: Path) -> str:
     """The folder of a module, or its own name if it stands at the root."""
     parts = path.relative_to(PACKAGE).with_suffix("").parts
     return "" if parts[0] == "__init__" else parts[0]
@@ -92,8 +92,8 @@ def name(path: Path) -> str:
 
 def test_imports_point_in_one_direction() -> None:
     for path, tree in MODULES.items():
-        own = room(path)
-        assert own in RANK, f"{own} is no room: give it a place in ROOMS"
+        own = package_of(path)
+        assert own in RANK, f"{own} is no package: give it a place in PACKAGES"
         for imported in imports(tree):
             parts = imported.split(".")
             if parts[0] == "thermoroll_cli" and parts[1] in RANK and parts[1] != own:
@@ -111,7 +111,7 @@ def test_imports_stand_at_the_top() -> None:
     for path, tree in MODULES.items():
         late = set(imports(tree)) - set(imports(tree, top_level=True))
         unexpected = {module for module in late if module.split(".")[0] not in OPTIONAL}
-        assert room(path) in INSIDE_FUNCTIONS or not unexpected, f"{name(path)}: {unexpected}"
+        assert package_of(path) in INSIDE_FUNCTIONS or not unexpected, f"{name(path)}: {unexpected}"
 
 
 def test_the_command_line_starts_light() -> None:
@@ -143,7 +143,7 @@ def test_every_number_that_has_a_name_has_a_reason() -> None:
     """A text follows it, or the group of names that it belongs to. Options are such numbers, too."""
     for path, tree in MODULES.items():
         options = (node.body for node in tree.body if isinstance(node, ast.ClassDef) and node.name.endswith("Options"))
-        for body in (tree.body, *options) if room(path) in SOLVING else ():
+        for body in (tree.body, *options) if package_of(path) in SOLVING else ():
             for i, node in enumerate(body):
                 last = i
                 while last + 1 < len(body) and isinstance(body[last + 1], ast.Assign | ast.AnnAssign):
