@@ -11,14 +11,15 @@ import numpy as np
 import pytest
 
 from tests.support.command_line import call
-from tests.support.wheelsets import ROOT, case_named, facing_beside
+from tests.support.wheelsets import ROOT, case_named, facing_beside, outline_points
+from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
-from thermoroll_cli.wheelset.placement import Position
+from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 
@@ -234,10 +235,87 @@ def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
     assert abs(turns).max() < 0.2 and axes.images[0].get_clip_path() is not None
 
 
-def test_a_load_that_no_height_carries_is_not_converged(tmp_path):
-    """The reason has the largest force, and the exit code is that of every run without a result."""
-    (tmp_path / "m.toml").write_text(TEXT.replace("grid = 24", "grid = 16"))
-    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--set", "wheelset.vertical_N=2e7", "--json", "-q")
-    assert run.returncode == 4
-    record = json.loads(run.stdout)
-    assert record["status"] == "not_converged" and "N at most, not 2e+07 N" in record["reason"] and not record["patches"]
+@pytest.mark.parametrize(("settings", "code", "words"), [
+    (("vertical_N=2e7",), 4, ("N at most, not 2e+07 N",)),
+    # Friction on the flange lifts the rail: Y/Q has no bound, and the load cannot be reached.
+    (("wheels='right'", "lateral_shift_mm=8.0", "yaw_mrad=-20.0"), 4, ("N at most, not 2e+04 N", "Nadal's limit 0.7", "Q = -")),
+    (("traction_N=2e4",), 4, ("friction carries", "not traction_N = 2e+04 N")),
+    (("wheels='right'", "height_mm=-3.0"), 0, ("no wheel touches its rail: ",)),
+    (("wheels='right'", "height_mm=3.0"), 3, ("wheelset.height_mm", "overlaps its rail by ", "elastic contacts by 1 mm")),
+])  # fmt: skip
+def test_what_a_wheelset_cannot_reach_is_said(tmp_path, settings, code, words):
+    """With the largest force found, or the way that is left; the exit code is that of every run."""
+    friction = 0.6 if "yaw_mrad=-20.0" in settings else 0.3
+    text = TEXT.replace("grid = 24", "grid = 16").replace("friction_coefficient = 0.3", f"friction_coefficient = {friction}")
+    if "height_mm" in settings[-1]:
+        text = text.replace("vertical_N = 20e3\n", "")
+    (tmp_path / "m.toml").write_text(text)
+    run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--json", "--no-plots",
+               *(part for setting in settings for part in ("--set", f"wheelset.{setting}")))  # fmt: skip
+    assert run.returncode == code, run.stderr
+    assert all(word in run.stderr for word in words), run.stderr
+
+
+def test_a_wheelset_without_friction_rolls_freely():
+    """Any angular velocity leaves it without torque, and nothing drives it."""
+    contact = Case.parse(TEXT.replace("friction_coefficient = 0.3", "friction_coefficient = 0.0"), name="case.toml")
+    result = solve_wheelset(contact.task)
+    assert result.converged, result.reason
+    assert result.scalars["angular_velocity_rad_s"] == pytest.approx(2.0 / 0.46, rel=5e-3)
+    assert result.scalars["track_force_x_N"] == 0.0 == result.scalars["Q_F_W"]
+    driven = solve_wheelset(replace(contact.task, traction=10.0))
+    assert "friction carries 0 N at most" in driven.reason
+
+
+def test_a_contact_at_the_end_of_a_rail_has_a_pressure_without_bound():
+    points = [[1e3 * y, 1e3 * z] for y, z in outline_points("MBench_UIC60_v3.prr") if y > -0.02]
+    text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")
+    result = solve_wheelset(Case.parse(text.replace("yaw_mrad", 'wheels = "right"\nyaw_mrad'), name="case.toml").task)
+    assert result.converged, result.reason
+    assert any("reaches the end of a profile" in warning for warning in result.warnings)
+    assert math.isnan(result.error["pressure_max_MPa"]) and result.error["height_mm"] < 0.1
+
+
+@pytest.mark.parametrize("patches", ["planar", "curved"])
+def test_a_cone_on_an_arc_is_hertz_contact(patches):
+    """Place, height, force, pressure and approach in closed form, each within its error."""
+    slope, radius = 0.05, 0.3
+    rail = [(y, radius - math.sqrt(radius**2 - y**2)) for y in np.linspace(-0.035, 0.035, 141)]
+    case = beside(case_named("A2.2 right y=8.0"))
+    problem = replace(
+        case, vertical=50e3, position=Position(), curved=patches == "curved", finds_speed=True,
+        motion=replace(case.motion, angular_velocity=None), contact=replace(case.contact, friction=Friction(0.0)),
+        rails={"right": RailSide(tuple(rail), 0.0, 0.7175, 0.014)},
+        wheels={"right": WheelSide(((-0.04, 0.04 * slope), (0.0, 0.0), (0.04, -0.04 * slope)), 0.46, 0.68, -0.07)})
+    result = solve_wheelset(problem)
+    angle, middle = math.atan(slope), 0.7175 + 0.035
+    offset = middle - radius * math.sin(angle) - 0.75
+    rolling, load = 0.46 - slope * offset, 50e3 / math.cos(angle)
+    hertz = hertz_contact(math.cos(angle) / rolling, 1.0 / radius, case.contact.contact_modulus, load)
+    height = radius * (1.0 - math.cos(angle)) + slope * offset + hertz.approach / math.cos(angle)
+    (patch,) = result.patches
+    exact_values = {"pressure_max_MPa": 1e-6 * hertz.peak_pressure, "approach_um": 1e6 * hertz.approach, "normal_N": load}
+    for name, exact in exact_values.items():
+        assert patch.record[name] == pytest.approx(exact, rel=patch.record["error"][name]), name
+        assert patch.record["error"][name] < 0.02
+    assert result.scalars["height_mm"] == pytest.approx(1e3 * height, abs=result.error["height_mm"] * 1e3 * hertz.approach)
+    assert result.scalars["rolling_radius_right_mm"] == pytest.approx(1e3 * rolling, abs=2e-4)
+    assert patch.record["y_mm"] == pytest.approx(1e3 * (0.75 + offset), abs=2e-3)
+    assert result.scalars["approach_max_um"] == patch.record["approach_um"]
+
+
+@pytest.mark.parametrize("at_height", [False, True])
+def test_errors_of_patches_contain_that_of_their_loads(at_height):
+    """Two patches share a load, or have one from a given height: coarse values are as far from finer ones as they say."""
+    case = case_named("A2.2 right y=5.0 joined, conformal", "conformal")
+    problem = beside(case, grid=16, curved=True)
+    if at_height:
+        problem = replace(problem, vertical=None, position=replace(problem.position, z=1e-3 * case["contact"]["z_ws_mm"]))
+    contact = replace(problem.contact, numerics=Numerics((48, 48)))
+    coarse, fine = solve_wheelset(problem), solve_wheelset(replace(problem, contact=contact))
+    assert ("height_mm" in coarse.error) != at_height
+    for rough, good in zip(coarse.patches, fine.patches, strict=True):
+        for name in ("normal_N", "force_x_N", "force_s_N", "T_gamma_N", "approach_um"):
+            scale = rough.result.problem.traction_limit if "force" in name else abs(rough.record[name])
+            assert abs(rough.record[name] - good.record[name]) <= rough.record["error"][name] * scale, name
+        assert rough.record["error"]["normal_N"] < 0.05

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,12 +14,9 @@ from thermoroll_cli.cli.tables import align, folded, scalar_table
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.wheelset_files import wheelset_record, write_wheelset
 from thermoroll_cli.problem.names import PATCH_SCALARS, unit_of
-from thermoroll_cli.problem.scalar_errors import absolute_error, scalar_text, with_error
+from thermoroll_cli.problem.scalar_errors import error_scale, scalar_text, with_error
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResult, solve_wheelset
-
-IN_CONTACT = {"force_s_N": "force_y_N"}
-"""Scalars of a patch by their names in the contact."""
+from thermoroll_cli.wheelset.wheelset_result import IN_CONTACT, WheelsetPatch, WheelsetResult, solve_wheelset
 
 
 def run_wheelset(
@@ -82,4 +80,5 @@ def _text(name: str, patch: WheelsetPatch) -> str:
     """A scalar of a patch with its error, which the contact has in its own axes."""
     if name not in patch.record:
         return ""
-    return with_error(patch.record[name], absolute_error(IN_CONTACT.get(name, name), patch.result.summary()))
+    error: float = patch.record["error"].get(name, math.nan)
+    return with_error(patch.record[name], error * error_scale(IN_CONTACT.get(name, name), patch.result.summary()))

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from thermoroll_cli.problem.geometry import rough_warning
+from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
 from thermoroll_cli.wheelset.curves import curve
+from thermoroll_cli.wheelset.one_wheel import DEEPEST
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.standing import level
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
@@ -21,7 +22,7 @@ ROUGH_REACH = 5e-3
 
 def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
     """The wheels where they touch first, with the roll that makes them touch together if it is to be found. Raises Unsolvable
-    where one misses its rail."""
+    where one misses its rail, or overlaps it too deeply at the given height."""
 
     def both(roll: float) -> tuple[float, dict[SideName, Facing]]:
         facings = {side: problem.facing(side, roll) for side in problem.sides}
@@ -29,6 +30,10 @@ def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
         return heights[0] - heights[-1], facings
 
     facings = level(both, problem.span, 0.0) if problem.finds_roll else both(problem.position.roll)[1]
+    clearance = min(facing.clearance for facing in facings.values())
+    if problem.vertical is None and clearance < -DEEPEST:
+        raise Unsolvable(f"a wheel overlaps its rail by {-1e3 * clearance:.4g} mm, elastic contacts by {1e3 * DEEPEST:g} mm at "
+                         "most", "wheelset.height_mm", "a smaller number: higher")
     return {side: facing.lowered(facing.clearance) for side, facing in facings.items()}
 
 
@@ -70,7 +75,11 @@ def flange_clearance(facing: Facing) -> float:
 
 def wheelset_warnings(problem: WheelsetProblem) -> Iterator[str]:
     """Warnings that need no solution. Raises Unsolvable where a wheel misses its rail."""
-    for side, facing in touching(problem).items():
+    facings = touching(problem)
+    clearance = min(facing.position.z for facing in facings.values()) - problem.position.z
+    if problem.vertical is None and clearance >= 0.0:
+        yield f"no wheel touches its rail: {1e3 * clearance:.4g} mm are left"
+    for side, facing in facings.items():
         k = int(np.argmin(facing.gap))
         for what, profile, outline in (("rail", facing.rail.profile, facing.outlines[0]),
                                        ("wheel", facing.wheel.profile, facing.outlines[1])):

@@ -27,11 +27,12 @@ DEEPEST = 1e-3
 
 
 class NoHeight(ArithmeticError):
-    """A wheel carries its force at no height: the largest force is `largest` (N), at `facing`."""
+    """Wheels carry their force at no height: the largest force is `largest` (N), at the height `z` (m), with the patches
+    `bearings` of all of them."""
 
-    def __init__(self, largest: float, facing: Facing) -> None:
+    def __init__(self, largest: float, z: float, bearings: Sequence[Bearing]) -> None:
         super().__init__(f"the largest vertical force at any height is {largest:.4g} N")
-        self.largest, self.facing = largest, facing
+        self.largest, self.z, self.bearings = largest, z, bearings
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,14 @@ class Bearing:
     sunk: float
     vertical: float
     over_coarse: float
+
+    @property
+    def lateral(self) -> float:
+        """Lateral force over the load, as of a right wheel, without the forces along the track: friction makes up the
+        difference of `vertical` from the vertical part of the load."""
+        angle = self.patch.region.place.angle
+        sine, cosine = math.sin(angle), math.cos(angle)
+        return (self.vertical - cosine) * cosine / sine - sine
 
 
 @dataclass(frozen=True)
@@ -115,11 +124,12 @@ def height_of(wheels: Sequence[WheelOnRail], vertical: float, start: float | Non
     low, high = first, math.inf
     before = first, -(vertical ** (2.0 / 3.0))
     z = start if start is not None and start > first else first + _depth(vertical, wheels[0])
-    largest = 0.0, z
+    largest, highest, there = -math.inf, z, []
     for _ in range(HEIGHT_ROUNDS):
         bearings = [wheel.bearings(z) for wheel in wheels]
         force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
-        largest = max(largest, (force, z))
+        if force > largest:
+            largest, highest, there = force, z, [bearing for patches in bearings for bearing in patches]
         if abs(force - vertical) <= BALANCED * vertical or high - low < BALANCED * (z - first):
             return z, bearings
         low, high = (z, high) if force < vertical else (low, z)
@@ -130,7 +140,7 @@ def height_of(wheels: Sequence[WheelOnRail], vertical: float, start: float | Non
         z = z + step if low < z + step < min(high, first + 8.0 * (z - first)) else limit
         if z - first > DEEPEST:
             break
-    raise NoHeight(largest[0], wheels[0].facing.lowered(largest[1]))
+    raise NoHeight(largest, highest, there)
 
 
 def _depth(vertical: float, wheel: WheelOnRail) -> float:

@@ -101,7 +101,7 @@ class PatchSurface:
     @cached_property
     def _reference(self) -> tuple[Array, Array, Array, Array]:
         """Arc length, distance across and depth of the curved reference surface, and its inclination to the place."""
-        low, high = max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
+        low, high = self._ends
         across = np.linspace(low, high, max(int((high - low) / STEP), 50))
         slope = 0.5 * (self.rail(across, 1) + self.wheel(across, 1))
         depth = 0.5 * (self.rail(across) + self.wheel(across))
@@ -135,7 +135,7 @@ class PatchSurface:
             t = t - change
             if np.abs(change).max() < CLOSE:
                 break
-        return np.where((at >= surface.ends[0]) & (at <= surface.ends[1]), t, np.nan)
+        return np.where((at >= surface.ends[0] - CLOSE) & (at <= surface.ends[1] + CLOSE), t, np.nan)
 
     def gap_on_locus(self, s: Array) -> Array:
         """The smallest gap over x at each s in m, negative where the bodies overlap; nan where there is no material."""
@@ -144,10 +144,12 @@ class PatchSurface:
     def gap(self, x: Array, s: Array) -> Array:
         """Distance (m) between wheel and rail along the reference surface's normal at all places x (n,) along the track and s
         (m,), (n, m); negative where they overlap, inf where there is no material."""
-        return self.gap_at(np.broadcast_to(x[:, None], (len(x), len(s))), s)
+        gap = self.gap_at(np.broadcast_to(x[:, None], (len(x), len(s))), s)
+        return np.where(np.isnan(self.gap_on_locus(s)), np.inf, gap)
 
     def gap_at(self, x: Array, s: Array) -> Array:
-        """The same at the places x (…, m) above s (m,).
+        """The same at the places x (…, m) above s (m,), nan beyond the ends of the rail; beyond its own ends the wheel goes on
+        with the same radius, for a yawed edge crosses lines of rolling.
 
         Newton's method on |(X, Z)| − r(Y) in the axes of the wheelset."""
         base = self.places(s)
@@ -166,9 +168,7 @@ class PatchSurface:
             t = t - change
             if np.abs(change).max() < CLOSE:
                 break
-        there = (q[..., 1] >= ends[0]) & (q[..., 1] <= ends[1])
-        gap = np.where(there, self._along(self.rail, s) - t, np.inf)
-        return np.where(np.isnan(gap), np.inf, gap)
+        return np.asarray(self._along(self.rail, s) - t)
 
     def places(self, s: Array) -> Array:
         """Points of the reference surface above s at x = 0 in track axes, (…, 3)."""
@@ -180,10 +180,25 @@ class PatchSurface:
     @cached_property
     def limits(self) -> tuple[float, float]:
         """Lowest and highest s up to the ridges of the gap, or to the ends of the surfaces."""
-        ends = self._across(self.region.ridges)
-        low = max(ends[0], self.rail.ends[0], self.wheel.ends[0])
-        high = min(ends[1], self.rail.ends[1], self.wheel.ends[1])
-        return self._arc((low, high))
+        ridges, ends = self._across(self.region.ridges), self._ends
+        here = 0.5 * sum(self._arc(self._across((self.region.low, self.region.high))))
+        low, high = self._arc((max(ridges[0], ends[0]), min(ridges[1], ends[1])))
+        return self._met(here, low), self._met(here, high)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """Distances across of the places between which both surfaces have material."""
+        return max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
+
+    def _met(self, here: float, end: float) -> float:
+        """The last s on the way from `here` to `end` whose normal meets both surfaces."""
+        for _ in range(2):
+            s = np.linspace(here, end, OVERLAP_SAMPLES)
+            missed = np.flatnonzero(np.isnan(self.gap_on_locus(s)))
+            if not len(missed):
+                break
+            here, end = float(s[max(missed[0] - 1, 0)]), float(s[missed[0]])
+        return end if not len(missed) else here
 
     def _across(self, places: tuple[float, float]) -> list[float]:
         """Distances across of places y of the rail's outline from the region's place."""
@@ -241,5 +256,5 @@ class PatchSurface:
     def free_ends(self) -> tuple[bool, bool]:
         """Whether the lower and the upper limit are the end of a surface, and no ridge."""
         ridges = self._across(self.region.ridges)
-        ends = max(self.rail.ends[0], self.wheel.ends[0]), min(self.rail.ends[1], self.wheel.ends[1])
-        return ridges[0] <= ends[0], ridges[1] >= ends[1]
+        low, high = self._arc(ridges)
+        return (ridges[0] <= self._ends[0] or low < self.limits[0]), (ridges[1] >= self._ends[1] or high > self.limits[1])

@@ -111,6 +111,8 @@ class WheelsetSolver:
             if rough is not problem:
                 state.rounds_of(rough, ROUGH_ROUNDS, ROUGH_RATIO, ROUGH_DRIVE)
             reason = state.rounds_of(problem, FINE_ROUNDS, RATIO, DRIVE)
+            # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
+            state.standing = stand(problem, state.solved, state.standing)
         except NoHeight as cause:
             return state.without_height(cause)
         assert state.standing is not None
@@ -186,14 +188,13 @@ class _Search:
                 break
         if self.drift > ratio:
             return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
-        if abs(unbalanced) > drive:
-            return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
-        return ""
+        return "" if abs(unbalanced) <= drive else self._without_balance(unbalanced)
 
     def _driven(self, problem: WheelsetProblem, tolerance: float) -> float:
         """Solve the patches where the wheelset stands, at the angular velocity that balances it if that is to be found; what
         remains unbalanced."""
-        if not problem.finds_speed:
+        assert self.standing is not None
+        if not problem.finds_speed or not any(self.standing.bearings.values()):
             self._solve_patches(problem)
             return 0.0
         if math.isnan(self.drive.value):
@@ -201,7 +202,7 @@ class _Search:
         for _ in range(DRIVES):
             self._solve_patches(problem)
             unbalanced = self._unbalanced()
-            if abs(unbalanced) <= tolerance:
+            if abs(unbalanced) <= tolerance or math.isinf(unbalanced):
                 break
             self.drive.move(unbalanced)
         return unbalanced
@@ -226,7 +227,8 @@ class _Search:
                 patch = SolvedPatch(side, bearing, result, forces_of(bearing, mine, result))
                 patches.append(patch)
                 drift += abs(patch.solved.vertical - bearing.vertical) * bearing.load
-                drift += abs(patch.solved.approach / bearing.over_coarse - 1.0) * bearing.load * (len(bearings) > 1)
+                if self.problem.shares_load or len(bearings) > 1:
+                    drift += abs(patch.solved.approach / bearing.over_coarse - 1.0) * bearing.load
         self.patches = tuple(patches)
         self.drift = drift / max(sum(patch.bearing.load for patch in patches), 1e-300)
         self.rounds += 1
@@ -237,13 +239,24 @@ class _Search:
         self.solved = {side: tuple(patch.solved for patch in patches if patch.side == side) for side in self.problem.sides}
 
     def _unbalanced(self) -> float:
-        """The residual of the drive over the limit of friction, positive where the wheelset must turn more slowly backwards."""
+        """The residual of the drive over the limit of friction, positive where the wheelset must turn more slowly backwards.
+        Without friction each angular velocity leaves the wheelset without torque, and none drives it."""
         limit = sum(patch.result.problem.traction_limit for patch in self.patches)
+        if limit == 0.0:
+            return math.inf if self.problem.traction else 0.0
         if self.problem.traction is not None:
             forward = -sum(patch.forces.force[0] for patch in self.patches)
             return (forward - self.problem.traction) / limit
         radius = sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels)
         return sum(patch.forces.torque for patch in self.patches) / (radius * limit)
+
+    def _without_balance(self, unbalanced: float) -> str:
+        """Why no angular velocity was found: more traction than friction transmits, or none in the range that was tried."""
+        limit = sum(patch.result.problem.traction_limit for patch in self.patches)
+        traction = self.problem.traction
+        if traction is not None and abs(traction) > limit:
+            return f"friction carries {limit:.4g} N at most, not traction_N = {traction:.4g} N"
+        return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
 
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
         """The wheelset as it stood last, and why its wheels do not carry their force: Nadal's limit says when a flange
@@ -251,14 +264,16 @@ class _Search:
         reason = (f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, down to "
                   f"{1e3 * DEEPEST:g} mm below first contact")
         friction = self.problem.contact.friction.coefficient
-        steep = [patch for patch in self.patches if math.tan(abs(patch.forces.angle)) > friction]
-        if steep:
-            patch = max(steep, key=lambda patch: abs(patch.forces.angle))
-            slope = math.tan(abs(patch.forces.angle))
-            _, lateral, vertical = patch.forces.force
-            reason += (f": the {patch.side} flange climbs, with Y/Q = {abs(lateral / vertical):.3g} where Nadal's limit is "
-                       f"{(slope - friction) / (1.0 + friction * slope):.3g} at {1e3 * abs(patch.forces.angle):.0f} mrad")
-        standing = self.standing or Standing(self.problem.position.roll, cause.facing.position.z, {})
+        angles = {abs(bearing.patch.region.place.angle): bearing for bearing in cause.bearings}
+        if angles and math.tan(steepest := max(angles)) > friction:
+            slope, bearing = math.tan(steepest), angles[steepest]
+            lateral, vertical = abs(bearing.lateral) * bearing.load, bearing.vertical * bearing.load
+            reason += (f": with Y = {lateral:.4g} N and Q = {vertical:.4g} N at {1e3 * steepest:.0f} mrad, Y/Q is "
+                       f"{lateral / vertical:.3g}, and above Nadal's limit {(slope - friction) / (1.0 + friction * slope):.3g} "
+                       "a flange climbs")
+            if vertical <= 0.0:
+                reason += "; friction takes more than the vertical part of the load"
+        standing = self.standing or Standing(self.problem.position.roll, cause.z, {})
         return SolvedWheelset(self.problem, standing, self.drive.value, self.patches, reason, self.rounds, self.drift)
 
 

@@ -11,20 +11,26 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.names import PATCH_SCALARS, SCALARS
+from thermoroll_cli.problem.names import PATCH_SCALARS
+from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Named, Result
+from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
 from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWheelset, WheelsetSolver
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 
 FORCES = "xyz"
-STIFFENING = 1.5
-"""Exponent of the load over the overlap: an error of the height counts by so much in the shares of patches."""
+SUMS = {"Q_F_W": "Q_F_W", "T_gamma_N": "T_gamma_N"}
+MAXIMA = {"pressure_max_MPa": "pressure_max_MPa", "approach_max_um": "approach_um"}
+"""Scalars of the whole that are the sum, or the largest, of one of its patches."""
+IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
+"""Scalars of a patch by their names in the contact."""
 LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
 ROLLING = 1e-3
 """Heat over the friction limit times the speed below which a wheelset hardly slips, and its heat is a small difference."""
-WIDEST_PLANE, WIDEST_CURVED = 0.3, 1.0
-"""Turn of the surface across a patch (rad) from which a plane, or the half-space, is a doubtful model."""
+WIDEST_PLANE = 0.3
+"""Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
 
 @dataclass(frozen=True)
@@ -89,17 +95,19 @@ def solve_wheelset(
 ) -> WheelsetResult:
     """Solve `problem`, from the last state of `solver` if it is given. `report` is called with a stage and a mapping as the
     work goes on. Raises Unsolvable if a wheel misses its rail; `reason` says everything else that goes wrong."""
-    return result_of_wheelset((solver or WheelsetSolver(threads)).solve(problem, report=report))
+    warnings = tuple(wheelset_warnings(problem))
+    return _result_of((solver or WheelsetSolver(threads)).solve(problem, report=report), warnings)
 
 
-def result_of_wheelset(solved: SolvedWheelset, warnings: tuple[str, ...] = ()) -> WheelsetResult:
+def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> WheelsetResult:
     """The result of a solved wheelset; not converged where it is not in balance, or where a patch is not."""
+    summed = _Whole(solved)
     patches = []
     for side in solved.problem.sides:
-        mine = sorted((patch for patch in solved.patches if patch.side == side),
-                      key=lambda patch: sign_of(patch.side) * patch.forces.centre[1])
-        patches += [WheelsetPatch(side, number, _record(patch), patch.result, patch) for number, patch in enumerate(mine, 1)]
-    summed = _Sums(solved)
+        mine = [pair for pair in zip(solved.patches, summed.patch_errors, strict=True) if pair[0].side == side]
+        mine.sort(key=lambda pair: sign_of(pair[0].side) * pair[0].forces.centre[1])
+        patches += [WheelsetPatch(side, number, _record(patch, errors), patch.result, patch)
+                    for number, (patch, errors) in enumerate(mine, 1)]
     reasons = [solved.reason] if solved.reason else []
     reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
     scalars = summed.scalars
@@ -120,13 +128,10 @@ def _turning(patch: SolvedPatch) -> Iterator[str]:
     if turn > WIDEST_PLANE and not surface.curved:
         yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
                'patches = "curved" follows the surface')
-    if turn > WIDEST_CURVED:
-        yield (f"the surface turns by {turn:.2g} rad across the patch: the half-space, whose compliance both bodies have, is "
-               "doubtful above 1 rad")
 
 
-def _record(patch: SolvedPatch) -> dict[str, Any]:
-    """Place, forces, creepages and the scalars of a patch in track axes, in the units of their names."""
+def _record(patch: SolvedPatch, errors: Mapping[str, float]) -> dict[str, Any]:
+    """Place, forces, creepages and the scalars of a patch in track axes, in the units of their names, and their `errors`."""
     sign, forces, scalars = sign_of(patch.side), patch.forces, patch.result.coupled.scalars
     x, y, z = forces.centre
     along, across, normal = forces.local
@@ -141,19 +146,24 @@ def _record(patch: SolvedPatch) -> dict[str, Any]:
     }  # fmt: skip
     of_result = {name: scalars[name] for name in PATCH_SCALARS
                  if name not in record and not math.isnan(scalars.get(name, math.nan))}
-    return record | of_result | {"status": patch.result.status, "error": dict(patch.result.error)}
+    record |= of_result
+    return record | {"status": patch.result.status, "error": {name: e for name, e in errors.items() if name in record}}
 
 
 @dataclass(frozen=True)
-class _Sums:
-    """Scalars of a whole wheelset, and their errors."""
+class _Whole:
+    """Scalars of a whole wheelset, and the errors of these and of its patches."""
 
     solved: SolvedWheelset
+
+    @property
+    def patches(self) -> tuple[SolvedPatch, ...]:
+        return self.solved.patches
 
     def forces(self, side: SideName) -> Array:
         """Force on a rail in N, in track axes."""
         mirror = np.array([1.0, sign_of(side), 1.0])
-        return sum((mirror * patch.forces.force for patch in self.solved.patches if patch.side == side), np.zeros(3))
+        return sum((mirror * patch.forces.force for patch in self.patches if patch.side == side), np.zeros(3))
 
     @cached_property
     def scalars(self) -> dict[str, float]:
@@ -169,45 +179,51 @@ class _Sums:
         total = np.sum([self.forces(side) for side in sides], axis=0)
         scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
         scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
-        of_patches = [patch.result.coupled.scalars for patch in solved.patches]
-        heat = sum(values["Q_F_W"] for values in of_patches)
-        rises = [values[f"temperature_rise_max_{body}_K"] for values in of_patches for body in ("lower", "upper")]
-        power = sum(patch.forces.power for patch in solved.patches)
-        return scalars | {
-            "Q_F_W": heat, "T_gamma_N": sum(values["T_gamma_N"] for values in of_patches),
-            "temperature_rise_max_K": max((rise for rise in rises if not math.isnan(rise)), default=math.nan),
-            "pressure_max_MPa": max((values["pressure_max_MPa"] for values in of_patches), default=math.nan),
-            "approach_max_um": 1e6 * max((patch.bearing.sunk for patch in solved.patches), default=math.nan),
-            "power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0,
-        }
+        scalars |= {name: sum(self.of_patches(own)) for name, own in SUMS.items()}
+        rises = [rise for body in BODIES for rise in self.of_patches(f"temperature_rise_max_{body}_K") if not math.isnan(rise)]
+        scalars["temperature_rise_max_K"] = max(rises, default=math.nan)
+        scalars |= {name: max(self.of_patches(own), default=math.nan) for name, own in MAXIMA.items()}
+        heat, power = scalars["Q_F_W"], sum(patch.forces.power for patch in self.patches)
+        return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
+
+    def of_patches(self, name: str) -> list[float]:
+        """A scalar of the contacts of all patches."""
+        return [patch.result.coupled.scalars[name] for patch in self.patches]
 
     def rolling_radius(self, side: SideName) -> float:
         """Distance of the patch with the largest load from the axle in m, nan without one."""
-        mine = [patch for patch in self.solved.patches if patch.side == side]
+        mine = [patch for patch in self.patches if patch.side == side]
         return max(mine, key=lambda patch: patch.bearing.load).rolling_radius if mine else math.nan
+
+    @cached_property
+    def shared(self) -> SharedErrors:
+        return shared_errors(self.solved)
+
+    @cached_property
+    def patch_errors(self) -> list[dict[str, float]]:
+        """Errors of the scalars of each patch: its own, and that of its load, with which they grow at most in proportion."""
+        ours = {contact: name for name, contact in IN_CONTACT.items()}
+        return [{ours.get(name, name): error + load for name, error in patch.result.error.items()} | {"normal_N": load}
+                for patch, load in zip(self.patches, self.shared.loads, strict=True)]
 
     @property
     def errors(self) -> dict[str, float]:
         """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of others over
-        themselves.
-
-        Each patch has its own; an error of the height, by those of the approaches and of the ratios of forces, moves the load
-        of every patch beside others by `STIFFENING` times its share of the overlap."""
-        solved = self.solved
-        vertical = max(abs(self.scalars["track_force_z_N"]), 1e-300)
-        height = sum(patch.bearing.sunk * (patch.result.error.get("approach_um", math.nan) + solved.drift)
-                     for patch in solved.patches)
-        forces = sum(patch.force_error for patch in solved.patches) / vertical
-        shared = [patch for patch in solved.patches if sum(p.side == patch.side for p in solved.patches) > 1
-                  or solved.problem.vertical is None]
-        moved = sum(STIFFENING * height / patch.bearing.sunk * patch.bearing.load for patch in shared) / vertical
-        names = (name for name in self.scalars if name.startswith("track_force"))
-        errors = dict.fromkeys(names, forces + moved + solved.drift)
-        errors["height_mm"] = height / (1e-6 * self.scalars["approach_max_um"])
-        for name in (name for name in self.scalars if name in SCALARS and not SCALARS[name].given):
-            own = (patch.result.error.get(name, math.nan) for patch in solved.patches)
-            errors[name] = moved + max(own, default=math.nan)
-        rises = [patch.result.error.get(f"temperature_rise_max_{body}_K", math.nan) for patch in solved.patches
-                 for body in ("lower", "upper")]
-        errors["temperature_rise_max_K"] = moved + max((error for error in rises if not math.isnan(error)), default=math.nan)
+        themselves. What is given, or not there, has none."""
+        solved, scalars = self.solved, self.scalars
+        if not self.patches:
+            return {}
+        vertical = max(abs(scalars["track_force_z_N"]), 1e-300)
+        of_force = {side: sum(patch.force_error + load * patch.bearing.load
+                              for patch, load in zip(self.patches, self.shared.loads, strict=True) if patch.side == side)
+                    / vertical for side in solved.problem.sides}  # fmt: skip
+        errors = {f"track_force_{axis}_{side}_N": error for side, error in of_force.items() for axis in FORCES}
+        errors |= {f"track_force_{axis}_N": sum(of_force.values()) for axis in FORCES}
+        if solved.problem.vertical is not None:
+            errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
+        for name, own in (SUMS | MAXIMA).items():
+            moved = [patch[own] * value for patch, value in zip(self.patch_errors, self.of_patches(own), strict=True)]
+            errors[name] = float((np.sum if name in SUMS else np.max)(moved)) / (scalars[name] or math.nan)
+        rises = [patch[f"temperature_rise_max_{body}_K"] for patch in self.patch_errors for body in BODIES]
+        errors["temperature_rise_max_K"] = max((error for error in rises if not math.isnan(error)), default=math.nan)
         return errors

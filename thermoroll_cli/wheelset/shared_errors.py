@@ -1,0 +1,65 @@
+"""Errors of the height of a wheelset and of the loads of its patches, from the errors of their approaches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from thermoroll_cli.wheelset.one_wheel import BALANCED
+from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch, SolvedWheelset
+
+STIFFENING = 1.5
+"""Exponent of the load over the approach, of Hertz's contact."""
+
+
+@dataclass(frozen=True)
+class SharedErrors:
+    """Error of the `height` (m), and those of the `loads` of all patches over themselves."""
+
+    height: float
+    loads: tuple[float, ...]
+
+
+def shared_errors(solved: SolvedWheelset) -> SharedErrors:
+    """Errors of height and loads. With errors e of the approaches δ at the same loads W, and an error dz of the height,
+
+        dW_i = k_i (dz − e_i),      k_i = 1.5 W_i/δ_i.
+
+    At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j, and therefore
+    dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
+    patches, finds_height = solved.patches, solved.problem.vertical is not None
+    stiffness = [STIFFENING * patch.bearing.load / patch.bearing.sunk for patch in patches]
+    estimated = [patch.bearing.sunk * patch.result.error.get("approach_um", math.nan) for patch in patches]
+    approach = [error + patch.bearing.sunk * _moved(patch) for patch, error in zip(patches, estimated, strict=True)]
+    heights, loads = [0.0], [0.0] * len(patches)
+    for group in _carriers(solved):
+        together = sum(stiffness[k] for k in group)
+        if finds_height:
+            heights.append(sum(stiffness[k] * estimated[k] for k in group) / together)
+        for i in group:
+            others = sum(stiffness[j] * (approach[j] + approach[i]) for j in group if j != i) / together
+            loads[i] = stiffness[i] * (others if finds_height else approach[i]) / patches[i].bearing.load
+            if finds_height:
+                loads[i] += _unbalanced(patches[i])
+    return SharedErrors(max(heights), tuple(loads))
+
+
+def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:
+    """Numbers of the patches that carry a force together: of both wheels if the roll is given."""
+    sides = [patch.side for patch in solved.patches]
+    for of in ([{side} for side in set(sides)] if solved.problem.finds_roll else [set(sides)]):
+        if group := [k for k, side in enumerate(sides) if side in of]:
+            yield group
+
+
+def _unbalanced(patch: SolvedPatch) -> float:
+    """Error of a load through its equilibrium with a vertical force: its tolerance, the last change of the ratio of both, and
+    the error of the friction, which has a part in it."""
+    friction = abs(math.sin(patch.forces.angle)) * patch.force_error / patch.bearing.load
+    return BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
+
+
+def _moved(patch: SolvedPatch) -> float:
+    """Change of the approach over that of the coarse grid since the load was shared."""
+    return abs(patch.solved.approach / patch.bearing.over_coarse - 1.0)
