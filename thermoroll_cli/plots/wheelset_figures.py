@@ -28,8 +28,8 @@ WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
 COMB = 14.0
 """Length of the longest tooth of a comb in mm."""
-TEETH = 24
-"""Teeth of a comb, at most."""
+BETWEEN_TEETH = 1.6
+"""Distance between the teeth of a comb in mm."""
 ROOM = 1.5
 """Room around the contact on a map in mm."""
 TALLEST_MAP = 75.0 * style.MM
@@ -99,18 +99,25 @@ def _draw_comb(axes: Axes, patch: SolvedPatch, sign: float, peak: float) -> tupl
     state = patch.result.coupled
     highest = 1e-6 * np.asarray(state.fields["pressure"]).max(axis=0)
     loaded = np.flatnonzero(highest > 0.0)
-    chosen = loaded[np.unique(np.linspace(0, len(loaded) - 1, TEETH).astype(int))]
-    s = -state.y[chosen]
-    surface = patch.bearing.patch
-    foot, angle = 1e3 * surface.places(s)[:, 1:], surface.inclination(s)
-    length = COMB * highest[chosen] / peak
-    tip = foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)
+    step = 0.5 * (state.y[1] - state.y[0])
+    # From edge to edge, with as many teeth between as can be told apart.
+    places = np.concatenate(([state.y[loaded[0]] - step], state.y[loaded], [state.y[loaded[-1]] + step]))
+    pressures = np.concatenate(([0.0], highest[loaded], [0.0]))
+    teeth = np.linspace(places[0], places[-1], max(int(1e3 * np.ptp(places) / BETWEEN_TEETH), 1) + 1)[1:-1]
     mirror = np.array([sign, 1.0])
-    axes.add_collection(LineCollection(np.stack((foot * mirror, tip * mirror), axis=1).tolist(), colors="0.35", linewidths=0.6))
-    envelope = tip * mirror
+
+    def ends(at: Array) -> tuple[Array, Array]:
+        surface = patch.bearing.patch
+        foot, angle = 1e3 * surface.places(-at)[:, 1:], surface.inclination(-at)
+        length = COMB * np.interp(at, places, pressures) / peak
+        return foot * mirror, (foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)) * mirror
+
+    axes.add_collection(LineCollection(np.stack(ends(teeth), axis=1).tolist(), colors="0.35", linewidths=0.5))
+    feet, envelope = ends(places)
     named = len(axes.get_legend_handles_labels()[0]) > 2
+    axes.fill(*np.concatenate((envelope, feet[::-1])).T, color="0.88", linewidth=0.0, zorder=0.9)
     axes.plot(*envelope.T, color="0.35", linewidth=0.8, label="_" if named else "largest pressure")
-    longest = int(np.argmax(length))
+    longest = int(np.argmax(pressures))
     return float(envelope[longest, 0]), float(envelope[longest, 1])
 
 
@@ -194,7 +201,8 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
         largest = max((float(np.nanmax(table[f"{name}.normal_N"])) for name in names), default=1.0)
         for name in names:
             size = 4.0 + 32.0 * np.nan_to_num(table[f"{name}.normal_N"]) / largest
-            places.scatter(at, table[name + PLACE], s=size, color=colour, marker=marker, label=f"{side} rail", linewidths=0.0)
+            places.scatter(at, table[name + PLACE], s=size, color=colour, marker=marker, linewidths=0.0)
+        places.plot([], [], marker, color=colour, label=f"{side} rail")
         for direction, line in (("y", "-"), ("x", "--")):
             if (force := f"track_force_{direction}_{side}_N") in table:
                 forces.plot(at, 1e-3 * table[force], line, color=colour, label=f"{side}, along {direction}")
