@@ -62,7 +62,9 @@ def section_figure(result: WheelsetResult, title: str) -> Figure:
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
         _draw_section(axes, result, side, peak)
     style.add_headline(figure, title, result.converged, f"longest tooth {peak:.0f} MPa" if result.patches else "")
-    style.add_legend(figure, figure.axes[0].get_legend_handles_labels()[0])
+    # Another wheel may have no contact, and therefore no comb.
+    handles = [axes.get_legend_handles_labels()[0] for axes in figure.axes]
+    style.add_legend(figure, max(handles, key=len))
     return figure
 
 
@@ -125,7 +127,8 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
     """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
     surface."""
     shown = [_cropped(patch) for patch in result.patches]
-    widths, heights = ([float(np.ptp(axis)) for axis in axes] for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))
+    widths, heights = ([float(np.ptp(axis)) + axis[1] - axis[0] for axis in axes]
+                       for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))  # fmt: skip
     across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
     per_mm = min(across / sum(widths), TALLEST_MAP / max(heights), LARGEST_SCALE)
     tall = per_mm * max(heights)
@@ -145,7 +148,7 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
             image.set_clip_path(borders.outline, transform=place + axes.transData)
         draw_borders(axes, borders, place)
         wide = per_mm * width > 34.0 * style.MM
-        axes.set(xlim=(y.min(), y.max()), ylim=(x.min(), x.max()), xlabel="y along the surface (mm)" if wide else "y (mm)")
+        axes.set(xlim=(y[0] - dy, y[-1] + dy), ylim=(x[0] - dx, x[-1] + dx), xlabel="y along the surface (mm)" if wide else "y (mm)")
         axes.set_title(f"{patch.side} {patch.number}")
         _few_places(axes, "x", y, per_mm)
         _few_places(axes, "y", x, per_mm)
@@ -205,9 +208,9 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
         places.plot([], [], marker, color=colour, label=f"{side} rail")
         for direction, line in (("y", "-"), ("x", "--")):
             if (force := f"track_force_{direction}_{side}_N") in table:
-                forces.plot(at, 1e-3 * table[force], line, color=colour, label=f"{side}, along {direction}")
+                forces.plot(at, 1e-3 * table[force], line, marker=".", color=colour, label=f"{side}, along {direction}")
     if DIFFERENCE in table:
-        radii.plot(at, table[DIFFERENCE], color="0.2")
+        radii.plot(at, table[DIFFERENCE], color="0.2", marker=".")
     places.set_ylabel("y on the rail (mm),\narea: load")
     radii.set_ylabel("difference of\nrolling radii (mm)")
     forces.set(ylabel="force on the rail (kN)", xlabel=over)
