@@ -148,7 +148,8 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
             image.set_clip_path(borders.outline, transform=place + axes.transData)
         draw_borders(axes, borders, place)
         wide = per_mm * width > 34.0 * style.MM
-        axes.set(xlim=(y[0] - dy, y[-1] + dy), ylim=(x[0] - dx, x[-1] + dx), xlabel="y along the surface (mm)" if wide else "y (mm)")
+        axes.set(xlim=(y[0] - dy, y[-1] + dy), ylim=(x[0] - dx, x[-1] + dx))
+        axes.set_xlabel("y along the surface (mm)" if wide else "y (mm)")
         axes.set_title(f"{patch.side} {patch.number}")
         _few_places(axes, "x", y, per_mm)
         _few_places(axes, "y", x, per_mm)
