@@ -8,12 +8,13 @@ import dataclasses
 import html
 import os
 import pathlib
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result import hdf5
-from thermoroll_cli.plots import pictures
+from thermoroll_cli.plots import pictures, style
+from thermoroll_cli.plots.wheelset_figures import patches_figure, section_figure
 from thermoroll_cli.problem import result as results
 from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
@@ -21,8 +22,8 @@ from thermoroll_cli.problem.scalar_errors import isothermal_text, listed_scalars
 from thermoroll_cli.refinement import solve as refinement
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.sweeps.sweep import solve_sweep as sweep
+from thermoroll_cli.wheelset import wheelset_result
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 from thermoroll_cli.worn.follow import Evolution, follow
 
 __all__ = ["Result", "Solver", "read_result", "solve", "sweep", "wear"]
@@ -121,8 +122,40 @@ class Result(results.Result):
             beside = [isothermal_text(name, summary)] if both else []
             meaning = ALL_SCALARS[name].meaning_of(hertz=self.problem.has_hertz_solution)
             rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
-        lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
-        return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"
+        return _table(repr(self)[1:-1], rows)
+
+
+class WheelsetResult(wheelset_result.WheelsetResult):
+    """Outcome of a wheelset, which can show itself in a notebook: `scalars` in the units of their names, `error`, `summary()`,
+    `converged`, `reason`, `warnings`, and `patches`, each with its `record` in the axes of the track and a `result`, which is a
+    `Result`."""
+
+    def __repr__(self) -> str:
+        patches = f"{len(self.patches)} patch{'' if len(self.patches) == 1 else 'es'}"
+        return f"<wheelset with {patches}, {self.status.replace('_', ' ')}>"
+
+    def plot(self, kind: Literal["section", "patches"] = "section") -> pictures.Figure:
+        """A picture as a matplotlib figure: the "section" across the track, or the pressure of all "patches" from above.
+
+        Raises ValueError for another kind, and for a map of patches where there are none."""
+        figures = {"section": section_figure, "patches": patches_figure}
+        if kind not in figures:
+            raise ValueError(f"the picture {kind!r} is none of {', '.join(figures)}")
+        if kind == "patches" and not self.patches:
+            raise ValueError("no wheel touches its rail: there are no patches to show")
+        with style.applied():
+            return figures[kind](self, self.problem.title)
+
+    def _repr_html_(self) -> str:
+        """A table of the scalars that `thermoroll run` prints, for notebooks."""
+        summary = self.summary()
+        rows = [[ALL_SCALARS[name].meaning, scalar_text(name, summary), ALL_SCALARS[name].unit] for name in self.scalars]
+        return _table(repr(self)[1:-1], [["scalar", "value", "unit"], *rows])
+
+
+def _table(caption: str, rows: Iterable[Iterable[str]]) -> str:
+    lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
+    return f"<table><caption>{html.escape(caption)}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"
 
 
 class Solver(refinement.Solver):
@@ -179,9 +212,8 @@ def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = 
     - `report`: called with the name of a stage and a mapping (grid, iteration, residual, …) during the solve; an exception that
       it raises ends the solve.
 
-    Returns a `Result`; one that did not converge says so in `converged` and `reason`. For a case of a wheelset, returns a
-    `WheelsetResult`: `scalars` in the units of their names, `error`, `summary()` and `patches`, each with its `record` in the
-    axes of the track and a `result`, which is a `Result`.
+    Returns a `Result`, or a `WheelsetResult` for a case of a wheelset; one that did not converge says so in `converged` and
+    `reason`.
 
     Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail.
     """
@@ -191,11 +223,12 @@ def solve(case: AnyCase | Problem, *, threads: int = 1, report: Report | None = 
     task = given.task
     if not isinstance(task, WheelsetProblem):
         return Solver(threads).solve(given, report=report)
-    whole = solve_wheelset(task, threads=threads, report=report)
+    whole = wheelset_result.solve_wheelset(task, threads=threads, report=report)
     text, resolved = given.text, given.to_json()
     patches = (dataclasses.replace(patch, result=Result.of(
         dataclasses.replace(patch.result, case_text=text, case_json=resolved))) for patch in whole.patches)
-    return dataclasses.replace(whole, patches=tuple(patches), case_text=text, case_json=resolved)
+    given_back = {field.name: getattr(whole, field.name) for field in dataclasses.fields(whole)}
+    return WheelsetResult(**given_back | {"patches": tuple(patches), "case_text": text, "case_json": resolved})
 
 
 def wear(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import tomllib
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.python_api import solve
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
@@ -171,6 +173,18 @@ def test_profiles_in_another_frame_are_recognised(points, words, hint):
     assert words in finding.message and hint in finding.hint
 
 
+def test_a_wheelset_shows_itself_in_a_notebook():
+    """One wheel in the air: the pictures of the other one have a legend, and nothing raises."""
+    result = solve(tomllib.loads(TEXT.replace("grid = 24", "grid = 16").replace("yaw_mrad", "roll_mrad = 5.0\nyaw_mrad")))
+    assert repr(result) == "<wheelset with 1 patch, converged>" and result.patches[0].name == "right_1"
+    assert "<td>vertical force on both rails</td><td>20000</td><td>N</td>" in result._repr_html_()
+    (legend,) = result.plot().legends
+    assert [text.get_text() for text in legend.get_texts()] == ["rail", "wheel", "largest pressure"]
+    assert len(result.plot("patches").axes) == 2
+    with pytest.raises(ValueError, match="'sections' is none of section, patches"):
+        result.plot("sections")
+
+
 def test_a_wheel_beside_its_rail_is_invalid(tmp_path):
     (tmp_path / "m.toml").write_text(TEXT)
     run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--set", "wheelset.lateral_shift_mm=-120", "--no-plots")
@@ -314,6 +328,10 @@ def test_errors_of_patches_contain_that_of_their_loads(at_height):
     contact = replace(problem.contact, numerics=Numerics((48, 48)))
     coarse, fine = solve_wheelset(problem), solve_wheelset(replace(problem, contact=contact))
     assert ("height_mm" in coarse.error) != at_height
+    assert ("track_force_z_right_N" in coarse.error) == at_height
+    for name in (f"track_force_{axis}_right_N" for axis in "xy"):
+        scale = coarse.scalars["track_force_z_N"]
+        assert abs(coarse.scalars[name] - fine.scalars[name]) <= coarse.error[name] * scale, name
     for rough, good in zip(coarse.patches, fine.patches, strict=True):
         for name in ("normal_N", "force_x_N", "force_s_N", "T_gamma_N", "approach_um"):
             scale = rough.result.problem.traction_limit if "force" in name else abs(rough.record[name])

@@ -24,10 +24,10 @@ class SharedErrors:
 def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     """Errors of height and loads. With errors e of the approaches δ at the same loads W, and an error dz of the height,
 
-        dW_i = k_i (dz − e_i),      k_i = 1.5 W_i/δ_i.
+        dW_i = k_i (dz cos α_i − e_i),      k_i = 1.5 W_i/δ_i.
 
-    At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j, and therefore
-    dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
+    At a given height dz = 0. Patches that carry a given force together have dz = Σ k_j e_j/Σ k_j cos α_j, and at about the same
+    inclination dW_i = k_i Σ k_j (e_j − e_i)/Σ k_j. Signs are unknown: absolute values add."""
     patches, finds_height = solved.patches, solved.problem.vertical is not None
     stiffness = [STIFFENING * patch.bearing.load / patch.bearing.sunk for patch in patches]
     estimated = [patch.bearing.sunk * patch.result.error.get("approach_um", math.nan) for patch in patches]
@@ -36,7 +36,8 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
     for group in _carriers(solved):
         together = sum(stiffness[k] for k in group)
         if finds_height:
-            heights.append(sum(stiffness[k] * estimated[k] for k in group) / together)
+            lowered = sum(stiffness[k] * math.cos(patches[k].bearing.patch.region.place.angle) for k in group)
+            heights.append(sum(stiffness[k] * estimated[k] for k in group) / lowered)
         for i in group:
             others = sum(stiffness[j] * (approach[j] + approach[i]) for j in group if j != i) / together
             loads[i] = stiffness[i] * (others if finds_height else approach[i]) / patches[i].bearing.load
@@ -56,7 +57,7 @@ def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:
 def _unbalanced(patch: SolvedPatch) -> float:
     """Error of a load through its equilibrium with a vertical force: its tolerance, the last change of the ratio of both, and
     the error of the friction, which has a part in it."""
-    friction = abs(math.sin(patch.forces.angle)) * patch.force_error / patch.bearing.load
+    friction = abs(math.sin(patch.forces.angle)) * patch.error_of("force_y_N") / patch.bearing.load
     return BALANCED + abs(patch.solved.vertical / patch.bearing.vertical - 1.0) + friction
 
 

@@ -65,12 +65,18 @@ class SolvedPatch:
         facing = self.bearing.patch.facing
         return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
 
+    def error_of(self, name: str) -> float:
+        """Estimated error of a scalar of the contact in its own unit, at the load it has."""
+        return self.result.error.get(name, math.nan) * error_scale(name, self.result.summary())
+
     @property
-    def force_error(self) -> float:
-        """Estimated error of the forces in N."""
-        names = ("force_x_N", *(("contact_force_y_N", "contact_force_z_N") if self.bearing.patch.curved else ("force_y_N",)))
-        summary = self.result.summary()
-        return math.hypot(*(self.result.error.get(name, math.nan) * error_scale(name, summary) for name in names))
+    def force_errors(self) -> Array:
+        """Estimated errors of the forces in N, (3,) in track axes, at the load it has."""
+        surface = self.bearing.patch
+        across, normal = ((self.error_of("contact_force_y_N"), self.error_of("contact_force_z_N")) if surface.curved else
+                          (self.error_of("force_y_N"), 0.0))
+        sine, cosine = abs(math.sin(surface.region.place.angle)), abs(math.cos(surface.region.place.angle))
+        return np.array([self.error_of("force_x_N"), cosine * across + sine * normal, sine * across + cosine * normal])
 
     def _nearest(self, places: Array) -> tuple[int, float]:
         """Number of the sample (y, z) that lies nearest to the centre of pressure, and its distance."""

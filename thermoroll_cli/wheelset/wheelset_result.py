@@ -207,18 +207,26 @@ class _Whole:
                 for patch, load in zip(self.patches, self.shared.loads, strict=True)]
 
     @property
+    def force_errors(self) -> dict[str, float]:
+        """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
+        problem, vertical = self.solved.problem, max(abs(self.scalars["track_force_z_N"]), 1e-300)
+        of_patches = [(patch.side, patch.force_errors + load * np.abs(patch.forces.force))
+                      for patch, load in zip(self.patches, self.shared.loads, strict=True)]
+        of_sides = {f"_{side}": sum((error for of, error in of_patches if of == side), np.zeros(3)) / vertical
+                    for side in problem.sides}  # fmt: skip
+        errors = of_sides | {"": sum(of_sides.values(), np.zeros(3))}
+        given = set() if problem.vertical is None else {""} if problem.shares_load else set(errors)
+        return {f"track_force_{axis}{side}_N": float(error) for side, of_axes in errors.items()
+                for axis, error in zip(FORCES, of_axes, strict=True) if not (axis == "z" and side in given)}
+
+    @property
     def errors(self) -> dict[str, float]:
         """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of others over
         themselves. What is given, or not there, has none."""
         solved, scalars = self.solved, self.scalars
         if not self.patches:
             return {}
-        vertical = max(abs(scalars["track_force_z_N"]), 1e-300)
-        of_force = {side: sum(patch.force_error + load * patch.bearing.load
-                              for patch, load in zip(self.patches, self.shared.loads, strict=True) if patch.side == side)
-                    / vertical for side in solved.problem.sides}  # fmt: skip
-        errors = {f"track_force_{axis}_{side}_N": error for side, error in of_force.items() for axis in FORCES}
-        errors |= {f"track_force_{axis}_N": sum(of_force.values()) for axis in FORCES}
+        errors = self.force_errors
         if solved.problem.vertical is not None:
             errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
         for name, own in (SUMS | MAXIMA).items():
