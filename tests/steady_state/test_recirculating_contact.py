@@ -9,8 +9,9 @@ import pytest
 from scripts.figures.figures_recirculation import CASES
 from tests.support.scenes import rolling, solved, twin_disc, wheel_on_rail
 from thermoroll_cli.heat.recirculation import Track
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
-from thermoroll_cli.problem.problem import Heating, Material, Motion, Recirculation
+from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem, Recirculation
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -31,6 +32,18 @@ def test_wheel_on_rail():
     assert s["flash_temperature_max_upper_K"] < s["temperature_rise_max_upper_K"]
     assert math.isnan(s["warm_up_time_lower_s"]) and s["warm_up_time_upper_s"] > 3600.0
     assert 0.02 < s["thermal_crown_ratio"] < 0.025
+
+
+@pytest.mark.parametrize("share, turns", [(0.99, True), (0.999, False)])
+def test_a_body_that_a_force_stops_brings_no_heat_back(share: float, turns: bool) -> None:
+    soft = Material(2e6, 0.49, conductivity=0.2, expansion=1e-4, diffusivity=1e-7)
+    heating = Heating(deformation=False, upper_track=Recirculation(width=0.04, convection=10.0))
+    motion = Motion(1e-3, None, force_x=40.0 * share)
+    spheres, grid = Geometry(0.02, 0.02, 0.02, 0.02), Numerics(grid=(16, 16))
+    problem = Problem(soft, soft, spheres, 20.0, Friction(2.0), motion, heating, grid)
+    result = solve(problem)
+    assert result.converged is turns and (result.coupled.scalars["creepage_longitudinal"] < 2.0) is turns
+    assert turns or "the upper body hardly turns, or turns backwards, at a longitudinal creepage of 2.3" in result.reason
 
 
 def test_surroundings_are_the_zero_of_each_body():

@@ -5,10 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from thermoroll_cli.problem.contact import Contact
+from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.refinement.scalars import power_balance_error
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
+from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
 from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
 
 BALANCE_ERROR = 1e-5
@@ -151,6 +153,11 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         mismatch = discretisation.heat(contact).partition.mismatch
         if mismatch > LOCAL_ERROR:
             reasons.append(f"temperatures of both surfaces differ by {mismatch:.1e} of their peak")
+    bodies = heated_bodies(problem, *tangential.creepage) if problem.heating.recirculates else ()
+    for body, heated in zip(BODIES, bodies, strict=False):
+        if getattr(problem.heating, f"{body}_track") is not None and heated.speed_x < LEAST_SPEED * problem.motion.speed:
+            reasons.append(f"the {body} body hardly turns, or turns backwards, at a longitudinal creepage of "
+                           f"{tangential.creepage[0]:.3g}: no heat recirculates; lower the force or the creepage")
     motion = problem.motion
     force = tangential.traction.sum(axis=(1, 2)) * grid.element_area
     for got, wanted, axis in zip(force, (motion.force_x, motion.force_y), "xy", strict=True):

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +17,11 @@ from thermoroll_cli.heat.heat_response import HeatedBody, HeatResponse, KeptTabl
 from thermoroll_cli.heat.recirculation import RecirculatingResponse, Roller, Track
 from thermoroll_cli.heat.sliding_heat import SlidingHeatResponse, SlidingKernels
 from thermoroll_cli.numerics.grid import Grid
-from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Material, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+
+LEAST_SPEED = 1e-2
+"""Least speed of the surface of a body with recirculating heat, over the rolling speed."""
 
 
 def heated_bodies(problem: Problem, creepage_x: float, creepage_y: float) -> tuple[HeatedBody, HeatedBody]:
@@ -62,18 +65,16 @@ def _rounded(creepage: float) -> float:
 def rollers(problem: Problem, creepage_x: float) -> tuple[Roller | None, Roller | None]:
     """Lower and upper body as they turn and cool, None for one without recirculating heat.
 
-    Raises Unsolvable for a body that stands still or turns backwards at a creepage that was solved for."""
-    heating, geometry = problem.heating, problem.geometry
-    lower, upper = heated_bodies(problem, creepage_x, 0.0)
-    return (_roller("lower", heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
-            _roller("upper", heating.upper_track, geometry.upper_radius_x, upper, problem.upper))
+    A body that iterates stop or turn backwards still turns at `LEAST_SPEED` of the rolling speed; no solution may."""
+    heating, geometry, slowest = problem.heating, problem.geometry, LEAST_SPEED * problem.motion.speed
+    lower, upper = (replace(body, speed_x=max(body.speed_x, slowest)) for body in heated_bodies(problem, creepage_x, 0.0))
+    return (_roller(heating.lower_track, geometry.lower_radius_x, lower, problem.lower),
+            _roller(heating.upper_track, geometry.upper_radius_x, upper, problem.upper))
 
 
-def _roller(name: str, track: Recirculation | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
+def _roller(track: Recirculation | None, radius: float, heated: HeatedBody, body: Material) -> Roller | None:
     if track is None:
         return None
-    if heated.speed_x <= 0.0:
-        raise Unsolvable(f"the {name} body stands still or turns backwards: it brings no heat back", "creepage.longitudinal")
     return Roller(abs(radius), track.width, track.passes, heated.speed_x, heated.conductivity, heated.diffusivity,
                   heated.free_expansion, body.poisson_ratio, track.convection, track.resistance, radius < 0.0)
 
