@@ -282,12 +282,18 @@ def test_a_wheelset_without_friction_rolls_freely():
 
 
 def test_a_contact_at_the_end_of_a_rail_has_a_pressure_without_bound():
-    points = [[1e3 * y, 1e3 * z] for y, z in outline_points("MBench_UIC60_v3.prr") if y > -0.02]
+    points = [[1e3 * y, 1e3 * z] for y, z in outline_points("MBench_UIC60_v3.prr") if y > -0.0135]
     text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")
     result = solve_wheelset(Case.parse(text.replace("yaw_mrad", 'wheels = "right"\nyaw_mrad'), name="case.toml").task)
     assert result.converged, result.reason
     assert any("reaches the end of a profile" in warning for warning in result.warnings)
     assert math.isnan(result.error["pressure_max_MPa"]) and result.error["height_mm"] < 0.1
+    # On the flank of the flange the sharp end finds no normal that it shares with the wheel.
+    problem = replace(result.problem, curved=True, vertical=5e3)
+    for shift, reason in ((4e-3, "no height gives this force"), (7e-3, "the wheels carry 0 N at most")):
+        beyond = solve_wheelset(replace(problem, position=replace(problem.position, y=shift)))
+        assert reason in beyond.reason
+    assert any("at the sharp end of a profile" in warning for warning in beyond.warnings)
 
 
 @pytest.mark.parametrize("patches", ["planar", "curved"])

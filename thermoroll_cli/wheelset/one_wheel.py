@@ -85,6 +85,7 @@ class WheelOnRail:
         carries nothing."""
         facing = self.facing.lowered(lowered)
         patches = [PatchSurface(facing, region, self.curved) for region in facing.regions()]
+        patches = [patch for patch in patches if patch.faces]
         indentations = [Indentation(patch, self.contact_modulus) for patch in patches]
         known = [self._known(patch) for patch in patches]
         apart = np.zeros(len(patches))

@@ -218,6 +218,11 @@ class PatchSurface:
         low, high = self._arc(self._across((self.region.low, self.region.high)))
         return max(low - NEAR, self.limits[0]), min(high + NEAR, self.limits[1])
 
+    @property
+    def faces(self) -> bool:
+        """Whether a normal meets both surfaces: none does where the sharp end of one has just reached the other."""
+        return self.limits[1] > self.limits[0]
+
     @cached_property
     def overlap(self) -> tuple[float, float]:
         """Largest overlap along the normals (m), and its s."""

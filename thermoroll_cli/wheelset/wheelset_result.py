@@ -15,6 +15,7 @@ from thermoroll_cli.problem.names import PATCH_SCALARS
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.result import Named, Result
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
+from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
 from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWheelset, WheelsetSolver
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
@@ -25,6 +26,8 @@ MAXIMA = {"pressure_max_MPa": "pressure_max_MPa", "approach_max_um": "approach_u
 """Scalars of the whole that are the sum, or the largest, of one of its patches."""
 IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
 """Scalars of a patch by their names in the contact."""
+LARGEST_FORCE_ERROR = 1e-3
+"""Departure of the vertical force from a given one: ten times the change from round to round that ends them."""
 LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
 ROLLING = 1e-3
@@ -108,7 +111,7 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> WheelsetRes
         mine.sort(key=lambda pair: sign_of(pair[0].side) * pair[0].forces.centre[1])
         patches += [WheelsetPatch(side, number, _record(patch, errors), patch.result, patch)
                     for number, (patch, errors) in enumerate(mine, 1)]
-    reasons = [solved.reason] if solved.reason else []
+    reasons = [solved.reason] if solved.reason else [*summed.unbalanced]
     reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
     scalars = summed.scalars
     sliding = sum(patch.result.problem.traction_limit for patch in solved.patches) * solved.problem.motion.speed
@@ -117,7 +120,19 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> WheelsetRes
     of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
                           for warning in (*patch.result.warnings, *_turning(patch.solved)))
     return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
-                          (*warnings, *of_patches))
+                          (*warnings, *_left_out(solved), *of_patches))
+
+
+def _left_out(solved: SolvedWheelset) -> Iterator[str]:
+    """Overlaps that are no patches."""
+    problem, standing = solved.problem, solved.standing
+    for side in problem.sides:
+        facing = problem.facing(side, standing.roll)
+        facing = facing.lowered(standing.height - facing.position.z)
+        for region in facing.regions():
+            if not PatchSurface(facing, region, problem.curved).faces:
+                yield (f"the {side} wheel and rail overlap at y = {1e3 * sign_of(side) * region.place.y:.4g} mm, at the sharp "
+                       "end of a profile, where no normal meets both surfaces: this contact is left out")
 
 
 def _turning(patch: SolvedPatch) -> Iterator[str]:
@@ -194,6 +209,19 @@ class _Whole:
         """Distance of the patch with the largest load from the axle in m, nan without one."""
         mine = [patch for patch in self.patches if patch.side == side]
         return max(mine, key=lambda patch: patch.bearing.load).rolling_radius if mine else math.nan
+
+    @property
+    def unbalanced(self) -> Iterator[str]:
+        """Which given vertical forces the rails do not carry: where a force jumps over the height, none has that value."""
+        problem, scalars = self.solved.problem, self.scalars
+        if problem.vertical is None:
+            return
+        share = 0.5 if problem.finds_roll else 1.0
+        for place in ([f"{side}_" for side in problem.sides] if problem.finds_roll else [""]):
+            force, wanted = scalars[f"track_force_z_{place}N"], share * problem.vertical
+            if abs(force - wanted) > LARGEST_FORCE_ERROR * wanted:
+                where = f"{place.rstrip('_')} rail carries" if place else "rails carry"
+                yield f"the {where} {force:.6g} N, not {wanted:.6g} N: no height gives this force, which jumps there"
 
     @cached_property
     def shared(self) -> SharedErrors:
