@@ -11,7 +11,7 @@ from scripts.stress.random_friction import random_strength
 from thermoroll_cli.problem.problem import Numerics, Problem
 
 SIDE, MOST_SLENDER = 32, 8.0
-DEPTHS = (4, 12)
+DEPTHS = (6, 12)
 
 
 def slender_grid(seed: int) -> Problem:

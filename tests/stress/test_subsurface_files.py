@@ -43,9 +43,9 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> Path:
     [
         ("depth_mm = 0.0", "must be greater than 0", "1e-9 to 1e9, in mm"),
         ("depth_mm = -1", "must be greater than 0", "in mm"),
-        ("layers = 3", "below the allowed range", "from 4 to 400"),
-        ("layers = 401", "above the allowed range", "from 4 to 400"),
-        ("layers = 2.5", "must be a whole number", "from 4 to 400"),
+        ("layers = 5", "below the allowed range", "from 6 to 400"),
+        ("layers = 401", "above the allowed range", "from 6 to 400"),
+        ("layers = 2.5", "must be a whole number", "from 6 to 400"),
         ('bodies = ["lowre"]', "not a known word", '["lower"]'),
         ('bodies = "lower"', "must be a list", '["lower"]'),
         ("bodies = []", "is empty", '["lower"]'),

@@ -267,7 +267,7 @@ class SubsurfaceTable(Table):
     depth_mm: float | None = quantity("mm", "Largest depth; default 2.2 of the smaller semi-axis", None, ge=1e-9,
                                       le=1e9)
     layers: int | None = Field(
-        default=None, ge=4, le=400,
+        default=None, ge=6, le=400,
         description="Number of depths, the surface included; by default each is 1.157 times as deep as the one before",
     )  # fmt: skip
     thermal: bool | None = Field(default=None, description="Thermal stresses; default: where there is heat")
