@@ -107,6 +107,9 @@ def outline(y: Array, z: Array, at: Array, *, lowest: bool) -> Outline:
     Samples that are nan divide branches."""
     steps = np.diff(y)
     direction = np.where(np.isnan(steps), 2, np.sign(steps)).astype(int)
+    # Samples at the same y, as both of a knot, continue the branch before them.
+    moving = np.flatnonzero(direction)
+    direction = direction[moving[np.maximum(np.searchsorted(moving, np.arange(len(steps)), "right") - 1, 0)]]
     bounds = np.concatenate(([0], np.flatnonzero(np.diff(direction)) + 1, [len(steps)]))
     seen, number = np.full(len(at), np.nan), np.full(len(at), np.nan)
     for a, b in itertools.pairwise(bounds):
