@@ -378,7 +378,8 @@ WHEELSET_SCALARS = _scalars(
                                        ("z", "vertical", ""))),
     *(Scalar(f"track_force_{axis}_N", f"{direction} force on both rails", "vertical")
       for axis, direction in (("x", "longitudinal"), ("y", "lateral"), ("z", "vertical"))),
-    *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail") for side in ("left", "right")),
+    *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail", "share")
+      for side in ("left", "right")),
     *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle")
       for side in ("left", "right")),
     Scalar("approach_max_um", "largest approach of a wheel and a rail"),

@@ -27,7 +27,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | `creepage_longitudinal`, `creepage_lateral`, where found | the magnitude of the creepage, spin counted at sqrt(a0 b0) |
     | `contact_force_y_N`, `contact_force_z_N` | their resultant |
     | `track_force_*_N`; `height_mm` | the vertical force on the track; the largest approach |
-    | `gamma_st`, `power_balance_error`; `stick_area_mm2` | 1 (absolute); the contact area |
+    | `gamma_st`, `power_balance_error`, `lateral_over_vertical_*`; `stick_area_mm2` | 1 (absolute); the contact area |
     | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 

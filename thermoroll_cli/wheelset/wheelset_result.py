@@ -249,14 +249,19 @@ class _Whole:
 
     @property
     def errors(self) -> dict[str, float]:
-        """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of others over
-        themselves. What is given, or not there, has none."""
+        """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of lateral over
+        vertical forces as they are, of others over themselves. What is given, or not there, has none."""
         solved, scalars = self.solved, self.scalars
         if not self.patches:
             return {}
         errors = self.force_errors
         if solved.problem.vertical is not None:
             errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
+        for side in solved.problem.sides:
+            lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
+            ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
+            errors[f"lateral_over_vertical_{side}"] = (
+                (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
         for name, own in (SUMS | MAXIMA).items():
             moved = [patch[own] * value for patch, value in zip(self.patch_errors, self.of_patches(own), strict=True)]
             errors[name] = float((np.sum if name in SUMS else np.max)(moved)) / (scalars[name] or math.nan)
