@@ -18,7 +18,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
-from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.patch_surface import CLOSE, PatchSurface
 
 COLUMNS = 257
 """Places across at which a patch is handed to the solver, which takes cubic splines between them: 0.1 mm apart on a worn
@@ -74,7 +74,7 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     low_free, high_free = patch.free_ends
     low, high = patch.limits
     geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,
-                           free_ends=(bool(high_free and s[-1] >= high), bool(low_free and s[0] <= low)))
+                           free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
     moving = replace(contact.motion, speed=moves.slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
     return replace(contact, geometry=geometry, normal_force=load, motion=moving)
 

@@ -19,7 +19,8 @@ NEWTON_SWEEPS = 6
 """Steps of Newton's method for the distance to a surface: from the start on the locus four reach rounding on treads, six on
 flanges."""
 CLOSE = 1e-9
-"""Step of that method in m after which the next one is below rounding, for it converges quadratically."""
+"""Step of that method in m after which the next one is below rounding, for it converges quadratically. Places as close as this
+are the same end of a surface."""
 STEEPEST = 0.1
 """A surface is followed from a patch to where the cosine of its inclination to it falls below this."""
 OVERLAP_SAMPLES = 801
@@ -267,4 +268,5 @@ class PatchSurface:
         """Whether the lower and the upper limit are the end of a surface, and no ridge."""
         ridges = self._across(self.region.ridges)
         low, high = self._arc(ridges)
-        return (ridges[0] <= self._ends[0] or low < self.limits[0]), (ridges[1] >= self._ends[1] or high > self.limits[1])
+        return (ridges[0] <= self._ends[0] + CLOSE or low < self.limits[0] - CLOSE,
+                ridges[1] >= self._ends[1] - CLOSE or high > self.limits[1] + CLOSE)
