@@ -264,7 +264,7 @@ class _Whole:
                 (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
         for name, own in (SUMS | MAXIMA).items():
             moved = [patch[own] * value for patch, value in zip(self.patch_errors, self.of_patches(own), strict=True)]
-            errors[name] = float((np.sum if name in SUMS else np.max)(moved)) / (scalars[name] or math.nan)
+            errors[name] = float(np.sum(moved) if name in SUMS else np.max(moved)) / (scalars[name] or math.nan)
         rises = [patch[f"temperature_rise_max_{body}_K"] for patch in self.patch_errors for body in BODIES]
         errors["temperature_rise_max_K"] = max((error for error in rises if not math.isnan(error)), default=math.nan)
         return errors
