@@ -343,3 +343,14 @@ def test_errors_of_patches_contain_that_of_their_loads(at_height):
             scale = rough.result.problem.traction_limit if "force" in name else abs(rough.record[name])
             assert abs(rough.record[name] - good.record[name]) <= rough.record["error"][name] * scale, name
         assert rough.record["error"]["normal_N"] < 0.05
+
+
+def test_an_angular_velocity_that_is_found_has_an_error():
+    """Coarse values are as far from finer ones as they say; the power of the creep forces moves with it."""
+    case = Case.parse(TEXT, name="case.toml")
+    coarse, fine = (solve_wheelset(case.with_values({"numerics.grid": n}).task) for n in (16, 48))
+    for name in ("angular_velocity_rad_s", "T_gamma_N", "Q_F_W"):
+        assert abs(coarse.scalars[name] - fine.scalars[name]) <= coarse.error[name] * fine.scalars[name], name
+    assert 0.0 < fine.error["angular_velocity_rad_s"] < 1e-4
+    given = solve_wheelset(case.with_values({"wheelset.angular_velocity_rad_s": 4.334}).task)
+    assert "angular_velocity_rad_s" not in given.error

@@ -1,13 +1,13 @@
-"""Errors of the height of a wheelset and of the loads of its patches, from the errors of their approaches."""
+"""Errors of the height and of the angular velocity of a wheelset and of the loads of its patches, from those of its patches."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from thermoroll_cli.wheelset.one_wheel import BALANCED
-from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch, SolvedWheelset
+from thermoroll_cli.wheelset.solve_wheelset import DRIVE, SolvedPatch, SolvedWheelset
 
 STIFFENING = 1.5
 """Exponent of the load over the approach, of Hertz's contact."""
@@ -15,10 +15,12 @@ STIFFENING = 1.5
 
 @dataclass(frozen=True)
 class SharedErrors:
-    """Error of the `height` (m), and those of the `loads` of all patches over themselves."""
+    """Error of the `height` (m), those of the `loads` of all patches over themselves, and that of the angular `velocity` over
+    itself: 0 if it is given."""
 
     height: float
     loads: tuple[float, ...]
+    velocity: float
 
 
 def shared_errors(solved: SolvedWheelset) -> SharedErrors:
@@ -43,7 +45,19 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
             loads[i] = stiffness[i] * (others if finds_height else approach[i]) / patches[i].bearing.load
             if finds_height:
                 loads[i] += _unbalanced(patches[i])
-    return SharedErrors(max(heights), tuple(loads))
+    return SharedErrors(max(heights), tuple(loads), _velocity(solved, loads))
+
+
+def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:
+    """Error of the angular velocity over itself: that of the forces along the track, and their tolerance, over their change
+    with it."""
+    limit = sum(patch.result.problem.traction_limit for patch in solved.patches)
+    if not solved.problem.finds_speed or not limit:
+        return 0.0
+    forces = sum(patch.force_errors[0] + load * abs(patch.forces.force[0])
+                 for patch, load in zip(solved.patches, loads, strict=True))
+    slope = abs(solved.drive_slope * solved.angular_velocity)
+    return float(forces / limit + DRIVE) / slope if slope else math.nan
 
 
 def _carriers(solved: SolvedWheelset) -> Iterator[list[int]]:

@@ -90,7 +90,8 @@ class SolvedPatch:
 class SolvedWheelset:
     """The standing of a wheelset, its angular velocity (rad/s, about the axle to the right: negative forward), its patches, and
     why it is not in balance (`reason`, empty if it is). `rounds` counts solutions of all patches; `drift` is the last change
-    of the ratios of forces."""
+    of the ratios of forces, `drive_slope` (s/rad) the change with the angular velocity, if it was found, of what it leaves
+    unbalanced over the limit of friction."""
 
     problem: WheelsetProblem
     standing: Standing
@@ -99,6 +100,7 @@ class SolvedWheelset:
     reason: str = ""
     rounds: int = 0
     drift: float = 0.0
+    drive_slope: float = 0.0
 
 
 class WheelsetSolver:
@@ -122,7 +124,8 @@ class WheelsetSolver:
         except NoHeight as cause:
             return state.without_height(cause)
         assert state.standing is not None
-        wheelset = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift)
+        wheelset = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift,
+                                  state.drive.slope)
         self._before = wheelset if not reason else None
         return wheelset
 
@@ -144,7 +147,7 @@ class _Drive:
 
     def __init__(self, value: float) -> None:
         self.value = value
-        self._slope = 0.0
+        self.slope = 0.0
         self.restart()
 
     def restart(self) -> None:
@@ -159,10 +162,10 @@ class _Drive:
         else:
             self._high = self.value
         if self._last is not None and self._last[0] != self.value:
-            self._slope = (unbalanced - self._last[1]) / (self.value - self._last[0])
+            self.slope = (unbalanced - self._last[1]) / (self.value - self._last[0])
         self._last = self.value, unbalanced
         largest = LARGEST_STEP * abs(self.value)
-        step = -unbalanced / self._slope if self._slope < 0.0 else math.copysign(FIRST_STEP * abs(self.value), unbalanced)
+        step = -unbalanced / self.slope if self.slope < 0.0 else math.copysign(FIRST_STEP * abs(self.value), unbalanced)
         wanted = self.value + min(max(step, -largest), largest)
         if not self._low < wanted < self._high:
             wanted = 0.5 * (self._low + self._high)

@@ -229,10 +229,16 @@ class _Whole:
 
     @cached_property
     def patch_errors(self) -> list[dict[str, float]]:
-        """Errors of the scalars of each patch: its own, and that of its load, with which they grow at most in proportion."""
+        """Errors of the scalars of each patch: its own, and that of its load, with which they grow at most in proportion. The
+        power of the creep forces has also that of the creepage, by the angular velocity."""
         ours = {contact: name for name, contact in IN_CONTACT.items()}
-        return [{ours.get(name, name): error + load for name, error in patch.result.error.items()} | {"normal_N": load}
-                for patch, load in zip(self.patches, self.shared.loads, strict=True)]
+        errors = []
+        for patch, load in zip(self.patches, self.shared.loads, strict=True):
+            own = {ours.get(name, name): error + load for name, error in patch.result.error.items()} | {"normal_N": load}
+            power = patch.result.coupled.scalars["T_gamma_N"]
+            moved = abs(patch.forces.force[0]) * self.shared.velocity / power if power else 0.0
+            errors.append({name: error + (moved if name in SUMS else 0.0) for name, error in own.items()})
+        return errors
 
     @property
     def force_errors(self) -> dict[str, float]:
@@ -257,6 +263,8 @@ class _Whole:
         errors = self.force_errors
         if solved.problem.vertical is not None:
             errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
+        if solved.problem.finds_speed:
+            errors["angular_velocity_rad_s"] = self.shared.velocity
         for side in solved.problem.sides:
             lateral, vertical = (errors.get(f"track_force_{axis}_{side}_N", 0.0) for axis in "yz")
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
