@@ -78,3 +78,10 @@ def test_without_heat_it_is_the_elastic_contact():
     elastic = discretisation.pressure.solver.solve(discretisation.pressure.undeformed_gap, 65.0, hertz.pressure, 1e-9)
     assert np.abs(found.pressure - elastic.pressure).max() < 1e-6 * hertz.peak
     assert not found.expansion.any()
+
+
+def test_a_gap_that_is_no_number_ends_the_search():
+    solver, hertz = heated(40, 16)
+    solver._gap = np.where(hertz.pressure == hertz.pressure.max(), np.nan, solver._gap)
+    found = solver.solve(hertz.pressure, 1e-8)
+    assert not found.converged and found.active_sets == 1

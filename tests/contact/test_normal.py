@@ -229,3 +229,12 @@ def test_a_contact_too_small_to_have_an_inside_is_left_as_it_is():
     refined = contact.solver.refine(solution, contact.gap, force)
     np.testing.assert_array_equal(refined.covered > 0.0, solution.contact)
     assert refined.pressure.sum() * contact.grid.element_area == pytest.approx(force, rel=1e-10)
+
+
+def test_a_gap_that_is_no_number_ends_the_search():
+    """No endless loop over active sets, and no convergence."""
+    contact = Contact(1.0, 16)
+    contact.gap = contact.gap.copy()
+    contact.gap[8, 8] = np.nan
+    solution = contact.solve()
+    assert not solution.converged and solution.iterations == 0

@@ -92,13 +92,13 @@ class HeatedContactSolver:
             error = float(np.sqrt(np.mean(opening[contact] ** 2))) / scale
             drop, add = contact & (pressure < 0.0), ~contact & (opening < -tolerance * scale)
             dropped, added, size = (int(np.count_nonzero(m)) for m in (drop, add, contact))
+            if (dropped and added > WANDERING_SHARE * size) or dropped == size or not np.isfinite(error):
+                break
             if dropped + added == 0:
                 if error <= tolerance:
                     converged = True
                     break
                 continue
-            if (dropped and added > WANDERING_SHARE * size) or dropped == size:
-                break
             # Two elements may swap for ever on a symmetric border: then only elements under tension are dropped.
             contact = contact & ~drop if sets > MOST_ACTIVE_SETS // 2 and dropped else (contact & ~drop) | add
             pressure = np.where(contact, pressure, 0.0)

@@ -208,6 +208,8 @@ class NormalSolver:
             pressure, displacement, approach = state.pressure, state.displacement, state.approach
             iterations += state.iterations
             error, scale = state.error, state.scale
+            if not np.isfinite(error):
+                break  # nothing follows from what is no number
             opening = displacement + gap - approach
             drop = contact & (pressure < 0.0)
             add = ~contact & (opening < -tolerance * scale)

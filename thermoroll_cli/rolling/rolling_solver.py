@@ -147,7 +147,7 @@ class RollingSolver:
         forcing = min(LOOSEST_FORCING, max(FIRST_SHARE * state.norm**2, 0.5 * tolerance / max(state.norm, tolerance)))
         best, looked = state, False
         for step in range(MOST_NEWTON_STEPS):
-            if state.norm <= tolerance:
+            if state.norm <= tolerance or not np.isfinite(state.norm):
                 break
             if step:
                 ratio = history[-1] / history[-2]
