@@ -5,6 +5,7 @@ import pytest
 
 from tests.support.scenes import order, reference, rolling
 from thermoroll_cli.contact import heated_contact
+from thermoroll_cli.contact.active_set import Approach
 from thermoroll_cli.contact.heated_contact import HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
 from thermoroll_cli.numerics.grid import peak_value
@@ -85,3 +86,15 @@ def test_a_gap_that_is_no_number_ends_the_search():
     solver._gap = np.where(hertz.pressure == hertz.pressure.max(), np.nan, solver._gap)
     found = solver.solve(hertz.pressure, 1e-8)
     assert not found.converged and found.active_sets == 1
+
+
+@pytest.mark.parametrize("heat", [11.28, 160])
+def test_a_heated_contact_at_the_approach_of_a_load(heat):
+    at_load, hertz = heated(heat, 32)
+    there = at_load.continued(hertz.pressure, 1e-8)
+    closing = at_load._closing(there.pressure, 1.0) + at_load._gap
+    approach = float(closing[there.pressure > 0.0].mean())
+    at_approach = HeatedContactSolver(at_load._normal, at_load._expand, at_load._gap, Approach(approach))
+    back = at_approach.continued(1.1 * there.pressure, 1e-8)
+    assert back.converged
+    assert np.abs(back.pressure - there.pressure).max() < 1e-5 * there.pressure.max()

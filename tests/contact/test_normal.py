@@ -1,17 +1,23 @@
-"""Normal solver against Hertz and Shtaerman; its order, cost, and independence of first guess and units."""
+"""Normal solver against Hertz and Shtaerman, at a load and at an approach; its order, cost, and independence of first guess
+and units."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
+from tests.support.profiles import CROWN, below
 from tests.support.scenes import ellipse, order, rolling
+from thermoroll_cli.contact.active_set import Approach
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, element_averages
 from thermoroll_cli.numerics.grid import Grid
+from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation
 
 ASPECTS = [1.0, 0.1, 10.0]
 SIDES = [16, 32, 64, 128, 256]
@@ -238,3 +244,68 @@ def test_a_gap_that_is_no_number_ends_the_search():
     contact.gap[8, 8] = np.nan
     solution = contact.solve()
     assert not solution.converged and solution.iterations == 0
+
+
+@pytest.mark.parametrize("aspect", ASPECTS)
+def test_the_load_is_that_of_hertz_to_second_order_for_the_work_of_a_given_load(aspect):
+    errors = []
+    for n in SIDES:
+        contact = Contact(aspect, n)
+        solution = contact.solver.solve(contact.gap, Approach(contact.hertz.approach), contact.exact)
+        assert solution.converged and solution.approach == contact.hertz.approach
+        errors.append(contact.solver.load(solution.pressure) / contact.force - 1.0)
+        assert solution.iterations <= 4 + 1.2 * contact.solve().iterations
+    assert order(SIDES, errors) > 1.5
+
+
+@pytest.mark.parametrize("factor", [1e-3, 1.0, 1e3])
+def test_the_first_guess_does_not_matter(factor):
+    contact = Contact(0.4, 48)
+    wanted = contact.solver.solve(contact.gap, Approach(contact.hertz.approach), np.zeros(contact.grid.shape))
+    aside = np.zeros(contact.grid.shape)
+    aside[:3, :3] = 1.0
+    for start in (contact.exact * factor, np.full(contact.grid.shape, factor), aside):
+        found = contact.solver.solve(contact.gap, Approach(contact.hertz.approach), start)
+        assert found.converged and found.iterations <= 40
+        np.testing.assert_allclose(found.pressure, wanted.pressure, atol=1e-7 * contact.hertz.peak_pressure)
+
+
+def layered() -> Discretisation:
+    steel, coating = Material(210e9, 0.3), Layer(50e-6, 1000e9, 0.2)
+    problem = dataclasses.replace(rolling(grid=48), lower=dataclasses.replace(steel, layers=(coating,)), upper=steel)
+    return Discretisation(DerivedQuantities(problem), (48, 48), 2.2)
+
+
+def crowned() -> Discretisation:
+    problem = rolling(grid=48, geometry=below(CROWN, 0.01), load=800.0)
+    return Discretisation(DerivedQuantities(problem), (48, 48), 2.2)
+
+
+@pytest.mark.parametrize("scene", [layered, crowned])
+def test_load_and_approach_lead_to_each_other(scene):
+    """Stiff layers and profiles, with whole elements and with the border resolved."""
+    pressure = scene().pressure
+    gap, solver, load = pressure.undeformed_gap / pressure.tilt, pressure.solver, pressure._derived.problem.normal_force
+    there = solver.solve(gap, load, pressure.isothermal.start, 1e-10)
+    back = solver.solve(gap, Approach(there.approach), np.zeros(gap.shape), 1e-10)
+    assert back.converged
+    assert solver.load(back.pressure) == pytest.approx(load, rel=1e-7)
+    refined = solver.refine(there, gap, load, 1e-10)
+    again = solver.refine(back, gap, Approach(refined.approach), 1e-10)
+    np.testing.assert_allclose(again.pressure, refined.pressure, atol=1e-6 * refined.pressure.max())
+
+
+def test_bodies_that_do_not_touch_carry_nothing():
+    contact = Contact(1.0, 16)
+    for depth in (0.0, -1e-6):
+        solution = contact.solver.solve(contact.gap, Approach(depth), contact.exact)
+        inside = contact.gap < depth
+        assert solution.converged and not solution.pressure.any() and not (solution.contact & ~inside).any()
+
+
+@pytest.mark.parametrize("given", [Approach(1e-6), 10.0])
+def test_a_gap_that_is_no_number_ends_at_once(given):
+    contact = Contact(1.0, 16)
+    gap = np.where(contact.gap < np.median(contact.gap), np.nan, contact.gap)
+    solution = contact.solver.solve(gap, given, contact.exact)
+    assert not solution.converged and solution.iterations <= 1

@@ -3,7 +3,7 @@
 Where the surfaces slide, the heat flux is proportional to the pressure, q = w p with w = μV|s|. With E the expansion by a unit
 of heat, the pressure of a contact in balance with its own heat solves
 
-    (A − E[w ·]) p = δ − h  on the active set,     p > 0 there and gap > 0 elsewhere,     ∬ p = W,
+    (A − E[w ·]) p = δ − h  on the active set,     p > 0 there and gap > 0 elsewhere,     ∬ p = W or δ given,
 
 which is linear for a given active set and slip. Iterating pressure → heat → expansion → pressure instead diverges as soon as
 E w outweighs A. The system is not symmetric; A alone preconditions it, since A⁻¹E is compact: a handful of GMRES steps on any
@@ -18,10 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.contact.active_set import Approach, Closed, Given, approach_of, carrying, settle
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.numerics.krylov import Vector, gmres
 
@@ -60,52 +62,27 @@ class HeatedContact:
 
 
 class HeatedContactSolver:
-    """Contact under `normal_force` (N) of surfaces `gap` apart (m, (nx, ny), any constant), which expand by `expand`(p) (m,
-    linear) under the heat of the pressure p.
+    """Contact under a normal force (N), or at an approach, of surfaces `gap` apart (m, (nx, ny); any constant if a load is
+    `given`), which expand by `expand`(p) (m, linear) under the heat of the pressure p.
 
     `applications` counts those of A − E.
     """
 
-    def __init__(self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, normal_force: float) -> None:
+    def __init__(self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, given: Given) -> None:
         self.applications = 0
         self._normal, self._expand, self._gap = normal, expand, gap
-        self._load = normal_force / normal.grid.element_area
+        self._given = given if isinstance(given, Approach) else given / normal.grid.element_area
 
     def solve(self, pressure: Array, tolerance: float, heat: float = 1.0) -> HeatedContact:
         """The state at the share `heat` of the heat, from the active set and values of `pressure`. Not `converged` if the
         active sets do not settle."""
-        contact = pressure > 0.0
-        pressure = pressure * (self._load / float(pressure.sum()))
-        scale = max(float(self._normal.displacement(pressure)[contact].mean()), 1e-300)
-        closing = self._closing(pressure, heat)
-        error, sets, converged = np.inf, 0, False
-        while sets < MOST_ACTIVE_SETS:
-            sets += 1
-            residual = -(closing + self._gap)[contact]
-            residual -= residual.mean()
-            error = float(np.sqrt(np.mean(residual**2))) / scale
-            wanted = max(0.5 * tolerance / error, GAP_REDUCTION) if error > tolerance else 0.5
-            step, image = self._correction(contact, residual, heat, wanted)
-            pressure, closing = pressure + step, closing + image
-            opening = closing + self._gap
-            opening -= opening[contact].mean()
-            error = float(np.sqrt(np.mean(opening[contact] ** 2))) / scale
-            drop, add = contact & (pressure < 0.0), ~contact & (opening < -tolerance * scale)
-            dropped, added, size = (int(np.count_nonzero(m)) for m in (drop, add, contact))
-            if (dropped and added > WANDERING_SHARE * size) or dropped == size or not np.isfinite(error):
-                break
-            if dropped + added == 0:
-                if error <= tolerance:
-                    converged = True
-                    break
-                continue
-            # Two elements may swap for ever on a symmetric border: then only elements under tension are dropped.
-            contact = contact & ~drop if sets > MOST_ACTIVE_SETS // 2 and dropped else (contact & ~drop) | add
-            pressure = np.where(contact, pressure, 0.0)
-            pressure *= self._load / float(pressure.sum())
-            closing = self._closing(pressure, heat)
-        expansion = self._expand(pressure) * heat
-        return HeatedContact(pressure, expansion, error, sets, heat, converged)
+        start = carrying(self._given, pressure)
+        scale = max(float(self._normal.displacement(start)[start > 0.0].mean()), 1e-300)
+        settled = settle(partial(self._closing, heat=heat), partial(self._closed, scale, heat), self._gap, self._given, start,
+                         tolerance, reduction=GAP_REDUCTION, most_sets=MOST_ACTIVE_SETS,
+                         most_iterations=MOST_ACTIVE_SETS * MOST_ITERATIONS, wandering=WANDERING_SHARE)
+        expansion = self._expand(settled.pressure) * heat
+        return HeatedContact(settled.pressure, expansion, settled.error, settled.sets, heat, settled.converged)
 
     def _closing(self, pressure: Array, heat: float) -> Array:
         """(A − E) p in m."""
@@ -113,31 +90,46 @@ class HeatedContactSolver:
         indented = self._normal.displacement(pressure)
         return indented - heat * self._expand(pressure) if heat else indented
 
-    def _correction(self, contact: Mask, residual: Vector, heat: float, wanted: float) -> tuple[Array, Array]:
-        """The change of pressure, without change of load, that reduces `residual` (m, on the contact, no mean) by the factor
-        `wanted`, and (A − E) of it."""
+    def _closed(
+        self, scale: float, heat: float, contact: Mask, pressure: Array, closing: Array, tolerance: float, reduction: float,
+        most: int,
+    ) -> Closed:
+        """The gap on the `contact` closed by GMRES, without change of load if that is given; errors are over `scale` (m)."""
+        at_load = not isinstance(self._given, Approach)
+
+        def residual(closing: Array) -> tuple[Vector, float, float]:
+            remaining = (closing + self._gap)[contact]
+            approach = approach_of(self._given, float(remaining.mean()))
+            remaining = approach - remaining
+            return remaining, approach, float(np.sqrt(np.mean(remaining**2))) / scale
+
         def on_grid(values: Vector) -> Array:
             field = np.zeros(contact.shape)
             field[contact] = values
             return field
 
-        def closing(values: Vector) -> Vector:
+        def respond(values: Vector) -> Vector:
             return self._closing(on_grid(values), heat).ravel()
 
-        def without_mean(_: Vector, image: Vector) -> Vector:
-            inside = image.reshape(contact.shape)[contact]
-            return np.asarray(inside - inside.mean())
+        def inside(_: Vector, image: Vector) -> Vector:
+            values = image.reshape(contact.shape)[contact]
+            return np.asarray(values - values.mean() if at_load else values)
 
-        inverse = self._normal.preconditioner(contact)
+        inverse = self._normal.preconditioner(contact, at_load=at_load)
 
         def precondition(values: Vector) -> Vector:
             return inverse(on_grid(values))[contact]
 
-        solution = gmres(closing, without_mean, precondition, residual, wanted, MOST_ITERATIONS)
-        if solution.iterations == 0:
-            # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
-            return np.zeros(contact.shape), np.zeros(contact.shape)
-        return on_grid(solution.step), solution.image.reshape(contact.shape)
+        remaining, approach, error = residual(closing)
+        if error <= tolerance:
+            return Closed(pressure, closing, approach, error, scale, 0)
+        solution = gmres(respond, inside, precondition, remaining, max(tolerance / error, reduction),
+                         min(MOST_ITERATIONS, most))
+        # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
+        if solution.iterations:
+            pressure, closing = pressure + on_grid(solution.step), closing + solution.image.reshape(contact.shape)
+            _, approach, error = residual(closing)
+        return Closed(pressure, closing, approach, error, scale, solution.iterations)
 
     def continued(self, pressure: Array, tolerance: float) -> HeatedContact:
         """The state at full heat: tried at once from `pressure`, else by raising the heat from zero.

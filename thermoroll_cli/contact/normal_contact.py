@@ -14,11 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
+from thermoroll_cli.contact.active_set import Approach, Closed, Given, approach_of, carrying, settle
 from thermoroll_cli.contact.stiff_layers import Blocks, has_stiff_layers
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
@@ -27,12 +29,8 @@ from thermoroll_cli.numerics.grid import Grid, framed, neighbour_max, neighbour_
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
-SOLVED_SHARE = 0.5
-"""Conjugate gradients go on to this share of the tolerance, so that the iteration ends when the set no longer changes."""
 PRESSURE_SHARE = 0.005
 """Weight of the relative pressure error in the residual below stiff coatings, where short waves hardly move the surface."""
-PATIENCE = 8
-"""Active sets without fewer changes after which elements are only dropped: two may swap for ever on a symmetric border."""
 BORDER_PASSES = 3
 """Passes that drop elements under tension after the border was resolved; if tension remains, whole elements are kept."""
 BORDER_ITERATIONS = 60
@@ -51,16 +49,6 @@ class NormalSolution:
     contact: Mask
     iterations: int
     converged: bool
-
-
-@dataclass(frozen=True)
-class _Iterate:
-    pressure: Array
-    displacement: Array
-    approach: float
-    error: float
-    scale: float
-    iterations: int
 
 
 @dataclass(frozen=True)
@@ -120,8 +108,8 @@ class NormalSolver:
     def below_stiff_layers(self) -> bool:
         return self._blocks is not None
 
-    def preconditioner(self, contact: Mask) -> Callable[[Array], Array]:
-        """Displacement on the `contact`, zero outside, to about the pressure without load that causes it."""
+    def preconditioner(self, contact: Mask, *, at_load: bool = True) -> Callable[[Array], Array]:
+        """Displacement on the `contact`, zero outside, to about the pressure that causes it; `at_load` to one without load."""
 
         def periodic(residual: Array) -> Array:
             hat = self._periodic.forward(residual, out=self._periodic.plane)
@@ -134,21 +122,22 @@ class NormalSolver:
             z -= contact * (z.sum() / np.count_nonzero(contact))
             return z
 
-        return without_load
+        return without_load if at_load else inverse
 
     def _conjugate_gradients(
-        self, gap: Array, pressure: Array, displacement: Array, free: Mask, tolerance: float, max_iterations: int,
-        reduction: float = 0.0,
-    ) -> _Iterate:
-        """Close the gap on the `free` elements at constant load, down to `tolerance` or by the factor `reduction`."""
-        precondition = self.preconditioner(free)
+        self, gap: Array, given: Given, free: Mask, pressure: Array, displacement: Array, tolerance: float, reduction: float,
+        max_iterations: int,
+    ) -> Closed:
+        """Close the gap on the `free` elements at constant load or at the approach `given`, down to `tolerance` or by the
+        factor `reduction`."""
+        precondition = self.preconditioner(free, at_load=not isinstance(given, Approach))
         count = np.count_nonzero(free)
         weight = free / count
         scale = max(float(np.abs(displacement[free]).mean()), 1e-300)
 
         def residual_of(pressure: Array, displacement: Array) -> tuple[Array, float, float, Array | None]:
             residual = displacement + gap
-            approach = float(np.vdot(residual, weight))
+            approach = approach_of(given, float(np.vdot(residual, weight)))
             np.subtract(approach, residual, out=residual)
             residual *= free
             error, z = float(np.linalg.norm(residual)) / np.sqrt(count) / scale, None
@@ -180,64 +169,33 @@ class NormalSolver:
             displacement = displacement + image
             residual, approach, error, z = residual_of(pressure, displacement)
             iterations += 1
-        return _Iterate(pressure, displacement, approach, error, scale, iterations)
+        return Closed(pressure, displacement, approach, error, scale, iterations)
 
     def solve(
-        self, gap: Array, normal_force: float, pressure: Array, tolerance: float = 1e-9, max_iterations: int = 400
+        self, gap: Array, given: Given, pressure: Array, tolerance: float = 1e-9, max_iterations: int = 400
     ) -> NormalSolution:
-        """Contact pressure of surfaces `gap` apart (m, (nx, ny), any constant) under `normal_force` (N).
+        """Contact pressure of surfaces `gap` apart (m, (nx, ny)) under a normal force (N; any constant in the gap), or at an
+        `Approach`.
 
         `pressure` is the first guess; where it is positive is the first guess of the contact. On the active set A p = δ − h
-        is solved under ∬p = W in the subspace of constant load; then p < 0 is dropped, h < 0 added, and so on.
+        is solved, under ∬p = W in the subspace of constant load; then p < 0 is dropped, h < 0 added, and so on.
         """
-        load = normal_force / self.grid.element_area
-        contact = pressure > 0.0
-        if not contact.any():
-            contact = gap == gap.min()
-            pressure = np.where(contact, 1.0, 0.0)
-        pressure = np.where(contact, pressure, 0.0)
-        pressure *= load / pressure.sum()
-        displacement = self.displacement(pressure)
-        iterations, stalled = 0, 0
-        target = FIRST_REDUCTION
-        converged = False
-        seen_changes = contact.size
-        while iterations < max_iterations:
-            state = self._conjugate_gradients(gap, pressure, displacement, contact, SOLVED_SHARE * tolerance,
-                                              max_iterations - iterations, target)
-            pressure, displacement, approach = state.pressure, state.displacement, state.approach
-            iterations += state.iterations
-            error, scale = state.error, state.scale
-            if not np.isfinite(error):
-                break  # nothing follows from what is no number
-            opening = displacement + gap - approach
-            drop = contact & (pressure < 0.0)
-            add = ~contact & (opening < -tolerance * scale)
-            changes = int(np.count_nonzero(drop) + np.count_nonzero(add))
-            if changes == 0:
-                if error <= tolerance:
-                    converged = True
-                    break
-                target = min(target, tolerance / error)
-                continue
-            # Two elements may swap for ever on a symmetric border: then only elements under tension are dropped.
-            stalled = stalled + 1 if changes >= seen_changes else 0
-            seen_changes = min(seen_changes, changes)
-            contact = contact & ~drop
-            if stalled < PATIENCE or not drop.any():
-                contact |= add
-            pressure = np.where(contact, _handed_over(pressure, drop, contact) if self._coated else pressure, 0.0)
-            if pressure.any():
-                pressure *= load / pressure.sum()
-            else:
-                # A thermal bulge has moved the contact away from the first guess: restart where the bodies are closest.
-                contact |= opening == opening.min()
-                pressure = np.where(contact, load / np.count_nonzero(contact), 0.0)
-            displacement = self.displacement(pressure)
-        displacement = self.displacement(pressure)
-        opening = displacement + gap - approach
-        return NormalSolution(pressure, displacement, np.where(contact, 0.0, opening), float(approach), contact, iterations,
-                              converged)
+        given = self._per_element(given)
+        settled = settle(self.displacement, partial(self._conjugate_gradients, gap, given), gap, given, pressure, tolerance,
+                         reduction=FIRST_REDUCTION, most_sets=max_iterations, most_iterations=max_iterations,
+                         hand_over=_handed_over if self._coated else None)
+        displacement = self.displacement(settled.pressure)
+        opening = displacement + gap - settled.approach
+        return NormalSolution(settled.pressure, displacement, np.where(settled.contact, 0.0, opening), float(settled.approach),
+                              settled.contact, settled.iterations, settled.converged)
+
+    def _per_element(self, given: Given) -> Given:
+        """A normal force (N) as the sum of the elements' pressures (Pa)."""
+        return given if isinstance(given, Approach) else given / self.grid.element_area
+
+    def load(self, pressure: Array) -> float:
+        """Normal force in N."""
+        return float(pressure.sum()) * self.grid.element_area
 
     def border(self, solution: NormalSolution, *, mirrored: bool = False) -> tuple[Mask, Array, Array]:
         """`border_elements` of a solution with whole elements."""
@@ -245,10 +203,10 @@ class NormalSolver:
                                self._border_trust, mirrored=mirrored)
 
     def refine(
-        self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False
+        self, solution: NormalSolution, gap: Array, given: Given, tolerance: float = 1e-9, *, mirrored: bool = False
     ) -> RefinedContact:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
-        gives them, the others are solved for once more.
+        gives them, the others are solved for once more, under the normal force (N) or at the approach `given`.
 
         Errors of the element averages of a Hertz pressure are 4–5 times smaller than by collocation on whole elements; those of
         the contact area, also of contacts far from Hertz's, are about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would
@@ -257,14 +215,15 @@ class NormalSolver:
         border, load, covered = self.border(solution, mirrored=mirrored)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
-        wanted = normal_force / self.grid.element_area - float(fixed.sum())
+        given = self._per_element(given)
+        wanted = given if isinstance(given, Approach) else given - float(fixed.sum())
         unrefined = RefinedContact(solution.pressure, covered, solution.displacement, solution.gap, solution.approach)
-        if wanted <= 0.0 or not free.any():
+        if not free.any() or (not isinstance(wanted, Approach) and wanted <= 0.0):
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
         for _ in range(BORDER_PASSES):
-            pressure = pressure * (wanted / float(pressure.sum())) + fixed
-            state = self._conjugate_gradients(gap, pressure, self.displacement(pressure), free, tolerance,
+            pressure = carrying(wanted, pressure) + fixed
+            state = self._conjugate_gradients(gap, given, free, pressure, self.displacement(pressure), tolerance, 0.0,
                                               BORDER_ITERATIONS)
             negative = state.pressure < 0.0
             if not negative.any():
