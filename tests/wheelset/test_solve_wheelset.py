@@ -108,6 +108,36 @@ def test_a_mirrored_wheelset_has_mirrored_forces():
         assert here.patches[0].record[name] == -there.patches[0].record[name]
 
 
+S1002 = f"{ROOT}/cases/MBench_S1002_v3.prw"
+UIC60 = f"{ROOT}/cases/MBench_UIC60_v3.prr", 0.0
+UPRIGHT = f"{ROOT}/tests/reference/wheelset/uic60_true.prr", 0.025
+
+
+def moved_rail(rail: tuple[str, float], side: str, moved: tuple[float, float, float], shift: float) -> WheelsetResult:
+    """A wheel with 10 kN on a rail of its own place: shifts in mm and roll in mrad to the field side."""
+    text = TEXT.replace(UIC60[0], rail[0]).replace("20e3", "10e3").replace("grid = 24", "grid = 8")
+    text = text.replace("_mm = 4.0", f"_mm = {shift}")
+    text = text.replace("[wheelset]", f'cant = {rail[1]}\n[track.{side}]\nshift_y_mm = {moved[0]}\nshift_z_mm = {moved[1]}\n'
+                        f'roll_mrad = {moved[2]}\n[wheelset]\nwheels = "{side}"\nangular_velocity_rad_s = 4.3481181')
+    return solve(tomllib.loads(text.replace("yaw_mrad = 9.6\n", "")))
+
+
+@pytest.mark.parametrize(("rail", "side", "moved", "shift", "height"), [
+    (UIC60, "right", (0.0, 0.0, 5.0), 0.0, 0.1225), (UIC60, "right", (0.0, 0.0, 5.0), 4.0, -0.2217),
+    (UIC60, "right", (0.0, 0.0, -10.0), 0.0, 0.2353), (UIC60, "left", (0.0, 0.0, -5.0), 0.0, 0.2264),
+    (UPRIGHT, "right", (0.0, 0.0, 5.0), 0.0, 0.2816), (UPRIGHT, "right", (2.0, -1.0, -8.0), 2.0, -0.7832),
+    (UPRIGHT, "left", (-2.0, -1.0, -8.0), -2.0, -0.8230),
+])  # fmt: skip
+def test_a_rail_rolls_about_its_own_origin(rail, side, moved, shift, height):
+    """Heights by CONTACT d431cdb, module 1 with deviations of the rail, which it gives to four digits (elements of 0.2 mm); and
+    the mirror image has the same height and forces."""
+    result = moved_rail(rail, side, moved, shift)
+    other = moved_rail(rail, "left" if side == "right" else "right", moved, -shift)
+    assert result.converged and result.scalars["height_mm"] == pytest.approx(height, abs=2e-4)
+    assert other.scalars["height_mm"] == result.scalars["height_mm"]
+    np.testing.assert_array_equal(force(other), force(result) * [1.0, -1.0, 1.0])
+
+
 def test_a_run_finds_roll_and_angular_velocity(tmp_path):
     """Both wheels through `run`: the values of CONTACT's table, files of patches that are ordinary results, JSON and CSV."""
     (tmp_path / "m.toml").write_text(TEXT)
@@ -158,6 +188,28 @@ def test_what_cannot_be_given_together_is_said(change, key, words):
         Case.parse(text, name="case.toml")
     assert key in [finding.key for finding in caught.value.findings]
     assert any(words in finding.message for finding in caught.value.findings)
+
+
+WORN = f"{ROOT}/tests/reference/wheelset/worn_high_mileage.prw"
+
+
+@pytest.mark.parametrize(("profile", "more", "found"), [
+    (WORN, "", "-70 mm is no y of the flange back of wheelset.wheel_profile, which begins at y = 3.934 mm"),
+    (S1002, "flange_back_mm = 0.0", "0 mm is no y of the flange back of wheelset.wheel_profile, which begins at y = -69.61 mm"),
+    (S1002, "flange_back_distance_mm = 1380.0", "no room for the flanges: they overlap the rails by 6.68 mm, with their backs "
+     "at y = -70 and -70 mm"),
+    (WORN, "flange_back_mm = 0.0\nflange_back_distance_mm = 1347.4", ""),
+    (S1002, "", ""), (S1002, "[track.right]\nshift_y_mm = -20", ""),
+])  # fmt: skip
+def test_a_flange_back_that_is_none_is_said(tmp_path, profile, more, found):
+    """A wheel on the tip of its flange carries any load at several gigapascals. A rail moved deliberately may touch it."""
+    text = TEXT.replace(S1002, profile)
+    (tmp_path / "m.toml").write_text(text.replace("[load]", f"{more}\n[load]"))
+    checked = call("validate", tmp_path / "m.toml", "--json")
+    record = json.loads(checked.stdout)
+    assert checked.returncode == (3 if found else 0) and record["valid"] == (not found), checked.stderr
+    for error in record["errors"]:
+        assert error["key"] == "wheelset.flange_back_mm" and error["message"].startswith(found) and error["allowed"]
 
 
 @pytest.mark.parametrize(("points", "words", "hint"), [

@@ -23,6 +23,9 @@ Sections = Mapping[str, Any]
 """The tables of a case that are valid by themselves, as models of `case_model`; None for a table left out."""
 
 CROWN = ("length_mm", "drop_um", "flat_mm")
+FLANGE, BACK_TO_TIP, BACK_TOLERANCE = 10.0, 20.0, 3.0
+"""Of the outline of a wheel in mm: z beyond which it has a flange; from the flange's back to where an outline without it may
+begin, at the tip; how far an outline may go on beyond the given back."""
 MOST_FRICTION = 2.0
 """Largest coefficient of friction of a table, as for a coefficient of its own."""
 
@@ -114,6 +117,13 @@ def _wheelset(track: TrackTable, wheelset: WheelsetTable) -> Iterator[Conflict]:
             fault, hint = outline_fault([[sign * y, z] for y, z in outline.points_mm], wheel=path == "wheelset")
             if fault:
                 yield Conflict(place, fault, "an outline [y, z] in mm, y to the field side, z down", hint, at_key=True)
+            elif path == "wheelset" and max(z for _, z in outline.points_mm) > FLANGE:
+                begin, back = min(sign * y for y, _ in outline.points_mm), wheelset.flange_back_mm
+                if not begin - BACK_TO_TIP <= back <= begin + BACK_TOLERANCE:
+                    yield Conflict(("wheelset", "flange_back_mm"),
+                                   f"{back:g} mm is no y of the flange back of {'.'.join(place)}, which begins at "
+                                   f"y = {begin:.4g} mm", f"{begin - BACK_TO_TIP:.4g} to {begin + BACK_TOLERANCE:.4g} for this "
+                                   "outline", at_key=True, other=place)
     if wheelset.vertical_N is None and wheelset.height_mm is None:
         yield Conflict(("wheelset", "vertical_N"), "is missing", "a vertical load, or height_mm", at_key=True)
     if wheelset.height_mm is not None and wheelset.roll_mrad is None and len(sides) == 2:

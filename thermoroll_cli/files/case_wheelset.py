@@ -62,7 +62,8 @@ class TrackSideTable(Table):
     rail_profile: Outline | None = Field(default=None, description="Outline of this rail")
     shift_y_mm: float = quantity("mm", "Shift of this rail to the field side", 0.0, ge=-1e3, le=1e3)
     shift_z_mm: float = quantity("mm", "Shift of this rail downwards", 0.0, ge=-1e3, le=1e3)
-    roll_mrad: float = quantity("mrad", "Roll of this rail, top to the field side", 0.0, ge=-500, le=500)
+    roll_mrad: float = quantity("mrad", "Roll of this rail about y = z = 0 of its outline, top to the field side", 0.0, ge=-500,
+                               le=500)
 
 
 class TrackTable(Table):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from thermoroll_cli.problem.geometry import Unsolvable, rough_warning
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.wheelset.one_wheel import DEEPEST
+from thermoroll_cli.wheelset.placement import Position
 from thermoroll_cli.wheelset.search import Facing
 from thermoroll_cli.wheelset.standing import level
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem, sign_of
@@ -22,7 +24,15 @@ ROUGH_REACH = 5e-3
 
 def touching(problem: WheelsetProblem) -> dict[SideName, Facing]:
     """The wheels where they touch first, with the roll that makes them touch together if it is to be found. Raises Unsolvable
-    where one misses its rail, or overlaps it too deeply at the given height."""
+    where one misses its rail, or overlaps it too deeply at the given height, or the flanges do not fit between the rails."""
+    nominal = [Facing(replace(problem.rails[side], shift_y=0.0, shift_z=0.0, roll=0.0), wheel, Position())
+               for side, wheel in problem.wheels.items()]
+    room = sum(map(flange_clearance, nominal))
+    if room < 0.0:
+        backs = " and ".join(f"{1e3 * facing.wheel.flange_back:.4g}" for facing in nominal)
+        raise Unsolvable(f"no room for the flanges: they overlap the rails by {-1e3 * room:.3g} mm, with their backs at "
+                         f"y = {backs} mm of the outlines", "wheelset.flange_back_mm",
+                         "a smaller flange_back_distance_mm or a larger gauge_mm, or y where the outline has its flange back")
 
     def both(roll: float) -> tuple[float, dict[SideName, Facing]]:
         facings = {side: problem.facing(side, roll) for side in problem.sides}

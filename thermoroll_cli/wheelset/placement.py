@@ -29,17 +29,15 @@ class RailSide:
         """Rows y, z, dy/ds, dz/ds of the rail's surface in track axes, (4, n).
 
         The profile is turned by −cant about x; its highest point lies at z = 0, and the least y within the gauge height below
-        it at half the gauge."""
-        y, z, dy, dz = _turned(curve(self.profile).samples, -self.cant)
-        z = z - z.min()
-        height = self.gauge_height
+        it at half the gauge. From there the rail rolls about the origin of its profile, as CONTACT's deviations of rails do."""
+        profile = curve(self.profile).samples
+        y, z = _turned(profile, -self.cant)[:2]
+        height = z.min() + self.gauge_height
         crossing = np.flatnonzero((z[:-1] - height) * (z[1:] - height) < 0.0)
         share = (height - z[crossing]) / (z[crossing + 1] - z[crossing])
         reached = np.concatenate((y[z <= height], (1.0 - share) * y[crossing] + share * y[crossing + 1]))
-        placed = np.array([y - reached.min() + self.half_gauge, z, dy, dz])
-        if self.roll:
-            placed = _turned(placed, self.roll)
-        return placed + np.array([[self.shift_y], [self.shift_z], [0.0], [0.0]])
+        placed = [self.half_gauge - reached.min() + self.shift_y, self.shift_z - z.min(), 0.0, 0.0]
+        return _turned(profile, self.roll - self.cant) + np.array(placed)[:, None]
 
 
 @dataclass(frozen=True)
