@@ -5,7 +5,7 @@ For notebooks and scripts (docs/python.md)::
     from thermoroll_cli import Case, solve
 
     result = solve(Case.read("cases/article_4_1.toml"))
-    result.coupled.scalars["Q_F_W"], result.coupled.fields["pressure"]
+    result["Q_F_W"], result.uncertainty["Q_F_W"], result.fields["pressure"]
 """
 
 from __future__ import annotations
@@ -19,8 +19,12 @@ if TYPE_CHECKING:
     from thermoroll_cli.creep_table.creep_force_table import CreepForceTable
     from thermoroll_cli.files.case import Case
     from thermoroll_cli.files.case_errors import CaseError
+    from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.problem.problem import Problem
-    from thermoroll_cli.python_api import Result, Solver, read_result, solve, sweep, wear
+    from thermoroll_cli.problem.result import Result
+    from thermoroll_cli.python_api import Solver, solve
+    from thermoroll_cli.sweeps.sweep import sweep
+    from thermoroll_cli.worn.follow import wear
 
 __all__ = [
     "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "read_result", "solve", "sweep",
@@ -32,19 +36,27 @@ _PLACES = {
     "CaseError": "thermoroll_cli.files.case_errors",
     "CreepForceTable": "thermoroll_cli.creep_table.creep_force_table",
     "Problem": "thermoroll_cli.problem.problem",
-    "Result": "thermoroll_cli.python_api",
+    "Result": "thermoroll_cli.problem.result",
     "Solver": "thermoroll_cli.python_api",
-    "read_result": "thermoroll_cli.python_api",
+    "read_result": "thermoroll_cli.files.result.hdf5",
     "solve": "thermoroll_cli.python_api",
-    "sweep": "thermoroll_cli.python_api",
-    "wear": "thermoroll_cli.python_api",
+    "sweep": "thermoroll_cli.sweeps.sweep",
+    "wear": "thermoroll_cli.worn.follow",
+    # Not offered, but called by methods of a result.
+    "figure": "thermoroll_cli.plots.pictures",
+    "write_result": "thermoroll_cli.files.result.hdf5",
 }
+
+
+def of_above(name: str) -> Any:
+    """What is called `name` in `_PLACES`. A result is made below the packages that write and draw it, and finds them here."""
+    return getattr(importlib.import_module(_PLACES[name]), name)
 
 
 def __getattr__(name: str) -> Any:
     # Imported when asked for: the command line must start without pydantic and NumPy.
-    if name in _PLACES:
-        return getattr(importlib.import_module(_PLACES[name]), name)
+    if name in __all__ and name in _PLACES:
+        return of_above(name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -171,7 +171,7 @@ grid = 16
 @pytest.fixture(scope="module")
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("result") / "r.h5"
-    write_result(path, synthetic.result((24, 24)), case_text="", case_json="{}", command_line="")
+    write_result(path, synthetic.result((24, 24)))
     return path
 
 

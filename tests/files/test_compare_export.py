@@ -22,7 +22,7 @@ from thermoroll_cli.problem.result import BodyStresses, Peak, Result, Subsurface
 
 
 def stored(path: pathlib.Path, result: Result) -> Result:
-    write_result(path, result, case_text="", case_json="{}", command_line="")
+    write_result(path, result)
     return read_result(path)
 
 

@@ -26,7 +26,7 @@ CASE_JSON = '{"title": "κ"}'
 
 
 def write(path: pathlib.Path, result: Result) -> pathlib.Path:
-    write_result(path, result, case_text=CASE_TEXT, case_json=CASE_JSON, command_line="thermoroll run case.toml")
+    write_result(path, dataclasses.replace(result, case_text=CASE_TEXT, case_json=CASE_JSON), "thermoroll run case.toml")
     return path
 
 

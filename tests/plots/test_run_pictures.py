@@ -79,7 +79,7 @@ def test_stages_that_were_skipped_have_no_picture(options: dict[str, Any], missi
 
 def test_a_stored_result_gives_the_same_pictures(tmp_path: pathlib.Path) -> None:
     result = synthetic.result((24, 20), aspect=1.5)
-    write_result(tmp_path / "r.h5", result, case_text="", case_json="{}", command_line="")
+    write_result(tmp_path / "r.h5", result)
     direct = draw(result, tmp_path / "direct")
     assert kinds(direct, "direct") == ALL and sorted(os.listdir(tmp_path)) == sorted(["r.h5", *(path.name for path in direct)])
     stored = draw(read_result(tmp_path / "r.h5"), tmp_path / "stored")

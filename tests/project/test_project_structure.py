@@ -28,9 +28,10 @@ PACKAGES = (
     {"refinement"},
     {"wheelset"},
     {"files", "plots"},
+    {"python_api"},
     {"sweeps"},
     {"creep_table", "worn"},
-    {"cli", "python_api"},
+    {"cli"},
     {"", "__main__"},
 )
 """Packages of thermoroll_cli from the bottom up. One imports only from itself and from those below it: packages of one row do

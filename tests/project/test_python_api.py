@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 import platform
 import re
@@ -17,6 +18,7 @@ import thermoroll_cli
 from tests.support import synthetic
 from tests.support.command_line import MECHANICAL, PATIENCE, THERMAL, call
 from thermoroll_cli import Case, CaseError, Result, read_result, solve
+from thermoroll_cli.refinement.solve import solve as refinement_solve
 from thermoroll_cli.sweeps.points import MOST_POINTS
 
 MECHANICAL_CASE = Case.parse(MECHANICAL)
@@ -91,6 +93,21 @@ def test_without_xarray_it_says_what_to_install(hot: Result, monkeypatch: pytest
         hot.to_xarray()
 
 
+def test_scalars_are_those_that_apply(hot: Result) -> None:
+    """Without nan; each with its uncertainty in its own unit, nan where it is given. Inside and outside make the same class."""
+    cold = solve(MECHANICAL_CASE)
+    assert type(refinement_solve(MECHANICAL_CASE.problem)) is type(cold) is thermoroll_cli.Result is type(synthetic.result())
+    assert not any(math.isnan(value) for value in cold.scalars.values())
+    assert "heat_into_lower_W" in hot.scalars and "heat_into_lower_W" not in cold.scalars
+    with pytest.raises(KeyError, match=r"no scalar 'heat_into_lower_W'; there are .*Q_F_W"):
+        cold["heat_into_lower_W"]
+    limit = cold["friction_limit_N"]
+    assert cold.uncertainty["force_x_N"] == cold.error["force_x_N"] * limit and limit == pytest.approx(19.5)
+    assert cold.uncertainty["Q_F_W"] == cold.error["Q_F_W"] * cold["Q_F_W"] > 0.0
+    assert math.isnan(cold.uncertainty["creepage_longitudinal"]) and cold.uncertainty.keys() == cold.scalars.keys()
+    assert cold.fields is cold.coupled.fields and cold["force_x_N"] == cold.coupled.scalars["force_x_N"]
+
+
 def test_files_and_mappings_are_cases(tmp_path: Path) -> None:
     (tmp_path / "two.toml").write_text(MECHANICAL)
     tables = {"material": {"youngs_modulus_GPa": 210, "poisson_ratio": 0.28},
@@ -131,7 +148,7 @@ def test_a_picture_is_a_figure(hot: Result, tmp_path: Path) -> None:
 
 
 def test_a_notebook_shows_a_table(hot: Result) -> None:
-    strong = Result.of(synthetic.result((8, 8)))
+    strong = synthetic.result((8, 8))
     page = hot._repr_html_()
     assert "Two spheres" in page and "<tr><td>scalar</td><td>value</td><td>unit</td></tr>" in page
     page = strong._repr_html_()

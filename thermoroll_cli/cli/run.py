@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -152,7 +152,7 @@ def _run_case(case: Case, wanted: RunOptions) -> int:
 def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
     stem = wanted.folder / case.name
     target = wanted.folder / f"{case.name}.h5"
-    write_result(target, result, case_text=case.text, case_json=case.to_json(), command_line=options.command_line())
+    write_result(target, replace(result, case_text=case.text, case_json=case.to_json()), options.command_line())
     if wanted.drawing is None or not case.plots:
         return [target]
     from thermoroll_cli.plots.pictures import draw
@@ -172,7 +172,7 @@ def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result)
+    width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result.summary(), result.problem)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"

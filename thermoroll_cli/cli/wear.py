@@ -14,7 +14,8 @@ from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.worn.follow import Evolution, follow
+from thermoroll_cli.worn.follow import Evolution
+from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.wear_files import COLUMNS
 
 

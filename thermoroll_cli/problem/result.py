@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import html
 import math
+import os
+import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
+from thermoroll_cli import of_above
 from thermoroll_cli.arrays import AnyArray, Array
+from thermoroll_cli.problem.names import ALL_SCALARS, FIELDS
 from thermoroll_cli.problem.problem import Problem
+from thermoroll_cli.problem.scalar_errors import absolute_error, isothermal_text, listed_scalars, scalar_text
+
+if TYPE_CHECKING:
+    import xarray
 
 Value = TypeVar("Value")
 
@@ -118,7 +127,7 @@ class Subsurface:
 
 @dataclass(frozen=True)
 class Result:
-    """Outcome of one solve.
+    """Outcome of one solve, inside the package and for its users. `result["force_x_N"]` is a scalar.
 
     Attributes:
 
@@ -154,6 +163,30 @@ class Result:
     unbounded: tuple[str, ...] = ()
     subsurface: Subsurface | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Scalars of the coupled state, of the inputs and below the surface; nan if not computed."""
+        return {**self.coupled.scalars, **self.hertz, **({} if self.subsurface is None else self.subsurface.scalars)}
+
+    @property
+    def scalars(self) -> Mapping[str, float]:
+        """The numbers that apply to this problem and were computed, in the units of their names."""
+        return Named("scalar", {name: value for name, value in self.numbers.items() if not math.isnan(value)})
+
+    def __getitem__(self, name: str) -> float:
+        return self.scalars[name]
+
+    @property
+    def uncertainty(self) -> Mapping[str, float]:
+        """Estimated error of each of the `scalars` in its own unit; nan for a given one, or without an estimate."""
+        summary = self.summary()
+        return Named("scalar", {name: absolute_error(name, summary) for name in self.scalars})
+
+    @property
+    def fields(self) -> Mapping[str, AnyArray]:
+        """Fields of the coupled state."""
+        return self.coupled.fields
 
     @property
     def x(self) -> Array:
@@ -193,9 +226,7 @@ class Result:
         return {
             "status": self.status,
             "reason": self.reason,
-            **self.coupled.scalars,
-            **self.hertz,
-            **({} if self.subsurface is None else self.subsurface.scalars),
+            **self.numbers,
             "isothermal": dict(self.isothermal.scalars),
             "error": {**self.error, **({} if self.subsurface is None else self.subsurface.error)},
             "work": dict(self.work),
@@ -203,3 +234,67 @@ class Result:
             **({"patches": [dict(patch) for patch in self.patches]} if self.patches else {}),
             **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
         }
+
+    def save(self, path: str | os.PathLike[str]) -> pathlib.Path:
+        """Write this result as `thermoroll run` does (docs/cases_and_files.md), complete or not at all.
+
+        Parameters:
+
+        - `path`: of the HDF5 file, which is replaced if it exists; its folder must exist.
+
+        Returns the path. The file of a result of a `Case` contains that case, which `thermoroll run --from` solves again.
+
+        Raises OSError, with a plain message, if the file cannot be written."""
+        of_above("write_result")(path, self)
+        return pathlib.Path(path)
+
+    def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> Any:
+        """A picture as a matplotlib figure; `figure.savefig` writes it. Maps are seen from below (docs/frames.md). For axes
+        of your own: `result.to_xarray()["pressure"].plot(ax=axes)`.
+
+        Parameters:
+
+        - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary" (the default), … as
+          `thermoroll run` draws them, or any field, as a map;
+        - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
+        - `cut_y`: the line y of the picture "centreline", in m.
+
+        Raises ValueError for an unknown kind (the message lists them), for a cut outside the domain, and if there is nothing to
+        show, as the temperature of a problem without heat."""
+        figure = of_above("figure")(self, kind, normalised=normalised, cut_y=cut_y)
+        if figure is None:
+            raise ValueError(f"there is nothing to show in a picture {kind!r} of this result")
+        return figure
+
+    def to_xarray(self, state: str = "coupled") -> xarray.Dataset:
+        """The fields of one state as an `xarray.Dataset` with SI units, as opening its file gives; scalars are attributes.
+
+        Parameters:
+
+        - `state`: "coupled" or "isothermal" (without thermal deformation).
+
+        Fields have the dimensions (x, y), element centres in m.
+
+        Raises ImportError, which names the package to install, if xarray is missing; ValueError for another state."""
+        try:
+            import xarray
+        except ImportError:
+            raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
+        if state not in ("coupled", "isothermal"):
+            raise ValueError(f'a result has the states "coupled" and "isothermal", not {state!r}')
+        chosen = self.coupled if state == "coupled" else self.isothermal
+        variables = {name: (("x", "y"), values, {"units": FIELDS[name].unit, "long_name": FIELDS[name].meaning})
+                     for name, values in chosen.fields.items()}
+        coordinates = {"x": ("x", chosen.x, {"units": "m"}), "y": ("y", chosen.y, {"units": "m"})}
+        return xarray.Dataset(variables, coordinates, {**chosen.scalars, **self.hertz, "converged": int(self.converged)})
+
+    def _repr_html_(self) -> str:
+        """A table of the scalars that `thermoroll run` prints, for notebooks."""
+        summary, both = self.summary(), self.isothermal is not self.coupled
+        rows = [["scalar", "coupled", "isothermal", "unit"] if both else ["scalar", "value", "unit"]]
+        for name in listed_scalars(summary, self.problem):
+            beside = [isothermal_text(name, summary)] if both else []
+            meaning = ALL_SCALARS[name].meaning_of(hertz=self.problem.has_hertz_solution)
+            rows.append([meaning, scalar_text(name, summary), *beside, ALL_SCALARS[name].unit])
+        lines = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows)
+        return f"<table><caption>{html.escape(repr(self)[1:-1])}</caption><tr>{'</tr><tr>'.join(lines)}</tr></table>"

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS, holds
-from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.problem import BODIES, Problem
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
     tuple(name for name, scalar in SCALARS.items() if scalar.scale == scale)
@@ -97,9 +96,8 @@ SYMMETRY_NOISE = 1e-6
 """Forces and moments below this share of the creep force are zero by symmetry but for rounding."""
 
 
-def listed_scalars(result: Result) -> list[str]:
+def listed_scalars(summary: Mapping[str, Any], problem: Problem) -> list[str]:
     """Names of the computed scalars in a short table (`Scalar.listed`)."""
-    summary, problem = result.summary(), result.problem
     return [name for name, scalar in ALL_SCALARS.items()
             if computed(summary.get(name)) and holds(scalar.listed, problem)]
 

@@ -93,7 +93,7 @@ class Batch:
         if isinstance(result, WheelsetResult):
             record = {"name": point.name, "title": result.problem.title, **wheelset_record(result)}
             return json.dumps(record, ensure_ascii=False, allow_nan=False).encode()
-        return file_image(result, case_text=point.case_text, case_json=point.case_json, command_line=self.command_line)
+        return file_image(replace(result, case_text=point.case_text, case_json=point.case_json), self.command_line)
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key stands first, for whoever looks for it.
@@ -267,7 +267,7 @@ def _check_file(path: pathlib.Path) -> None:
         raise ResultFileError(f"{path}: {cause}") from None
 
 
-def solve_sweep(
+def sweep(
     case: Case | Mapping[str, Any] | str | os.PathLike[str],
     over: Mapping[str, Iterable[Value]] | Sequence[Mapping[str, Value]] | pandas.DataFrame,
     folder: str | os.PathLike[str] | None = None,

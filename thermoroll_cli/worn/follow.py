@@ -51,15 +51,27 @@ class Evolution:
                 f"{self.reason or 'finished'}>")
 
 
-def follow(
-    case: Case, folder: str | os.PathLike[str] | None = None, *, resume: bool = False, threads: int = 1,
-    report: Callable[[int, Mapping[str, Any]], None] | None = None, command_line: str = "Python",
+def wear(
+    case: Case | Mapping[str, Any] | str | os.PathLike[str], folder: str | os.PathLike[str] | None = None, *,
+    resume: bool = False, threads: int = 1, report: Callable[[int, Mapping[str, Any]], None] | None = None,
+    command_line: str = "Python",
 ) -> Evolution:
-    """Follow the profiles of both bodies over the distance or to the depth that [wear] of `case` gives.
+    """Follow the profiles of both bodies as they wear, as `thermoroll wear` does, over the distance or to the depth that
+    `[wear]` of a case gives.
 
-    `folder` receives NAME_wear.csv, NAME_wear.h5, the worn profiles, and the journal NAME_wear.jsonl, from which `resume` goes
-    on; without a folder nothing is kept. `report` is called with the number of each step and its row. Raises
-    ValueError if the case gives neither distance nor depth, Unsolvable, OSError."""
+    Parameters:
+
+    - `case`: as of `solve`, with the table `[wear]`;
+    - `folder`: receives the files of the command but for pictures, and is made if necessary; without it nothing is kept;
+    - `resume`: goes on from the steps in `folder`;
+    - `threads`: as of `solve`;
+    - `report`: called with the number of each step and its row as soon as it is solved;
+    - `command_line`: for the file, which records it.
+
+    Raises CaseError for an invalid case; ValueError if the case gives neither distance nor depth, or has no steady state;
+    OSError if a file cannot be written.
+    """
+    case = Case.of(case)
     asked = case.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise ValueError("the case needs [wear] with distance_km or depth_um")
@@ -90,9 +102,8 @@ def follow(
 
 
 def _written(done: Evolution, folder: pathlib.Path, state: WearState, command_line: str) -> tuple[pathlib.Path, ...]:
-    stem, result = folder / f"{done.case.name}_wear", done.result
+    stem = folder / f"{done.case.name}_wear"
     files = stem.with_suffix(".csv"), stem.with_suffix(".h5")
     write_bytes(files[0], table(done.rows))
-    write_bytes(files[1], file_image(result, case_text=result.case_text, case_json=result.case_json, command_line=command_line,
-                                     more=lambda file: write_group(file, done.rows, done.snapshots)))
+    write_bytes(files[1], file_image(done.result, command_line, more=lambda file: write_group(file, done.rows, done.snapshots)))
     return (*files, *write_profiles(folder, done.case.name, done.case.problem, state))

@@ -75,16 +75,13 @@ class ResultFileError(OSError):
 # --- writing ---------------------------------------------------------------------------------------------------------
 
 
-def write_result(path: str | os.PathLike[str], result: Result, *, case_text: str, case_json: str, command_line: str) -> None:
+def write_result(path: str | os.PathLike[str], result: Result, command_line: str = "Python") -> None:
     """Write the file of `file_image` to `path`, complete or not at all. Raises `atomic.WriteError` (an OSError) with a plain
     message if the disk is full, the folder read-only, …."""
-    write_bytes(path, file_image(result, case_text=case_text, case_json=case_json, command_line=command_line))
+    write_bytes(path, file_image(result, command_line))
 
 
-def file_image(
-    result: Result, *, case_text: str, case_json: str, command_line: str,
-    more: Callable[[h5py.File], None] = lambda file: None,
-) -> bytes:
+def file_image(result: Result, command_line: str, *, more: Callable[[h5py.File], None] = lambda file: None) -> bytes:
     """The content of the file of a `result` and the case it came from; `more` adds groups of its own.
 
     Equal results give bit-identical datasets; only the root attributes `created` and `command_line` differ between two runs.
@@ -94,7 +91,8 @@ def file_image(
         file.attrs["converged"] = bool(result.converged)
         problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
         # Datasets, because an attribute is held in memory whole and case files may be of any size.
-        for name, text in (("case_text", case_text), ("case_json", case_json), ("problem_json", json.dumps(problem))):
+        texts = {"case_text": result.case_text, "case_json": result.case_json, "problem_json": json.dumps(problem)}
+        for name, text in texts.items():
             create(file, f"input/{name}", fixed_text(text))
         _write_state(file.create_group("fields"), result.coupled)
         _write_mesh(file.create_group("mesh"), result.coupled)
@@ -246,10 +244,15 @@ def storable(value: str) -> str:
 
 
 def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Result:
-    """The result in the file at `path`; without its fields and histories if only the scalars and the case matter.
+    """The result in the file that `thermoroll run` or `Result.save` wrote.
 
-    Raises ResultFileError for a file that is missing, unreadable, foreign, truncated, damaged or of another version.
-    """
+    Parameters:
+
+    - `path`: the HDF5 file;
+    - `with_fields`: False leaves fields and histories out, if only the scalars and the case matter.
+
+    Raises ResultFileError (an OSError), with a plain message, for a file that is missing, unreadable, foreign, truncated,
+    damaged or of another version."""
     with opened(path, "result", FORMAT_VERSION) as file:
         return _read(file, with_fields)
 

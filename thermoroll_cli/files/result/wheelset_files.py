@@ -8,6 +8,7 @@ import json
 import math
 import pathlib
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 from thermoroll_cli.atomic import write_bytes
@@ -21,7 +22,7 @@ def write_wheelset(
     """Write STEM_left_1.h5, …, STEM.json and STEM.csv, and return their paths. Raises OSError with a plain message."""
     files = {patch.name: stem.with_name(f"{stem.name}_{patch.name}.h5") for patch in result.patches}
     for patch in result.patches:
-        write_result(files[patch.name], patch.result, case_text=case_text, case_json=case_json, command_line=command_line)
+        write_result(files[patch.name], replace(patch.result, case_text=case_text, case_json=case_json), command_line)
     whole, table = stem.with_name(f"{stem.name}.json"), stem.with_name(f"{stem.name}.csv")
     record = {"name": name, "title": title, **wheelset_record(result, {key: path.name for key, path in files.items()})}
     write_bytes(whole, (json.dumps(record, indent=1, ensure_ascii=False, allow_nan=False) + "\n").encode())
