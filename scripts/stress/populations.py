@@ -17,6 +17,7 @@ from scripts.stress.checks import distinct, patches, solved
 from scripts.stress.coverage import covered
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import StressCase, stress_case
+from scripts.stress.random_conformal import agrees, random_pair
 from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_friction import random_friction, random_rising, random_strength, random_yield
 from scripts.stress.random_grids import few_depths, slender_grid
@@ -72,6 +73,7 @@ POPULATIONS = {
     "profiles": Population(profile_on_a_grid, _profile, 200),
     "awkward profiles": Population(lambda seed: profile_on_a_grid(seed, AWKWARD), _profile, 200),
     "kinks and ends": Population(lambda seed: profile_on_a_grid(seed, SHARP), _profile, 200),
+    "conformal pairs": Population(random_pair, agrees, 200),
     "falling friction": Population(_on_the_grid(random_friction), lambda problem: solved(problem, distinct), 200),
     "rising friction": Population(_on_the_grid(random_rising), solved, 200),
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),

@@ -15,8 +15,9 @@ from tests.support.command_line import call
 from tests.support.profiles import points
 from tests.support.scenes import elastic, order, rolling, solved
 from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case_errors import CaseError
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
-from thermoroll_cli.problem.geometry import Geometry
+from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 
@@ -43,6 +44,38 @@ def test_small_angles_are_those_of_a_plane():
     # The width of the contact grows like the third root of the load.
     assert order(1.0 / np.cbrt(loads), approach) == pytest.approx(2.0, abs=0.2)
     assert pressure[0] < 0.02 and order(1.0 / np.cbrt(loads[:2]), pressure[:2]) == pytest.approx(2.0, abs=0.4)
+
+
+@pytest.mark.parametrize(("radii", "load"), [
+    ((0.012, 0.05, 0.06, -0.052), 8000.0),  # the barrel's axis lies within its radius across
+    ((0.02, 0.02, 0.02, 0.03), 100.0),
+    ((math.inf, 0.036757, 0.02637, 0.05794), 700.9),
+    ((0.02, 0.3, 0.02, -0.301), 1e4),
+    ((math.inf, 0.099, 0.349, 0.0393), 3070.0),  # normals of a wider surface would miss the ball
+    ((-0.468, -0.0575, 0.373, 0.0566), 0.02),  # narrower than even samples of the surface would show
+])  # fmt: skip
+def test_any_radii_agree_with_the_plane_at_small_angles(radii, load):
+    plane, curved = (solved(ball(conformal, Geometry(*radii), load=load, friction=0.0)) for conformal in (False, True))
+    assert plane.converged and curved.converged
+    scales = DerivedQuantities(plane.problem).scales
+    angle = scales.semi_axis_y / min(map(abs, radii[1::2]))
+    for name in ("approach_um", "pressure_max_MPa", "contact_area_mm2"):
+        assert curved.coupled.scalars[name] == pytest.approx(plane.coupled.scalars[name], rel=2e-3 + angle**2), name
+
+
+def test_a_contact_that_ends_where_the_model_ends_is_refused():
+    with pytest.raises(Unsolvable, match="where the model of a half-space ends"):
+        solved(ball(geometry=Geometry(math.inf, -0.0065, 0.00635, 0.00635), load=1e6))
+    heavy = call("run", CASE, "--set", "load.normal_N=1e6")
+    assert heavy.returncode == 3 and "load.normal_N = 1e6: the contact reaches y = -5.498 or 5.498 mm" in heavy.stderr
+
+
+def test_surfaces_too_steep_where_they_touch_are_refused():
+    text = CASE.read_text().replace("lower_radius_y_mm = -6.604", "").replace("upper_radius_y_mm = 6.35", "")
+    for body, slope in (("lower", 4), ("upper", -4)):
+        text += f"[geometry.{body}_profile]\npoints_mm = [[-1, {-slope}], [0, 0], [1, {slope * 1.1}]]\n"
+    with pytest.raises(CaseError, match=r"geometry\.conformal = true: the surfaces touch at y = .* inclined by more than 1\.2"):
+        Case.parse(text)
 
 
 def test_where_nothing_is_curved_conformal_is_planar():

@@ -6,7 +6,7 @@ import difflib
 import math
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -21,6 +21,7 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.profile_file import ProfileError, Reading, read_outline, read_profile
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.solvable import reasons_against
@@ -77,7 +78,7 @@ class _Checker:
                        hint=conflict.hint, at_key=conflict.at_key)
         self._raise()
         settings = self._resolved()
-        for reason in reasons_against(DerivedQuantities(problem_of(settings))):
+        for reason in _reasons(settings):
             path = key_path(reason.other)
             # The constants of one body, or of both.
             line = self.source.line_of(path) or self.source.line_of(tuple(part for part in path if part not in BODIES))
@@ -336,3 +337,11 @@ def _nearest(word: str, known: Iterable[str]) -> str:
     lowered = {name.lower(): name for name in known}
     near = difflib.get_close_matches(word.lower()[:200], lowered, n=1, cutoff=0.6)
     return lowered[near[0]] if near else ""
+
+
+def _reasons(settings: Settings) -> Iterator[Unsolvable]:
+    """Reasons against the problem of `settings`, or the one for which there is no problem to ask."""
+    try:
+        yield from reasons_against(DerivedQuantities(problem_of(settings)))
+    except Unsolvable as cause:
+        yield cause

@@ -17,12 +17,19 @@ import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Profile, Surface, surfaces
+from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Profile, Surface, Unsolvable, facing, surfaces
 
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
 WIDEST_ANGLE = 1.2
 """Inclination in rad at which a conformal surface ends: beyond it no half-space stands for the bodies."""
+THINNEST, DEEPEST = 0.5, 0.25
+"""It also ends where less than this share of a rolling radius is left (normals miss a body near its axis), and beyond the last
+places with a gap below this share of the smaller R', the approach of a contact that is no half-space either."""
+GRADING = 4.0
+"""Samples about the touch of two circles lie closer than at the ends by cosh of this: the contact may be as narrow as that."""
+MOST_NARROWINGS = 8
+"""Times that its ends are looked for again between neighbouring samples: the first ones may lie far apart."""
 NEWTON_STEPS = 8
 """Steps along a normal of the common surface to a body: quadratic convergence reaches rounding after four to six."""
 
@@ -39,8 +46,8 @@ class CurvedPatch:
         gap_lowest + ½ curvature d² + cubic d³ + quartic d⁴,      d = x − x_lowest.
 
     The shapes of the bodies slip over each other at (slip_x, slip_y + spin x) V, with `spin` in rad/m, in addition to the
-    creepages and the spin of the frame. `free_ends` says at which end of the table material ends; at other ends the gap of a
-    neighbouring patch begins. Radii are those along rolling (m).
+    creepages and the spin of the frame. `free_ends` says at which end of the table material ends, and which of these is `cut`
+    because the model ends there; at other ends the gap of a neighbouring patch begins. Radii are those along rolling (m).
     """
 
     y: Row
@@ -57,6 +64,7 @@ class CurvedPatch:
     lower_radius_x: float = math.inf
     upper_radius_x: float = math.inf
     free_ends: tuple[bool, bool] = (False, False)
+    cut: tuple[bool, bool] = (False, False)
 
     def __hash__(self) -> int:
         # Hash a sample of the tables; hashing all costs more than most cached results.
@@ -173,28 +181,27 @@ def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPa
     """
     lower, upper = (_rounded(surface, radius) for surface, radius in zip(
         surfaces(geometry), (geometry.lower_radius_y, geometry.upper_radius_y), strict=True))
-    low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
-    y = np.linspace(low, high, 4 * SAMPLES + 1)
-    closest = float(np.min(-(lower.height(y) + upper.height(y))))
+    y, closest, cut = _sampled(lower, upper, geometry, shares)
 
     def common(at: Array, n: int) -> Array:
-        both = shares[1] * lower.shape(at, n) - shares[0] * upper.shape(at, n)
+        both = _common(lower, upper, shares, at, n)
         return both - shares[0] * closest if n == 0 else both
 
     # From arc length to y.
-    keep = np.abs(np.arctan(common(y, 1))) <= WIDEST_ANGLE
-    y = y[keep]
     slope = scipy.interpolate.CubicSpline(y, np.hypot(1.0, common(y, 1)))
     zero = float(np.clip(0.0, y[0], y[-1]))
     length = slope.antiderivative()(y) - float(slope.antiderivative()(zero)) + zero
     s = np.linspace(length[0], length[-1], SAMPLES)
+    if geometry.elliptic:
+        s = length[-1] * np.sinh(GRADING * s / length[-1]) / math.sinh(GRADING)
     lateral = scipy.interpolate.CubicSpline(length, y)(s)
     if geometry.symmetric:
         lateral = 0.5 * (lateral - lateral[::-1])
         s = 0.5 * (s - s[::-1])
     height, inclination = common(lateral, 0), np.arctan(common(lateral, 1))
-    # Three gaps along each line of rolling give the even powers of x.
-    scale = 0.05 / geometry.curvature_x
+    # Three gaps along each line of rolling give the even powers of x, at places where the gap is small against all radii.
+    bent = max(geometry.curvature_x, *(1.0 / abs(radius) for radius in (geometry.lower_radius_x, geometry.upper_radius_x)))
+    scale = 0.05 / math.sqrt(bent * max(bent, geometry.curvature_y))
     x = np.array([0.0, 1.0, 2.0])[:, None] * scale
     gap = (_along_normal(lower, geometry.lower_radius_x, x, lateral, height, inclination, 1.0, 0.0)
            + _along_normal(upper, geometry.upper_radius_x, x, lateral, height, inclination, -1.0, closest))
@@ -209,7 +216,40 @@ def conformal_patch(geometry: Geometry, shares: tuple[float, float]) -> CurvedPa
             "curvature": 2.0 * (4.0 * first - second) / 3.0, "cubic": nothing, "quartic": (second - first) / (3.0 * scale**2),
             "slip_x": slip_x, "slip_y": nothing, "spin": spin}
     return CurvedPatch(**{name: tuple(row.tolist()) for name, row in rows.items()}, lower_radius_x=geometry.lower_radius_x,
-                       upper_radius_x=geometry.upper_radius_x, free_ends=(bool(keep[0]), bool(keep[-1])))
+                       upper_radius_x=geometry.upper_radius_x, free_ends=(True, True), cut=cut)
+
+
+def _common(lower: Surface, upper: Surface, shares: tuple[float, float], y: Array, n: int) -> Array:
+    """Height (n = 0; with any constant) or slope (1) of the common surface."""
+    return shares[1] * lower.shape(y, n) - shares[0] * upper.shape(y, n)
+
+
+def _sampled(
+    lower: Surface, upper: Surface, geometry: Geometry, shares: tuple[float, float]
+) -> tuple[Array, float, tuple[bool, bool]]:
+    """Even samples y of the common surface, the smallest gap, and at which ends the surface ends before the material does.
+    Raises Unsolvable where the model does not even hold where the bodies touch."""
+    low, high = max(lower.ends[0], upper.ends[0]), min(lower.ends[1], upper.ends[1])
+    for _ in range(MOST_NARROWINGS):
+        y = np.linspace(low, high, 4 * SAMPLES + 1)
+        gap = -(lower.height(y) + upper.height(y))
+        touch, closest = int(np.argmin(gap)), float(gap.min())
+        sound = np.abs(np.arctan(_common(lower, upper, shares, y, 1))) <= WIDEST_ANGLE
+        for surface, radius in ((lower, geometry.lower_radius_x), (upper, geometry.upper_radius_x)):
+            sound &= np.sign(radius) * surface.shape(y, 0) >= (THINNEST - 1.0) * abs(radius)
+        near = np.flatnonzero(gap - closest <= DEEPEST / max(geometry.curvature_x, geometry.curvature_y))
+        ends = np.concatenate([[near[0] - 1], np.flatnonzero(~sound), [near[-1] + 1]])
+        first, last = int(ends[ends <= touch].max()) + 1, int(ends[ends >= touch].min()) - 1
+        if first > last:
+            raise Unsolvable(f"the surfaces touch at y = {1e3 * y[touch]:.4g} mm, where they are inclined by more than "
+                             f"{WIDEST_ANGLE:g} rad or a body has less than half of its rolling radius",
+                             "geometry.conformal", "false")
+        if last - first > len(y) // 2:
+            break
+        low, high = float(y[max(first - 1, 0)]), float(y[min(last + 1, len(y) - 1)])
+    lowest, highest = facing(geometry)
+    y = y[first : last + 1]
+    return y, closest, (bool(y[0] > lowest), bool(y[-1] < highest))
 
 
 def _rounded(surface: Surface, radius: float) -> Surface:

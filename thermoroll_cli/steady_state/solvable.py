@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
 from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
@@ -20,7 +22,7 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     may turn out to be too weak later, when the pressure is known (`traction.check_yield`)."""
     problem = derived.problem
     yield from _force(problem)
-    yield from _conformal(problem)
+    yield from _conformal(derived)
     yield from _interlayer(problem)
     yield from _coatings(problem)
     yield from _thin_coatings(derived)
@@ -53,11 +55,19 @@ def _force(problem: Problem) -> Iterator[Unsolvable]:
                          "a creepage", "friction.law")
 
 
-def _conformal(problem: Problem) -> Iterator[Unsolvable]:
-    """The lateral creepage of an inclined surface has another direction at every place."""
-    if problem.motion.force_y is not None and not isinstance(problem.geometry, Geometry):
+def _conformal(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """The lateral creepage of an inclined surface has another direction at every place; the model holds up to some slope."""
+    problem, geometry = derived.problem, derived.problem.geometry
+    if isinstance(geometry, Geometry):
+        return
+    if problem.motion.force_y is not None:
         yield Unsolvable("a lateral force is not computed for a conformal contact", "force.lateral_N", "creepage.lateral",
                          "geometry.conformal")
+    if any(geometry.cut) and any(end and cut for end, cut in zip(derived.scales.ends, geometry.cut, strict=True)):
+        low, high = geometry.lateral_place(np.array(geometry.limits)) * 1e3
+        yield Unsolvable(f"the contact reaches y = {low:.4g} or {high:.4g} mm, where the model of a half-space ends: the "
+                         "surfaces are too steep, a body too near its axis, or the approach is a quarter of the radius",
+                         "load.normal_N", "a load with a narrower contact", "geometry.conformal")
 
 
 def _interlayer(problem: Problem) -> Iterator[Unsolvable]:
