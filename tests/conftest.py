@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
+from collections.abc import Iterator
+
 import pytest
 
 from scripts.signals import give_children_default_signals
@@ -16,3 +20,30 @@ def pytest_configure(config: pytest.Config) -> None:
     give_children_default_signals()
     if "error" in (config.getoption("pythonwarnings") or ()):
         command_line.WARNINGS["PYTHONWARNINGS"] = "error"
+
+
+def process_state() -> dict[str, object]:
+    """What all tests of one process share and any of them can change: folder, user, signal handlers, environment, new files'
+    permissions."""
+    mask = os.umask(0o077)
+    os.umask(mask)
+    users = [getattr(os, name)() for name in ("geteuid", "getegid") if hasattr(os, name)]
+    variables = {name: value for name, value in os.environ.items() if name != "PYTEST_CURRENT_TEST"}
+    handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
+    timers = [signal.getitimer(timer) for timer in (signal.ITIMER_REAL, signal.ITIMER_PROF)]
+    return {
+        "folder": os.getcwd(),
+        "users": users,
+        "environment": variables,
+        "signals": handlers,
+        "timers": timers,
+        "umask": mask,
+    }
+
+
+@pytest.fixture(autouse=True)
+def unchanged_process() -> Iterator[None]:
+    """No test leaves another one's process changed: what must not be undone belongs into a process of its own."""
+    before = process_state()
+    yield
+    assert process_state() == before

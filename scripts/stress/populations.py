@@ -106,7 +106,7 @@ def run_seed(name: str, seed: int, grids: tuple[int, ...] = ()) -> Outcome:
     """Draw the case of `seed` of a population and check it, on `grids` if these are compared; warnings of libraries count as
     crashes."""
     population, start = POPULATIONS[name], _processor_seconds()
-    signal.signal(signal.SIGPROF, _out_of_time)
+    before = signal.signal(signal.SIGPROF, _out_of_time)
     signal.setitimer(signal.ITIMER_PROF, population.limit)
     try:
         with warnings.catch_warnings():
@@ -117,6 +117,7 @@ def run_seed(name: str, seed: int, grids: tuple[int, ...] = ()) -> Outcome:
         outcome = Outcome(broken=(f"{type(cause).__name__}: {cause} ({pathlib.Path(place.filename).name}:{place.lineno})",))
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, before)
     return replace(outcome, population=name, seed=seed, seconds=_processor_seconds() - start)
 
 

@@ -8,6 +8,8 @@ import os
 import pathlib
 import random
 import shutil
+import subprocess
+import sys
 
 import h5py
 import numpy as np
@@ -21,6 +23,7 @@ from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result, write
 from thermoroll_cli.problem.names import FIELDS, SCALARS
 from thermoroll_cli.problem.result import Result
 
+ROOT = pathlib.Path(__file__).parents[2]
 CASE_TEXT = '# Grüße\ntitle = "κ"\n'
 CASE_JSON = '{"title": "κ"}'
 
@@ -145,11 +148,8 @@ def test_places_that_cannot_hold_a_file(tmp_path: pathlib.Path) -> None:
 def test_links_are_followed_devices_kept_and_the_umask_obeyed(tmp_path: pathlib.Path) -> None:
     (tmp_path / "real").write_bytes(b"old")
     (tmp_path / "link").symlink_to("real")
-    old_umask = os.umask(0o027)
-    try:
-        write_bytes(tmp_path / "link", b"new")
-    finally:
-        os.umask(old_umask)
+    program = "import sys; from thermoroll_cli.atomic import write_bytes; write_bytes(sys.argv[1], b'new')"
+    subprocess.run([sys.executable, "-c", program, tmp_path / "link"], cwd=ROOT, umask=0o027, check=True)
     assert (tmp_path / "link").is_symlink() and (tmp_path / "real").read_bytes() == b"new"
     assert (tmp_path / "real").stat().st_mode & 0o777 == 0o640
     write_bytes("/dev/null", b"gone")
