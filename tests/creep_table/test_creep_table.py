@@ -418,6 +418,11 @@ def test_bad_queries(tiny: Path, circle: CreepForceTable) -> None:
     # One unknown creepage leaves the other answers as they are.
     both = circle.forces([1e-3, math.nan], 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL)
     assert both.force_x[0] == circle.forces(1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL).force_x and np.isnan(both.force_x[1])
+    # And a wheel in the air leaves those of the other wheel as they are.
+    lifted = circle.forces(-1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **(STEEL | {"load": [STEEL["load"], 0.0]}))
+    for name, values in vars(lifted).items():
+        assert values[1] == 0.0, name
+        assert values[0] == getattr(circle.forces(-1e-3, 0.0, 0.0, semi_axes=(1.0, 1.0), **STEEL), name), name
     for missing in ("--semi-axes-mm", "--shear-modulus-GPa", "--friction", "--normal-N"):
         words = dict(zip(contact[::2], contact[1::2], strict=True)) | {"--semi-axes-mm": "1,1"}
         del words[missing]

@@ -32,16 +32,29 @@ def hot() -> Result:
 
 
 def test_the_page_runs(tmp_path: Path) -> None:
-    """All blocks of docs/python.md, one after the other, with warnings as errors; on a coarser grid."""
+    """All blocks of docs/python.md, one after the other, with warnings as errors. Only the block that names xarray needs it.
+    What `print` writes is what stands beside it."""
     (tmp_path / "cases").symlink_to(ROOT / "cases")
-    page = "\n".join(re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL))
-    assert page.count('"numerics.grid": 32') == 2
-    (tmp_path / "page.py").write_text(page.replace('"numerics.grid": 32', '"numerics.grid": 16'), encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    assert sum("xarray" in block for block in blocks) == 1
+    without = 'import sys; sys.modules["xarray"] = None\n'
+    page = without + "\n".join(
+        f'del sys.modules["xarray"]\n{block}{without}' if "xarray" in block else block for block in blocks)
+    (tmp_path / "page.py").write_text(page, encoding="utf-8")
     command = [sys.executable, "-W", "error", "page.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("<Result ") and "must be greater than 0" in done.stdout
     assert (tmp_path / "hot.h5").exists() and (tmp_path / "creep" / "sweep.csv").exists()
+    printed, shown = ([line for line in text if line.startswith("<")] for text in (
+        done.stdout.splitlines(), re.findall(r"print\(\w+\) +# (<.*>)", page)))
+    assert len(printed) == len(shown) == 2
+    for line, words in zip(printed, shown, strict=True):
+        # Numbers to a per cent; … stands for the rest.
+        number = r"\b\d+\.\d+\b"
+        here, there = ([float(value) for value in re.findall(number, text)] for text in (line, words))
+        assert here[: len(there)] == pytest.approx(there, rel=1e-2)
+        assert re.fullmatch(re.escape(re.sub(number, "#", words)).replace("…", ".*"), re.sub(number, "#", line))
 
 
 def test_names_are_offered_lazily() -> None:

@@ -73,6 +73,8 @@ def test_rows_are_those_of_a_sweep_with_files(case: Path, serial: Path, tmp_path
 def test_an_array_over_the_swept_keys(serial: Path) -> None:
     found = data(serial)
     assert dict(found.sizes) == {KEYS[0]: LONGITUDINAL, KEYS[1]: LATERAL}
+    assert (found["force_x_N"].units, found["isothermal.gamma_c"].units) == ("N", "1")
+    assert "units" not in found["reason"].attrs | found[KEYS[0]].attrs
     np.testing.assert_allclose(found[KEYS[0]], np.linspace(0.0005, 0.006, LONGITUDINAL))
     assert (found.status == b"converged").all()
     with open(serial / "sweep.csv") as stream:
@@ -146,7 +148,7 @@ def test_points_that_fail_become_rows_and_invalid_ones_stop_it(case: Path, tmp_p
 
 
 def test_a_data_frame_has_numbers_in_flat_columns() -> None:
-    case = Case.parse(MECHANICAL).with_values({"numerics.grid": 8})
+    case = Case.parse(MECHANICAL).with_values({"numerics.grid": 16})
     rows = sweep(case, {"load.normal_N": [60.0, 65.0], "thermal.heat": [False]})
     frame = rows.to_dataframe()
     assert list(frame.columns[:3]) == ["load.normal_N", "thermal.heat", "converged"]
@@ -155,6 +157,13 @@ def test_a_data_frame_has_numbers_in_flat_columns() -> None:
     arrays = rows.to_xarray()
     assert dict(arrays.sizes) == {"load.normal_N": 2, "thermal.heat": 1}
     assert float(arrays["isothermal.force_x_N"].sel({"load.normal_N": 65.0})[0]) == rows[1]["isothermal"]["force_x_N"]
+    assert [arrays[name].attrs.get("units") for name in ("load.normal_N", "isothermal.force_x_N", "gamma_st", "error.force_x_N")
+            ] == ["N", "N", "1", None]
+    for values in ([16, [16, 32]], [16, None]):
+        with pytest.raises(ValueError, match="must be numbers, words or true and false, not"):
+            sweep(case, {"numerics.grid": values})
+        with pytest.raises(ValueError, match="must be numbers, words or true"):
+            sweep(case, [{"numerics.grid": value} for value in values])
     listed = sweep(case, [{"load.normal_N": 60.0, "rolling.speed_m_s": 1}, {"load.normal_N": 65.0, "rolling.speed_m_s": 2}])
     assert dict(listed.to_xarray().sizes) == {"point": 2}
     assert [row["force_x_N"] for row in listed] == [row["force_x_N"] for row in rows]

@@ -181,6 +181,8 @@ def test_a_list_of_points(case: Path, tmp_path: Path) -> None:
     axes = read_points(listed)
     assert [axis.key for axis in axes] == ["load.normal_N", "thermal.heat", "rolling.speed_m_s"]
     assert [axis.values for axis in axes] == [(60, 65, 60), (False, False, False), (1, 2.5, 2)]
+    (tmp_path / "tabs.csv").write_text(text.replace(";", "\t"), encoding="utf-8")
+    assert read_points(tmp_path / "tabs.csv") == axes
     (tmp_path / "one.csv").write_text("load.normal_N\n80,5\n")
     assert read_points(tmp_path / "one.csv") == (Axis("load.normal_N", (80.5,)),)
     done = call("sweep", case, "--points", listed, "-o", tmp_path / "out", "--set", "numerics.grid=8")

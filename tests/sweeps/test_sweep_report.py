@@ -12,6 +12,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli.tables import FAILED, wrapped
+from thermoroll_cli.problem.scalar_errors import with_error
 from thermoroll_cli.refinement.solve import Solver
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
@@ -39,15 +40,22 @@ def printed_columns(stdout: str, name: str = "spheres_0001") -> list[str]:
     return ["".join(line[start:end].strip() for line in header) for start, end in zip(starts, ends, strict=True)][1:]
 
 
-def test_a_swept_force_shows_the_creepage_found(case: Path, tmp_path: Path) -> None:
-    done = call("sweep", case, "--over", "force.longitudinal_N=5,10", "-o", tmp_path / "out", "--no-plots")
+def test_a_swept_force_shows_the_creepage_found(case: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    over = ("--over", "force.longitudinal_N=5,10", "--set", "numerics.grid=16")
+    done = call("sweep", case, *over, "-o", tmp_path / "out", "--no-plots")
     columns = printed_columns(done.stdout)
     assert columns[:2] == ["force.longitudinal_N", "Q_F_W"] and "creepage_longitudinal" in columns
     assert "force_x_N" not in columns and "force_x_over_friction_limit" in columns
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
     place = 1 + columns.index("creepage_longitudinal")
     shown = [line.split()[place] for line in done.stdout.splitlines() if line.startswith("  spheres_")]
-    assert shown == [f"{float(row['creepage_longitudinal']):.5g}" for row in rows]
+    value, error = ([float(row[f"{state}creepage_longitudinal"]) for row in rows] for state in ("", "error."))
+    assert shown == [with_error(v, v * e).replace(" ", "") for v, e in zip(value, error, strict=True)]
+    assert all("±" in text for text in shown)
+    place = 1 + columns.index("force_x_over_friction_limit")
+    shares = [line.split()[place] for line in done.stdout.splitlines() if line.startswith("  spheres_")]
+    assert all("±" not in share for share in shares), "a given force has no error"
 
 
 def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(case: Path, tmp_path: Path) -> None:
@@ -115,6 +123,7 @@ def test_peaks_without_a_limit_are_told_in_every_form(tmp_path: Path) -> None:
     over = ("--over", "load.normal_N=0.5,65")
     done = call("sweep", tmp_path / "spheres.toml", *over, "-o", tmp_path / "out", "--json")
     rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
+    assert all(len(json.loads(line)["patches"]) == 1 for line in done.stdout.splitlines())
     told = [json.loads(line).get("unbounded", []) for line in done.stdout.splitlines()]
     assert [row["unbounded"].split() for row in rows] == told, done.stderr
     assert any("pressure_max_MPa" in names for names in told) and [] in told
@@ -135,7 +144,7 @@ def test_each_kind_of_warning_is_shown_once(case: Path, tmp_path: Path, monkeypa
     for only in ((), ("--scalars-only",)):
         done = call("sweep", case, "--over", "load.normal_N=40,60,80", "-o", tmp_path / "out", "--no-plots", *only)
         warnings = [line.strip() for line in done.stdout.splitlines() if "warning: " in line]
-        assert warnings == ["warning: 2400 K is hot (at 2 points)", "warning: flat"]
+        assert warnings == ["warning: 2400 K is hot (at spheres_0002 and 1 more point)", "warning: flat (at spheres_0003)"]
         rows = list(csv.DictReader((tmp_path / "out" / "sweep.csv").read_text().splitlines()))
         assert [row["warnings"] for row in rows] == ["", "2400 K is hot", "3200 K is hot; flat"]
 

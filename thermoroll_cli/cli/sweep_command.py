@@ -162,20 +162,19 @@ def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[
 
 def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
     converged = files = 0
-    kinds: dict[str, tuple[str, int]] = {}
+    kinds: dict[str, tuple[str, list[str]]] = {}
     for row in rows:
         converged += row.converged
         files += row.file is not None
         # Warnings that differ in their numbers alone are of one kind.
         for kind, warning in {_NUMBER.sub("#", warning): warning for warning in row.summary["warnings"]}.items():
-            first, count = kinds.get(kind, (warning, 0))
-            kinds[kind] = first, count + 1
+            kinds.setdefault(kind, (warning, []))[1].append(row.name)
     width = streams.width()
     if len(rows) <= SHOWN_ROWS:
         streams.write(*sweep_table(list(rows), rows.points, width))
-    for warning, count in kinds.values():
-        where = f" (at {count} points)" if count > 1 else ""
-        streams.write(*streams.in_colour(folded(f"warning: {warning}{where}", width), streams.YELLOW))
+    for warning, (first, *others) in kinds.values():
+        more = f" and {len(others)} more point{'s' if len(others) > 1 else ''}" if others else ""
+        streams.write(*streams.in_colour(folded(f"warning: {warning} (at {first}{more})", width), streams.YELLOW))
     streams.write(f"{converged} of {len(rows)} points converged")
     also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
     streams.write(f"  wrote {', '.join(map(str, written))}{also}")

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, OVER_LIMIT, UNITS
-from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, number, repeats, scalar_text
+from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, number, repeats, scalar_text, with_error
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 if TYPE_CHECKING:
@@ -27,12 +27,12 @@ UNBOUNDED = "no limit"
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
 _TELLING = 20
-"""Meanings that are cut to fewer characters are left out: "maximum …" says nothing."""
+"""Meanings are not cut to fewer characters: "maximum …" says nothing."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:
-    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning,
-    a brief one, its first words or none where `width` has no room for it.
+    """Lines of a table with one scalar a line: name, value ± estimated error, the isothermal value if `both`, and the meaning:
+    a brief one or its first words where `width` has little room, and on the next line where it has none.
 
     `summary` has the shape of `Result.summary()`. Scalars that were not computed are left out.
     """
@@ -47,11 +47,8 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
         shortened = textwrap.shorten(meaning, max(room, _NARROWEST), placeholder=" …")
         candidates = (meaning, brief, shortened if len(shortened) >= _TELLING else "")
         fitting = (text for text in candidates if text and len(text) <= room)
-        meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, ""))
-    if not all(meanings[both:]):
-        # Labels of some rows only say less than the names alone.
-        meanings = [meaning if meaning == UNBOUNDED else "" for meaning in meanings]
-    return align([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)])
+        meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, brief or meaning))
+    return with_remarks([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)], width)
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -119,7 +116,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
-    varying = {name: _column(name, [number(row.summary.get(name)) for row in rows]) for name in names if name not in constant}
+    varying = {name: _column(name, [_with_error(name, row) for row in rows]) for name in names if name not in constant}
     room, shown = width - sum(map(_width, columns)), set()
     for name in sorted(varying, key=lambda name: (_is_second(name), -_change(name, rows))):
         if _width(varying[name]) <= room:
@@ -130,7 +127,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     height = max(map(len, columns))
     yield from align(list(zip(*([""] * (height - len(column)) + column for column in columns), strict=True)))
     if constant:
-        values = ", ".join(f"{name} = {number(_finite(name, rows)[0])}" for name in constant)
+        values = ", ".join(f"{name} = {_with_error(name, rows[0])}" for name in constant)
         yield from folded(f"at all points: {values}", width)
     endless = sorted({name for row in rows for name in row.summary["unbounded"]})
     if endless:
@@ -146,6 +143,14 @@ def _column(name: str, cells: list[str]) -> list[str]:
 
 def _width(column: list[str]) -> int:
     return 2 + max(map(len, column))
+
+
+def _with_error(name: str, row: Row) -> str:
+    """A scalar with its error, without spaces: a table of many columns is wide. Errors of forces are relative to μW."""
+    value = row.summary.get(name, math.nan)
+    if name in OVER_LIMIT:
+        return with_error(value, row.summary["error"].get(OVER_LIMIT[name], math.nan)).replace(" ", "")
+    return scalar_text(name, {**row.summary, name: value}).replace(" ", "")
 
 
 def _shown(value: Any) -> str:

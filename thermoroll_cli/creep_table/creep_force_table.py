@@ -108,7 +108,7 @@ class CreepForceTable:
         - `semi_axes`: a (along rolling) and b in m;
         - `shear_modulus`: G in Pa, of both bodies together (`exact.kalker.combined_constants`);
         - `friction`: μ;
-        - `load`: W in N;
+        - `load`: W in N; 0, as of a wheel in the air, has no forces and nothing that sticks;
         - `outside`: "error" for a/b that is not within the table, or "saturation" for the forces of full sliding of the nearest
           ellipse; nothing is extrapolated;
         - `law`: of friction that changes with slip; `friction` is then μ₀;
@@ -130,6 +130,8 @@ class CreepForceTable:
             np.asarray(v, dtype=float) for v in (longitudinal, lateral, spin, *semi_axes, shear_modulus, friction, load)))
         shape = xi.shape
         xi, eta, phi = (v.ravel() for v in (xi, eta, phi))
+        loaded = weight.ravel() != 0.0
+        weight = np.where(weight == 0.0, 1.0, weight)
         given = {"semi-axis a": a, "semi-axis b": b, "shear_modulus": modulus, "friction": mu, "load": weight}
         for name, values in given.items():
             if not (np.all(values > 0.0) and np.all(np.isfinite(values))):
@@ -162,7 +164,7 @@ class CreepForceTable:
         work_error = np.hypot(xi, eta) * error + np.abs(phi) * moment_error
         columns = (force_x, force_y, moment, xi * force_x + eta * force_y + phi * moment, values[3], error, moment_error,
                  work_error)
-        return TableForces(*(np.where(unknown, math.nan, v).reshape(shape) for v in columns))
+        return TableForces(*(np.where(unknown, math.nan, np.where(loaded, v, 0.0)).reshape(shape) for v in columns))
 
     @property
     def _range(self) -> tuple[float, float]:

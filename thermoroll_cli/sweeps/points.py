@@ -93,8 +93,8 @@ def parse_axes(texts: Sequence[str], most: int = MOST_POINTS) -> tuple[Axis, ...
 
 
 def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
-    """The columns of the CSV file at `path`: a header of keys, then a line per point, separated by commas, or by semicolons,
-    with which numbers may have a decimal comma. Rows and columns that are empty at the end are none.
+    """The columns of the CSV file at `path`: a header of keys, then a line per point, separated by commas, or by semicolons or
+    tabs, with which numbers may have a decimal comma. Rows and columns that are empty at the end are none.
 
     Raises ValueError (not such a file, the same key or the same point twice), OSError.
     """
@@ -105,7 +105,7 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
     except UnicodeDecodeError:
         raise ValueError(f"{path}: not UTF-8 text") from None
     head = text.partition("\n")[0]
-    delimiter = "," if "," in head and ";" not in head else ";"
+    delimiter = next((mark for mark in ";\t," if mark in head), ";")
     reader = csv.reader(io.StringIO(text), delimiter=delimiter)
     lines = [(reader.line_num, [cell.strip() for cell in line]) for line in reader if line]
     while lines and not any(lines[-1][1]):
@@ -125,7 +125,7 @@ def read_points(path: pathlib.Path) -> tuple[Axis, ...]:
             raise ValueError(f"{place}: {len(cells)} values for {len(keys)} keys{hint}")
         if "" in cells:
             raise ValueError(f"{place}: {keys[cells.index('')]} has no value")
-        values = tuple(_value(place, _decimal_point(cell) if delimiter == ";" else cell) for cell in cells)
+        values = tuple(_value(place, cell if delimiter == "," else _decimal_point(cell)) for cell in cells)
         if values in seen:
             raise ValueError(f"{place}: the same point as in line {seen[values]}")
         seen[values] = number

@@ -328,12 +328,17 @@ def sweep(
 def _values_of(key: str, values: Iterable[Value]) -> tuple[Value, ...]:
     if isinstance(values, str) or not isinstance(values, Iterable):
         raise ValueError(f"{key} needs a list of values, as [{values!r}], not {values!r} alone")
-    return tuple(value.item() if hasattr(value, "item") else value for value in values)
+    plain = tuple(value.item() if hasattr(value, "item") else value for value in values)
+    for value in plain:
+        if not isinstance(value, bool | int | float | str):
+            raise ValueError(f"values of {key} must be numbers, words or true and false, not {value!r}")
+    return plain
 
 
-def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, list[Value]]:
+def _columns_of(points: Sequence[Mapping[str, Value]]) -> dict[str, tuple[Value, ...]]:
     if not points or any(set(point) != set(points[0]) for point in points):
         raise ValueError("a list of points needs at least one, and the same keys in each of them")
-    if len({tuple(point.items()) for point in points}) < len(points):
+    columns = {key: _values_of(key, [point[key] for point in points]) for key in points[0]}
+    if len(set(zip(*columns.values(), strict=True))) < len(points):
         raise ValueError("the same point occurs more than once")
-    return {key: [point[key] for point in points] for key in points[0]}
+    return columns

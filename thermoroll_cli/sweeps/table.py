@@ -31,7 +31,15 @@ from thermoroll_cli.files.result.hdf5 import (
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.sweep_figures import sweep_figure
 from thermoroll_cli.plots.wheelset_figures import wheelset_sweep_figure
-from thermoroll_cli.problem.names import ALL_SCALARS, HERTZ_SCALARS, OVER_LIMIT, PATCH_SCALARS, SCALARS, SUBSURFACE_SCALARS
+from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
+    HERTZ_SCALARS,
+    OVER_LIMIT,
+    PATCH_SCALARS,
+    SCALARS,
+    SUBSURFACE_SCALARS,
+    unit_of,
+)
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
@@ -95,7 +103,6 @@ def summary_of(result: Result | WheelsetResult) -> dict[str, Any]:
     summary = result.summary()
     limit = summary.get("friction_limit_N", math.nan)
     summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
-    summary.pop("patches", None)
     return _known(summary)
 
 
@@ -209,10 +216,10 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
         texts = np.full(points.count, b"", dtype=object)
         texts[known] = [text.encode("utf-8", "backslashreplace") for text in table.columns[name]]
         columns[name] = texts.astype(bytes)
-    coordinates, meaning = {axis.key: _array(axis.values) for axis in points.axes}, "swept key {}"
+    coordinates = {axis.key: _array(axis.values) for axis in points.axes}
     if points.listed:
         columns = {**coordinates, **columns}
-        coordinates, meaning = {"point": np.arange(1, points.count + 1)}, "number of the point"
+        coordinates = {"point": np.arange(1, points.count + 1)}
     inputs = {"case_text": points.text, "settings": json.dumps([override.text for override in points.settings]),
               "keys": json.dumps(table.keys)}
 
@@ -220,14 +227,23 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
         stamp(file, FORMAT_VERSION, kind=KIND, title=points.point(1).problem.title, command_line=command_line)
         for name, text in inputs.items():
             create(file, f"input/{name}", fixed_text(text))
-        scales = [dimension_scale(file, key, values, long_name=meaning.format(key)) for key, values in coordinates.items()]
+        scales = [dimension_scale(file, key, values, **_attributes(key, table.keys)) for key, values in coordinates.items()]
         for name, flat in columns.items():
-            state, _, own = name.rpartition(".")
-            scalar = (PATCH_SCALARS if state and state not in STATES else ALL_SCALARS).get(own)
-            long_name = name if scalar is None else STATES.get(state, f"patch {state}: " if state else "") + scalar.meaning
-            label(create(file, name, flat.reshape(points.shape), scales), long_name=long_name)
+            label(create(file, name, flat.reshape(points.shape), scales), **_attributes(name, table.keys))
 
     write_bytes(path, image_of(fill))
+
+
+def _attributes(name: str, keys: Sequence[str]) -> dict[str, str]:
+    """Meaning and units of a column. Errors are relative (`error_scale`) and have no units."""
+    state, _, own = name.rpartition(".")
+    if name in keys:
+        return {"long_name": f"swept key {name}"} | ({"units": unit} if (unit := unit_of(name)) else {})
+    scalar = (PATCH_SCALARS if state and state not in STATES else ALL_SCALARS).get(own)
+    if scalar is None:
+        return {"long_name": "number of the point" if name == "point" else name}
+    meaning = STATES.get(state, f"patch {state}: " if state else "") + scalar.meaning
+    return {"long_name": meaning} if state == "error" else {"long_name": meaning, "units": scalar.unit or "1"}
 
 
 def _array(values: Sequence[Value]) -> NDArray[Any]:
@@ -359,6 +375,8 @@ class SweepTable(list[dict[str, Any]]):
             raise ImportError("to_xarray needs the package xarray, which is not installed: pip install xarray") from None
         axes, listed = self.points.axes, self.points.listed
         dimensions = ("point",) if listed else tuple(axis.key for axis in axes)
-        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values)) for axis in axes}
-        columns = {name: (dimensions, np.reshape(column, self.points.shape)) for name, column in self._numbers().items()}
+        coordinates = {axis.key: (("point",) if listed else (axis.key,), list(axis.values), _attributes(axis.key, dimensions))
+                       for axis in axes}
+        columns = {name: (dimensions, np.reshape(column, self.points.shape), _attributes(name, ()))
+                   for name, column in self._numbers().items()}
         return xarray.Dataset(columns, coordinates)
