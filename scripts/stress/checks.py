@@ -27,8 +27,8 @@ COULOMB_ELEMENT = 2e-3
 DIRECTION = 2e-3
 BALANCE = 1e-5
 FULL_FRICTION, SLIP_RESOLVED = 0.5, 16
-"""Power that friction could take beyond the one that it takes, and elements per side from which this holds: the slip of coarser
-grids is one row of elements, which stick in part."""
+"""Power that friction could take beyond the one that it takes, and elements per side, half of them loaded, from which this holds: the
+slip of coarser grids is one row of elements, which stick in part."""
 COLD = 1e-4
 """How far below zero a temperature may come out, over its peak: where bodies divide their heat, elements outside miss zero."""
 GAP = 1e-6
@@ -84,6 +84,19 @@ def patches(result: Result) -> Iterator[str]:
     places = [patch["y_mm"] for patch in result.patches]
     if not places or places != sorted(places) or min(patch["normal_N"] for patch in result.patches) <= 0.0:
         yield "patches without load or order"
+
+
+def narrow(result: Result) -> Iterator[str]:
+    """The largest pressure is that of a patch, and has no estimate if this patch is narrower than three elements."""
+    scalars, parts = result.coupled.scalars, [patch["pressure_max_MPa"] for patch in result.patches]
+    if abs(scalars["pressure_max_MPa"] / max(parts) - 1.0) >= ROUNDING:
+        yield f"largest pressure {scalars['pressure_max_MPa']:.6g} MPa, of the patches {max(parts):.6g} MPa"
+    pressure, few = result.coupled.fields["pressure"], 3
+    loaded = (pressure > 0.0).any(axis=0)
+    around = np.convolve(loaded, np.ones(few), "valid") == few  # three columns in a row
+    wide = np.convolve(around, np.ones(few)) > 0.0
+    if not wide[pressure.max(axis=0).argmax()] and not math.isnan(result.error["pressure_max_MPa"]):
+        yield "a largest pressure of one or two elements has an estimate"
 
 
 def distinct(result: Result) -> Iterator[str]:
@@ -143,7 +156,8 @@ def _broken(result: Result, state: State) -> list[str]:
     hold("Coulomb", float(np.linalg.norm(excess)), COULOMB * float(np.linalg.norm(bound)))
     hold("Coulomb in one element", float(excess.max()), COULOMB_ELEMENT * float(bound.max()))
     rubbed = float((shear * speed).sum())
-    if min(grid.nx, grid.ny) >= SLIP_RESOLVED:
+    spanned = min(int(np.count_nonzero((pressure > 0.0).any(axis=axis))) for axis in (0, 1))
+    if min(grid.nx, grid.ny, 2 * spanned) >= SLIP_RESOLVED:
         hold("friction not reached in slip", float((bound * speed).sum()) - rubbed, FULL_FRICTION * rubbed)
     work, dissipated = _work(problem, state, grid, traction, pressure), float(flux.sum()) * grid.element_area
     scale = max(rubbed * grid.element_area, abs(work), dissipated)

@@ -13,7 +13,7 @@ from types import FrameType
 from typing import Any
 
 from scripts.stress import neighbours, stops, wear, wheelsets
-from scripts.stress.checks import distinct, patches, solved
+from scripts.stress.checks import distinct, narrow, patches, solved
 from scripts.stress.coverage import covered
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import StressCase, stress_case
@@ -22,7 +22,7 @@ from scripts.stress.random_contacts import random_contact
 from scripts.stress.random_friction import random_friction, random_rising, random_strength, random_yield
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
-from scripts.stress.random_profiles import AWKWARD, SHARP, profile_on_a_grid, random_profile_contact
+from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
 
 GRID = 32
@@ -73,6 +73,7 @@ POPULATIONS = {
     "profiles": Population(profile_on_a_grid, _profile, 200),
     "awkward profiles": Population(lambda seed: profile_on_a_grid(seed, AWKWARD), _profile, 200),
     "kinks and ends": Population(lambda seed: profile_on_a_grid(seed, SHARP), _profile, 200),
+    "ridges": Population(lambda seed: profile_on_a_grid(seed, NARROW), lambda case: solved(case, patches, narrow), 200),
     "conformal pairs": Population(random_pair, agrees, 200),
     "falling friction": Population(_on_the_grid(random_friction), lambda problem: solved(problem, distinct), 200),
     "rising friction": Population(_on_the_grid(random_rising), solved, 200),

@@ -1,6 +1,6 @@
 """Seeded contacts of bodies with transverse profiles: crowned rollers, lopsided shapes, two bumps, arcs of unlike radii that
 meet with a kink in the curvature; what such shapes leave out: edges, places far from y = 0, conformal grooves, polygons,
-profiles that end inside the contact."""
+profiles that end inside the contact, ridges of a few elements."""
 
 from __future__ import annotations
 
@@ -20,13 +20,15 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 KINDS = ("crown", "cubic", "bumps", "kink")
 AWKWARD = ("edge", "off centre", "groove")
 SHARP = ("polygon", "end")
+NARROW = ("ridges",)
 SPIN_SHARE, FORCED_SHARE, DISSIMILAR_SHARE, HEATED_SHARE, LOWER_SHARE = 0.3, 0.2, 0.15, 0.25, 0.3
 POINTS = 241
 GRIDS = ((16, 16), (24, 24), (32, 32), (33, 47), (24, 64), (48, 48), (64, 32))
 
 
 def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
-    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS`, `AWKWARD` or `SHARP`."""
+    """The contact of `seed`, always the same; its kind is `kinds[seed % len(kinds)]`, of `KINDS`, `AWKWARD`, `SHARP`
+    or `NARROW`."""
     rng = np.random.default_rng([13, seed])
     while True:
         kind = kinds[seed % len(kinds)]
@@ -48,7 +50,7 @@ def profile_on_a_grid(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
 def _drawn(rng: np.random.Generator, kind: str) -> Problem:
     half = _log(rng, -3.0, -1.7)
     profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink, "edge": _edge, "off centre": _off_centre,
-               "polygon": _polygon, "end": _end}[kind](rng, half)
+               "polygon": _polygon, "end": _end, "ridges": _ridges}[kind](rng, half)
     radius_x = half * _log(rng, 0.3, 2.0)
     flat = math.inf
     geometry = Geometry(flat, flat, radius_x, flat, upper_profile=profile)
@@ -126,6 +128,16 @@ def _end(rng: np.random.Generator, half: float) -> Profile:
     """An arc about a place within, beyond or at the end of the profile, so flat that the contact reaches one end or both."""
     place = float(rng.uniform(0.3, 1.3))
     return _points(lambda t: -((t - place) ** 2), half, half * _log(rng, -6.0, -3.0))
+
+
+def _ridges(rng: np.random.Generator, half: float) -> Profile:
+    """A wide arc with one to three sharp ridges beside it, on the grids here one to a few elements wide."""
+    t = np.linspace(-1.0, 1.0, 8 * POINTS + 1)
+    shape = -((t + 0.4) ** 2) / _log(rng, 0.0, 1.0)
+    for _ in range(int(rng.integers(1, 4))):
+        height, place = float(rng.choice([0.0, rng.uniform(-1e-3, 1e-3)])), float(rng.uniform(0.1, 0.8))
+        shape = np.maximum(shape, height - (t - place) ** 2 / _log(rng, -2.5, 0.0))
+    return Profile(tuple(zip((half * t).tolist(), (0.5 * half * shape).tolist(), strict=True)))
 
 
 def _groove(rng: np.random.Generator) -> Problem:

@@ -72,3 +72,16 @@ def test_a_patch_of_three_elements_is_said():
     result = solve(rolling(grid=16, geometry=below(both, 0.02), load=300.0))
     assert any("3 elements wide, too few" in warning for warning in result.warnings)
     assert math.isnan(result.error["pressure_max_MPa"])
+
+
+@pytest.mark.parametrize("grid", [32, 48, 64])
+def test_the_largest_pressure_is_never_below_that_of_a_patch(grid):
+    """Crowns of 20 and 1 mm side by side: the second is one to three elements wide."""
+    both = points(lambda y: -np.minimum((y + 2.0) ** 2 / 40.0, (y - 2.0) ** 2 / 2.0), -4.0, 4.0, 801)
+    result = solve(rolling(grid=grid, geometry=below(both, 0.02), load=1000.0, creepage=(1e-2, 0.0)))
+    scalars, parts = result.coupled.scalars, [patch["pressure_max_MPa"] for patch in result.patches]
+    assert len(parts) == 2 and parts[1] > 1.2 * parts[0]
+    assert scalars["pressure_max_MPa"] == max(parts) and scalars["gamma_p"] == pytest.approx(1.0, rel=1e-9)
+    assert scalars["shear_max_MPa"] == pytest.approx(0.3 * max(parts), rel=0.1)
+    assert math.isnan(result.error["pressure_max_MPa"])
+    assert any("elements wide, too few" in warning for warning in result.warnings)

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 
@@ -235,9 +236,16 @@ def _skew_rise(line: Array, k: int) -> float | None:
     return max(float(t * (a + t * (b + t * c))), 0.0) if -1.0 <= t <= 1.0 else None
 
 
+def patches_across(covered: AnyArray) -> list[NDArray[np.intp]]:
+    """Columns of each patch of a contact: patches are separated by columns of elements without contact."""
+    loaded = np.flatnonzero((covered > 0.0).any(axis=0))
+    return np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1)
+
+
 def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
-    """`peak_value` of the elements away from the border of the contact, and from steep lateral borders (`between_sides`), if
-    there are any: near a border that is steeper than an element, single elements carry load that belongs to their neighbours.
+    """The largest `peak_value` of the patches, of their elements away from the border of the contact, and from steep lateral
+    borders (`between_sides`), if there are any: near a border that is steeper than an element, single elements carry load that
+    belongs to their neighbours.
 
     `covered` are the covered fractions, (nx, ny); `ends` says that the first and the last column lie at the end of a profile,
     which is no border of this kind."""
@@ -245,19 +253,25 @@ def peak_inside(field: Array, covered: Array, ends: tuple[bool, bool]) -> float:
     whole[:, 0], whole[:, -1] = whole[:, 1] & ends[0], whole[:, -2] & ends[1]
     rows = whole[:-2] & whole[1:-1] & whole[2:]
     inside = rows[:, :-2] & rows[:, 1:-1] & rows[:, 2:]
-    if not inside.any():
-        return peak_value(field)
     smooth = inside & (between_sides(field, field, ends) > 0.0)
-    inside = smooth if smooth.any() else inside
-    i, j = np.unravel_index(int(np.argmax(np.where(inside, field, -np.inf))), field.shape)
-    return float(field[i, j]) + _rise(field[:, j], int(i), averages=True) + _rise(field[i, :], int(j), averages=True)
+    peaks = []
+    for columns in patches_across(covered):
+        own = np.zeros_like(field)
+        own[:, columns] = field[:, columns]
+        kept = next((mask for mask in (smooth, inside) if mask[:, columns].any()), None)
+        if kept is None:
+            peaks.append(peak_value(own))
+            continue
+        i, j = np.unravel_index(int(np.argmax(np.where(kept, own, -np.inf))), field.shape)
+        peaks.append(float(own[i, j]) + _rise(own[:, j], int(i), averages=True) + _rise(own[i, :], int(j), averages=True))
+    return max(peaks, default=0.0)
 
 
 def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Array:
     """`field` (nx, ny) without the elements at a steep lateral border of the contact: those with a neighbour to one side that
     carries less than `SMOOTH_BORDER_SHARE` of their `pressure` and a neighbour to the other side that carries more, and the
     next ones inwards where the pressure rises towards such a border. Elements at the leading and the trailing edge stay: a slip
-    zone may be one element wide. `ends` as in `peak_inside`. Returns all of `field` if no element is left."""
+    zone may be one element wide. `ends` as in `peak_inside`. A patch of which no element is left is kept whole."""
     beside = np.pad(pressure, ((0, 0), (1, 1)), mode="edge")
     beside[:, 0] *= ends[0]
     beside[:, -1] *= ends[1]
@@ -271,4 +285,7 @@ def between_sides(field: Array, pressure: Array, ends: tuple[bool, bool]) -> Arr
     towards[:, 1:-1] = ((steep & high)[:, 2:] & rising[:, :-1]) | ((steep & low)[:, :-2] & ~rising[:, 1:])
     # A ridge of one element falls to both sides.
     kept = np.where(steep | (towards & ~(low & high)), 0.0, field)
-    return kept if kept.any() else field
+    for columns in patches_across(pressure):
+        if not kept[:, columns].any():
+            kept[:, columns] = field[:, columns]
+    return np.asarray(kept)

@@ -11,7 +11,7 @@ import numpy as np
 from thermoroll_cli.arrays import AnyArray, Array, Mask
 from thermoroll_cli.exact.kalker import combined_constants, creepage_coefficients
 from thermoroll_cli.heat.frictional_heat import Heat, divide
-from thermoroll_cli.numerics.grid import Grid, between_sides, peak_inside, peak_value, value_at
+from thermoroll_cli.numerics.grid import Grid, between_sides, patches_across, peak_inside, peak_value, value_at
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.problem.names import HERTZ_SCALARS, SCALARS
 from thermoroll_cli.problem.problem import BODIES, Heating, Problem, WornBody
@@ -333,13 +333,11 @@ def patches_of(discretisation: Discretisation, contact: Contact) -> list[dict[st
     """Scalars of each patch, from −y to +y: centre of its pressure, forces, area and largest pressure, in the units of the
     names.
 
-    Patches are separated by columns of elements without contact: the gap is a function of x plus one of y, so no patch lies
-    beside another along x."""
+    The gap is a function of x plus one of y, so no patch lies beside another along x."""
     grid, normal = discretisation.grid, contact.normal
     lateral = discretisation.derived.problem.geometry.lateral_place(grid.y)
-    loaded = np.flatnonzero(normal.contact.any(axis=0))
     out = []
-    for columns in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
+    for columns in patches_across(normal.covered):
         here = np.zeros(grid.ny, dtype=bool)
         here[columns] = True
         pressure, covered = normal.pressure * here, normal.covered * here

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.grid import patches_across
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.geometry import ContactGeometry
 from thermoroll_cli.problem.names import of_kind
@@ -27,7 +28,7 @@ difference of the grids contains it. With 0 every point of a profile that is joi
 BORDER = 2
 """Columns beside the border whose pressure depends on where in its element the border lies."""
 NARROWEST = 2 * BORDER + 1
-"""Columns of a patch below which its largest pressure is that of its border elements."""
+"""Columns or rows of a patch below which its largest pressure is that of its border elements."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ def sharp_places(discretisation: Discretisation, contact: Contact) -> SharpPlace
     line = normal.pressure.max(axis=0)
     unit = derived.problem.contact_modulus * math.log(2.0) / (2.0 * math.pi * normal.peak)
     kinks = tuple(_kinks(geometry, discretisation, line, unit))
-    peaks = tuple(_narrow(geometry, discretisation, line, normal.covered.max(axis=0), unit))
+    peaks = tuple(_narrow(geometry, discretisation, normal.pressure, normal.covered.max(axis=0), unit))
     return SharpPlaces(PEAKS if kinks or ends else (), PEAKS if peaks else (), (*kinks, *peaks))
 
 
@@ -70,16 +71,19 @@ def _kinks(geometry: ContactGeometry, discretisation: Discretisation, line: Arra
 
 
 def _narrow(
-    geometry: ContactGeometry, discretisation: Discretisation, line: Array, covered: Array, unit: float
+    geometry: ContactGeometry, discretisation: Discretisation, pressure: Array, covered: Array, unit: float
 ) -> Iterator[str]:
     """Ends of patches that could carry more than the largest pressure found, and patches of a few elements."""
     grid, free = discretisation.grid, discretisation.derived.scales.ends
-    loaded, peak = np.flatnonzero(line > 0.0), float(line.max())
-    for columns in np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1):
-        if len(columns) < NARROWEST:
+    line = pressure.max(axis=0)
+    peak = float(line.max())
+    for columns in patches_across(pressure):
+        rows = int(np.count_nonzero(pressure[:, columns].max(axis=1) > 0.0))
+        if min(len(columns), rows) < NARROWEST:
             if float(line[columns].max()) > 0.5 * peak:
-                yield (f"the patch at y = {1e3 * grid.y[columns].mean():.4g} mm is {len(columns)} elements wide, too few for "
-                       f"its largest pressure: set numerics.grid = {2 * NARROWEST * grid.ny // len(columns)} or more")
+                few, way, of = min((len(columns), "wide", grid.ny), (rows, "long", grid.nx))
+                yield (f"the patch at y = {1e3 * grid.y[columns].mean():.4g} mm is {few} elements {way}, too few for "
+                       f"its largest pressure: set numerics.grid = {2 * NARROWEST * of // few} or more")
             continue
         kept = columns[BORDER:-BORDER]
         for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
