@@ -27,8 +27,8 @@ COULOMB_ELEMENT = 2e-3
 DIRECTION = 2e-3
 BALANCE = 1e-5
 FULL_FRICTION, SLIP_RESOLVED = 0.5, 16
-"""Power that friction could take beyond the one that it takes, and elements per side, half of them loaded, from which this holds: the
-slip of coarser grids is one row of elements, which stick in part."""
+"""Power that friction could take beyond the one that it takes, and elements per side, half of them loaded, from which this
+holds: the slip of coarser grids is one row of elements, which stick in part."""
 COLD = 1e-4
 """How far below zero a temperature may come out, over its peak: where bodies divide their heat, elements outside miss zero."""
 GAP = 1e-6
