@@ -155,8 +155,9 @@ def test_invariants_hold(varied):
         assert not speed[stick].any() and not speed[~inside].any() and not shear[~inside].any()
         assert f["heat_flux"].min() >= 0.0 and not f["heat_flux"][~inside].any()
         m = varied.motion
-        across = DerivedQuantities(varied).kinematics.differential_slip(result.y)
-        rigid = s["creepage_longitudinal"] + across - m.spin * result.y, s["creepage_lateral"] + m.spin * result.x[:, None]
+        slip, x = DerivedQuantities(varied).kinematics.differential_slip, result.x[:, None]
+        rigid = (s["creepage_longitudinal"] + slip(result.y) - m.spin * result.y,
+                 s["creepage_lateral"] + m.spin * x - x * slip.slope(result.y))
         work = m.speed * (f["shear_x"] * rigid[0] + f["shear_y"] * rigid[1]).sum() * area
         assert f["heat_flux"].sum() * area == pytest.approx(work, rel=1e-6)
         for name in ("temperature_rise_lower", "temperature_rise_upper"):

@@ -163,6 +163,9 @@ class CurvedPatch:
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         return np.asarray(self._splines(np.clip(y, *self.limits), 1)[..., 7])
 
+    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+        return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))  # `rigid_slip` has it, from slip_y and spin
+
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
         """(ξ_x − ξ_φ Y, (ξ_y + ξ_φ x) cos α + slip_y + spin x) with the lateral coordinate Y in the frame."""
         along, across, turning = creepage

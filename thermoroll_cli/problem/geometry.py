@@ -185,9 +185,12 @@ class ContactGeometry(Protocol):
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         """Derivative of `longitudinal_slip` along y in 1/m."""
 
+    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+        """Slip s_y/V of the bodies' shapes beyond `rigid_slip`, at the places x, y, which are broadcast."""
+
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
-        """Slip s/V by creepages (ξ_x, ξ_y) and spin ξ_φ (rad/m), and by the shapes across rolling, but without
-        `longitudinal_slip`: (2, ...) at the places x, y, which are broadcast."""
+        """Slip s/V by creepages (ξ_x, ξ_y) and spin ξ_φ (rad/m), and across rolling by a curved common surface: (2, ...) at
+        the places x, y, which are broadcast."""
 
 
 @dataclass(frozen=True)
@@ -283,6 +286,9 @@ class Geometry:
         zero = np.zeros(1)
         return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
                           * self.curvature_x)
+
+    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+        return -x * self.longitudinal_slope(shares, y)
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
         """ξ_x − ξ_φ y and ξ_y + ξ_φ x (Eqs. 7, 11)."""

@@ -181,7 +181,7 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
             return SPREAD * resolution.narrow
         case "diffused mean":
             return SPREAD * resolution.narrow + (0.0 if plan.hertzian else resolution.border)
-        case "resultant" if not resolution.sticking and any(derived.kinematics.creepage_variation):
+        case "resultant" if not resolution.sticking and derived.kinematics.slip_varies:
             # Slip turns around the place without rigid slip: what sticks there changes its direction.
             return SPREAD * unseen
         case "resultant" | "integral" | "exchanged heat" | "creepage" | "worn":
@@ -208,22 +208,25 @@ def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantit
         constants = combined_constants(lower.shear_modulus, lower.poisson_ratio, upper.shear_modulus, upper.poisson_ratio)
         limits = np.array(full_slip_creepages(derived.hertz, problem.friction.coefficient, *constants))
     limits += abs(derived.dundurs_beta) * scales.peak_pressure / problem.contact_modulus
-    spin, last = problem.motion.spin, levels[-1]
+    last = levels[-1]
     limits += [abs(last[name] - levels[-2][name]) if len(levels) > 1 else 0.0 for name in CREEPAGES]
     # Places in the contact, evenly over the area of its ellipse: each stands for those up to a twentieth of an axis away.
     radius, angle = np.meshgrid(np.sqrt((np.arange(64) + 0.5) / 64), 2.0 * np.pi * (np.arange(64) + 0.5) / 64)
-    x = scales.semi_axis_x * radius * np.cos(angle)
-    y = scales.centre + scales.semi_axis_y * radius * np.sin(angle)
-    limits += 0.05 * abs(spin) * np.array([scales.semi_axis_y, scales.semi_axis_x])
-    slip_x, slip_y = derived.kinematics.slip_at(x, y)
-    slip_x += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
-    slip_y += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
-    share = float(np.mean(np.hypot(slip_x / limits[0], slip_y / limits[1]) < 1.0))
-    # Slip turns around a place of the contact without rigid slip, if it varies by more than its mean.
-    turns = math.hypot(slip_x.mean(), slip_y.mean()) < sum(derived.kinematics.creepage_variation)
+    x, y = scales.semi_axis_x * radius * np.cos(angle), scales.semi_axis_y * radius * np.sin(angle)
+    low, high = problem.geometry.limits
+    inside = (y + scales.centre > low) & (y + scales.centre < high)
+    x, y = x[inside], y[inside]
+    slip, nearer = (derived.kinematics.slip_at(x - np.copysign(part * scales.semi_axis_x, x), scales.centre + y
+                                               - np.copysign(part * scales.semi_axis_y, y)) for part in (0.0, 0.05))
+    limits = limits[:, None] + np.abs(slip - nearer)
+    slip[0] += last["creepage_longitudinal"] - (problem.motion.creepage_x or 0.0)
+    slip[1] += last["creepage_lateral"] - (problem.motion.creepage_y or 0.0)
+    share = float(np.mean(np.hypot(*(slip / limits)) < 1.0))
+    # Slip turns around a place of the contact without rigid slip.
+    turns = bool(((slip.min(axis=1) < 0.0) & (slip.max(axis=1) > 0.0)).all())
     patch = 0.0 if resolution.sticking else min(share, 1.0 / resolution.elements if turns else resolution.border)
     full = derived.interlayer_shear / scales.semi_axis_x
-    strip = float(np.mean(full**2 / (full**2 + slip_x**2 + slip_y**2))) if full else 0.0
+    strip = float(np.mean(full**2 / (full**2 + (slip**2).sum(axis=0)))) if full else 0.0
     return max(patch, min(strip, 1.0 / resolution.elements) - resolution.sticking)
 
 

@@ -6,9 +6,15 @@ radius of the lower body grows with z_s, that of the upper one shrinks, so the l
 
     ξ_x(y) = ξ_x + d(y),      d(y) = [z_s(y) − z_s(0) − y z_s'(0)] (1/R_x1 + 1/R_x2)
 
-(Heathcote 1921; Johnson, Contact Mechanics, 8.5). Creepage and spin are those at y = 0; the slope z_s'(0), the conicity, is
-taken out because it is a spin and already counted there. For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): zero
-for equal spheres, large for a ball in a groove. Terms of the order of u_z/R are dropped, as everywhere in half-space theory.
+(Heathcote 1921; Johnson, Contact Mechanics, 8.5). The bodies turn over each other about an axis along y, so where the common
+surface is inclined they also slip across, by
+
+    −x d'(y).
+
+Creepage and spin are those at y = 0; the slope z_s'(0), the conicity, is taken out because it is a spin and already counted
+there. Both parts together do not depend on where y = 0 lies: about another place y₀ the creepage is ξ_x − ξ_φ y₀ + d(y₀) and the
+spin ξ_φ − d'(y₀). For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): zero for equal spheres, large for a ball in a
+groove. Terms of the order of u_z/R are dropped, as everywhere in half-space theory.
 """
 
 from __future__ import annotations
@@ -22,7 +28,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Problem
 
 LARGEST_EFFECT = 1.0
-"""Bound of the relative change of any scalar, over the largest |d| divided by the creepage without it: 0.6 at most in 24 random
+"""Bound of the relative change of any scalar, over the largest |d| or |x d'| divided by the creepage without them: 0.6 at most in 24 random
 ellipses with creepages and spin from a thirtieth of saturation to three times it."""
 
 ROUNDING = 1e-12
@@ -31,7 +37,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """The function d(y), or the reason why it is left out (`why_not`) with the bound of the relative change of any scalar by it
+    """The functions d(y) and −x d'(y), or the reason why they are left out (`why_not`) with the bound of the relative change of any scalar by it
     (`left_out`)."""
 
     problem: Problem
@@ -45,6 +51,10 @@ class DifferentialSlip:
     def __call__(self, y: Array) -> Array:
         """d at the places `y` (m), dimensionless; zero if it is left out."""
         return differential_slip(self.problem, y) if self.active else np.zeros(np.shape(y))
+
+    def lateral(self, x: Array, y: Array) -> Array:
+        """−x d'(y) at the places x, y (m), which are broadcast, unless the geometry has it otherwise."""
+        return self.problem.geometry.lateral_slip(compliance_shares(self.problem), x, y) if self.active else np.zeros(1)
 
     def slope(self, y: Array) -> Array:
         """d'(y) in 1/m."""
@@ -73,10 +83,11 @@ def resolved(
     """The differential slip of a contact that covers the places `y` (m), unless all scalars change by less than `negligible`.
 
     It is compared with the creepage that drives the contact without it, at most the `saturation` creepage, because heat and
-    stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m)."""
+    stick change with the ratio; spin counts with the larger of the contact's `half_lengths` (m), d' with that along x."""
     if not problem.motion.differential_slip:
         return DifferentialSlip(problem, "switched off")
-    largest = float(np.abs(differential_slip(problem, y)).max())
+    parts = differential_slip(problem, y), problem.geometry.lateral_slip(compliance_shares(problem), half_lengths[0], y)
+    largest = float(np.abs(parts).max())
     if largest == 0.0:
         return DifferentialSlip(problem, "exactly zero: weighted by their stiffness, both surfaces curve alike")
     if largest <= ROUNDING * saturation:

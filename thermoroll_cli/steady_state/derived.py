@@ -164,10 +164,9 @@ class Kinematics:
                         self.problem.numerics.negligible)
 
     @property
-    def creepage_variation(self) -> tuple[float, float]:
-        """Largest changes of the creepage across the contact by spin and by differential slip."""
-        spin = abs(self.problem.motion.spin) * max(self.derived.scales.semi_axis_x, self.derived.scales.semi_axis_y)
-        return spin, float(np.abs(self.differential_slip(self._across)).max())
+    def slip_varies(self) -> bool:
+        """Whether the slip without traction changes over the contact."""
+        return self.problem.motion.spin != 0.0 or self.differential_slip.active
 
     @property
     def _across(self) -> Array:
@@ -217,13 +216,14 @@ class Kinematics:
         return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
 
     def rigid_slip(self, grid: Grid) -> Array:
-        """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x, (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x − x d'(y), (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
         return self.slip_at(grid.x[:, None], grid.y)
 
     def slip_at(self, x: Array, y: Array) -> Array:
         """The same at the places x, y (m), which are broadcast: (2, ...)."""
         slip = self.problem.geometry.rigid_slip(self._at_origin, x, y)
         slip[0] += self.differential_slip(y)
+        slip[1] += self.differential_slip.lateral(x, y)
         return slip
 
     @cached_property

@@ -290,7 +290,10 @@ def check_yield(problem: Problem, limit: float, margin: float = 1.0) -> None:
 
 def _variation(derived: DerivedQuantities, grid: Grid, window: Window) -> Array | None:
     """Half the change of the longitudinal creepage across the width of an element by differential slip and spin, (n, m)."""
-    if not derived.kinematics.differential_slip.active:
+    kinematics = derived.kinematics
+    if not kinematics.differential_slip.active:
         return None
-    variation = 0.5 * grid.dy * np.abs(derived.kinematics.differential_slip.slope(grid.y) - derived.problem.motion.spin)
+    # Half the width about the centre: a crown ends infinitely deep, at the border of an element.
+    low, high = (kinematics.slip_at(np.zeros(1), grid.y + part * grid.dy)[0] for part in (-0.25, 0.25))
+    variation = np.abs(high - low)
     return window.cut(np.broadcast_to(variation, grid.shape))
