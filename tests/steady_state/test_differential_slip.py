@@ -98,8 +98,8 @@ def test_it_does_not_matter_where_the_origin_lies(at, offset):
 
 
 def test_a_plane_is_the_limit_of_a_conformal_contact():
-    """A ball in a groove with spin: all forces differ by the square of the width over the radius; F_y would be 11 % off with slip
-    along rolling alone."""
+    """A ball in a groove with spin: all forces differ by the square of the width over the radius, at N = 32. F_y would
+    be 11 % off with slip along rolling alone."""
     options = {"grid": 32, "creepage": (5e-4, 0.0), "spin": 10.0}
     differences = []
     for load in (100.0, 12.5):

@@ -12,8 +12,8 @@ surface is inclined they also slip across, by
     −x d'(y).
 
 Creepage and spin are those at y = 0; the slope z_s'(0), the conicity, is taken out because it is a spin and already counted
-there. Both parts together do not depend on where y = 0 lies: about another place y₀ the creepage is ξ_x − ξ_φ y₀ + d(y₀) and the
-spin ξ_φ − d'(y₀). For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): zero for equal spheres, large for a ball in a
+there. Both parts together do not depend on where y = 0 lies: about y₀ the creepage is ξ_x − ξ_φ y₀ + d(y₀), the spin
+ξ_φ − d'(y₀). For radii d = c y², c = ½(w₁/R_y2 − w₂/R_y1)(1/R_x1 + 1/R_x2): zero for equal spheres, large for a ball in a
 groove. Terms of the order of u_z/R are dropped, as everywhere in half-space theory.
 """
 
@@ -28,8 +28,8 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.problem import Problem
 
 LARGEST_EFFECT = 1.0
-"""Bound of the relative change of any scalar, over the largest |d| or |x d'| divided by the creepage without them: 0.6 at most in 24 random
-ellipses with creepages and spin from a thirtieth of saturation to three times it."""
+"""Bound of the relative change of any scalar, over the largest |d| or |x d'| divided by the creepage without them: 0.6 at most
+in 24 random ellipses with creepages and spin from a thirtieth of saturation to three times it."""
 
 ROUNDING = 1e-12
 """Differential slip below this share of the saturation creepage comes from the rounding of radii."""
@@ -37,8 +37,8 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class DifferentialSlip:
-    """The functions d(y) and −x d'(y), or the reason why they are left out (`why_not`) with the bound of the relative change of any scalar by it
-    (`left_out`)."""
+    """The functions d(y) and −x d'(y), or the reason why they are left out (`why_not`) with the bound of the relative change of
+    any scalar by them (`left_out`)."""
 
     problem: Problem
     why_not: str

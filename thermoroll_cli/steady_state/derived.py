@@ -216,7 +216,7 @@ class Kinematics:
         return self.mirror if columns % 2 == 0 and (self.heat_mirrors or not heated) else None
 
     def rigid_slip(self, grid: Grid) -> Array:
-        """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x − x d'(y), (2, nx, ny); a creepage that is an unknown counts as zero (Eqs. 7, 11)."""
+        """ξ_x + d(y) − ξ_φ y and ξ_y + ξ_φ x − x d'(y), (2, nx, ny); creepages that are unknowns count as zero (Eqs. 7, 11)."""
         return self.slip_at(grid.x[:, None], grid.y)
 
     def slip_at(self, x: Array, y: Array) -> Array:
