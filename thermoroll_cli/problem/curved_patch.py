@@ -163,7 +163,7 @@ class CurvedPatch:
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         return np.asarray(self._splines(np.clip(y, *self.limits), 1)[..., 7])
 
-    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+    def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
         return np.zeros(np.broadcast_shapes(np.shape(x), np.shape(y)))  # `rigid_slip` has it, from slip_y and spin
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:

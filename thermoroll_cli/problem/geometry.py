@@ -185,7 +185,7 @@ class ContactGeometry(Protocol):
     def longitudinal_slope(self, shares: tuple[float, float], y: Array) -> Array:
         """Derivative of `longitudinal_slip` along y in 1/m."""
 
-    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+    def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
         """Slip s_y/V of the bodies' shapes beyond `rigid_slip`, at the places x, y, which are broadcast."""
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
@@ -287,7 +287,7 @@ class Geometry:
         return np.asarray((upper * (bottom.slope(y) - bottom.slope(zero)) - lower * (top.slope(y) - top.slope(zero)))
                           * self.curvature_x)
 
-    def lateral_slip(self, shares: tuple[float, float], x: Array, y: Array) -> Array:
+    def lateral_slip(self, shares: tuple[float, float], x: Array | float, y: Array) -> Array:
         return -x * self.longitudinal_slope(shares, y)
 
     def rigid_slip(self, creepage: tuple[float, float, float], x: Array, y: Array) -> Array:
