@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.support.scenes import reference
+from thermoroll_cli import Case
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
@@ -262,6 +263,32 @@ def test_the_coefficient_is_that_of_the_tractions_though_newton_stalls() -> None
     assert slides.any()
     np.testing.assert_allclose(friction * pressure, np.hypot(x, y), rtol=1e-3)
     assert 0.09 < state.scalars["friction_mean"] < 0.2
+
+
+@pytest.mark.parametrize(("at_rest", "slip", "creepage", "force"), [
+    (0.0, 0.1, 0.002, 0.5985), (1e-6, 0.1, 0.002, 0.5986), (0.001, 0.001, 0.001, 9.3990), (0.01, 0.001, 0.002, 9.4650)])
+def test_friction_that_begins_near_zero(at_rest: float, slip: float, creepage: float, force: float) -> None:
+    """Friction is scaled by its largest coefficient, and beside differential slip it is that of the slip: values of N = 128."""
+    top = 0.1 if at_rest == 0.01 else 0.3
+    body = "".join(f"{body}_radius_{axis}_mm = {30.0 if body + axis == 'uppery' else 20.0}\n"
+                   for body in ("lower", "upper") for axis in "xy")
+    case = Case.parse(
+        f"[material]\nyoungs_modulus_GPa = 210.0\npoisson_ratio = 0.28\n[geometry]\n{body}[load]\nnormal_N = 100.0\n"
+        f"friction_coefficient = {at_rest!r}\n[rolling]\nspeed_m_s = 1.0\n[creepage]\nlongitudinal = {creepage}\n"
+        f'[thermal]\nheat = false\n[friction]\nlaw = "table"\ntable = [[0.0, {at_rest!r}], [{slip}, {top}], [1e3, {top}]]\n'
+        "[numerics]\ngrid = 32\n")
+    result = solve(case.problem)
+    assert result.converged and case.problem.traction_limit == pytest.approx(100.0 * top)
+    assert result.coupled.scalars["force_x_N"] == pytest.approx(force, abs=2e-4 * case.problem.traction_limit)
+
+
+def test_the_end_of_stick_converges_at_first_order_with_steep_friction() -> None:
+    """Friction that doubles over 1e-5 m/s; the limit of γ_st is 0.856."""
+    law = FrictionLaw("table", table=((0.0, 0.5), (1e-5, 1.0), (1.0, 1.0)))
+    result = solve(Problem(
+        STEEL, STEEL, Geometry(0.02, 0.02, 0.02, 0.03), 100.0, Friction(0.6, law), Motion(1.0, 0.001),
+        Heating(heat=False), Numerics(grid=(64, 64))))
+    assert 0.3 * result.error["gamma_st"] < result.coupled.scalars["gamma_st"] - 0.856 < 1.5 * result.error["gamma_st"]
 
 
 @pytest.mark.parametrize("branch", BRANCHES["branches"], ids=lambda branch: str(branch["force_over_mu0W"]))

@@ -54,3 +54,34 @@ def test_a_case_gives_one_of_both():
         Case.parse(text + "approach_um = 3.0\nnormal_N = 20.0\n")
     with pytest.raises(CaseError, match="normal_N"):
         Case.parse(text)
+
+
+def test_an_approach_with_stationary_heat_is_refused():
+    """The expansion is known up to a constant then; without deformation it does not matter."""
+    with pytest.raises(CaseError, match=r"(?s)approach_um.*any constant.*normal_N"):
+        Case.parse(STATIONARY)
+    assert Case.parse(STATIONARY + "deformation = false\n").problem.approach == pytest.approx(3e-6)
+
+
+STATIONARY = """
+[material]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.3
+conductivity_W_mK = 50.0
+expansion_um_mK = 11.7
+diffusivity_mm2_s = 12.0
+[geometry]
+lower_radius_x_mm = 20.0
+lower_radius_y_mm = 20.0
+upper_radius_x_mm = 20.0
+upper_radius_y_mm = 20.0
+[load]
+approach_um = 3.0
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 1.0
+[creepage]
+longitudinal = 0.001
+[thermal]
+peclet = "stationary"
+"""

@@ -104,21 +104,23 @@ def profile_of(table: model.ProfileTable) -> Profile:
 
 
 def _friction(table: model.FrictionTable, at_rest: float) -> Friction:
-    return Friction(at_rest, _friction_law(table, at_rest), table.temperature_slope_1_K, table.temperature_start_K,
+    largest = max(at_rest, table.limit_coefficient or 0.0, *(coefficient for _, coefficient in table.table or ()))
+    return Friction(largest, _friction_law(table, at_rest, largest), table.temperature_slope_1_K, table.temperature_start_K,
                     table.temperature_minimum_factor, table.temperature_maximum_factor)
 
 
-def _friction_law(table: model.FrictionTable, at_rest: float) -> FrictionLaw | None:
-    """The law of slip, relative to the coefficient without slip; None for constant friction. Memory without a law is kept as a
-    law that does not fall, which is warned of."""
-    if at_rest == 0.0 or not (table.law or table.memory_um):
+def _friction_law(table: model.FrictionTable, at_rest: float, largest: float) -> FrictionLaw | None:
+    """The law of slip, relative to the largest coefficient; None for constant friction. Memory without a law is kept as a law
+    that does not fall, which is warned of."""
+    if largest == 0.0 or not (table.law or table.memory_um):
         return None
     law = FrictionLaw(table.law or "exponential", memory=table.si("memory_um"), memory_slip=table.si("memory_slip_mm_s"))
     if table.law == "table":
-        return replace(law, table=tuple((speed, coefficient / at_rest) for speed, coefficient in table.table or ()))
+        return replace(law, table=tuple((speed, coefficient / largest) for speed, coefficient in table.table or ()))
     if table.law is None:
         return law
-    return replace(law, limit=(table.limit_coefficient or 0.0) / at_rest, half_slip=table.half_slip_m_s or 0.0)
+    return replace(law, rest=at_rest / largest, limit=(table.limit_coefficient or 0.0) / largest,
+                   half_slip=table.half_slip_m_s or 0.0)
 
 
 def _recirculation(table: model.RecirculationTable | None, radius: float) -> si.Recirculation | None:

@@ -158,7 +158,7 @@ def _remarks(frame: RunFrame) -> list[str]:
     problem, result = frame.result.problem, frame.result
     factor, unit = unit_for("N", problem.normal_force)
     grid = " × ".join(str(n) for n in result.work.get("grid", (result.x.size, result.y.size)))
-    remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction.coefficient:.4g}, "
+    remarks = [f"W = {problem.normal_force * factor:.4g} {unit}, μ = {problem.friction.at_rest:.4g}, "
                f"V = {number(problem.motion.speed)} m/s, grid {grid}"]
     remarks += [result.reason] if result.reason else []
     remarks += [f"Warning: {text}" for text in result.warnings[:3]]

@@ -27,18 +27,19 @@ SAMPLES = np.concatenate([[0.0], np.geomspace(1e-4, 1e4, 801), [np.inf]])
 
 @dataclass(frozen=True)
 class FrictionLaw:
-    """Coefficient of friction over its value without slip, as a function f of the slip speed s in m/s.
+    """Coefficient of friction over a constant, as a function f of the slip speed s in m/s.
 
     | `kind` | f(s) |
     | --- | --- |
-    | exponential | l + (1 − l) 2^(−s/h) (Polach 2005) |
-    | rational | l + (1 − l)/(1 + s/h) (CONTACT, Vollebregt & Schuttelaars 2012) |
-    | linear | l + (1 − l) max(0, 1 − s/2h) |
+    | exponential | l + (r − l) 2^(−s/h) (Polach 2005) |
+    | rational | l + (r − l)/(1 + s/h) (CONTACT, Vollebregt & Schuttelaars 2012) |
+    | linear | l + (r − l) max(0, 1 − s/2h) |
     | table | linear between the points of `table`, constant beyond the last; it may rise and fall |
 
-    with the `limit` l and the slip speed `half_slip` h at which half of the change has happened. With `memory` (m), friction
+    with the value at `rest` r, the `limit` l and the slip speed `half_slip` h at which half of the change has happened. With
+    `memory` (m), friction
     follows its law only while the surfaces slide: df/dt = −max(s, s₀)/d_c (f − f(s)) with d_c = `memory` and
-    s₀ = `memory_slip` (m/s), from f = 1 at the leading edge.
+    s₀ = `memory_slip` (m/s), from f(0) at the leading edge.
     """
 
     kind: LawName
@@ -47,17 +48,31 @@ class FrictionLaw:
     table: tuple[tuple[float, float], ...] = ()
     memory: float = 0.0
     memory_slip: float = 1e-3
+    rest: float = 1.0
 
     def factor(self, speed: Array) -> tuple[Array, Array]:
         """f and df/ds (s/m) at slip speeds in m/s."""
         if self.kind != "table":
             share, slope = LAWS[self.kind]
-            change, scaled = 1.0 - self.limit, speed / self.half_slip
+            change, scaled = self.rest - self.limit, speed / self.half_slip
             return self.limit + change * share(scaled), change / self.half_slip * slope(scaled)
         speeds, factors = np.array(self.table).T
         slopes = np.append(np.diff(factors) / np.diff(speeds), 0.0)
         interval = np.clip(np.searchsorted(speeds, speed, side="right") - 1, 0, None)
         return np.interp(speed, speeds, factors), slopes[interval]
+
+    def about_neutral(self, speed: Array) -> Array:
+        """The factor of μp that the traction of an element has where its mean slip is the `speed` v (m/s) by which slip varies
+        across it, if traction is linear below: the largest F = f(t) v/t of any t ≥ v, which is f(v) unless f rises more than in
+        proportion. A law that rises from a small f(0) is no jump to be smoothed: F times F/f(0), if that is above 1."""
+        rises = (np.where(at > speed, factor * speed / max(at, 1e-300), 0.0) for at, factor in self.table)
+        factor = np.maximum.reduce([self.factor(speed)[0], *rises])
+        return np.asarray(factor * np.maximum(1.0, factor / max(self.at_rest, 1e-200)))
+
+    @property
+    def at_rest(self) -> float:
+        """The factor without slip."""
+        return float(self.factor(np.zeros(1))[0][0])
 
     @property
     def _samples(self) -> Array:
@@ -87,8 +102,8 @@ class FrictionLaw:
 
 @dataclass(frozen=True)
 class Friction:
-    """Coulomb friction: the `coefficient` μ₀ without slip, times a factor of the slip (`law`; None: 1) and one of the
-    temperature.
+    """Coulomb friction: the `coefficient` μ₀, times a factor of the slip (`law`; None: 1) and one of the temperature. μ₀ is the
+    scale of friction, so the largest factor of a law should be about 1.
 
     Above the contact temperature `start` (K) friction falls by the share `slope` per K, down to the share `minimum`, or for a
     negative slope rises, up to the share `maximum`.
@@ -102,14 +117,19 @@ class Friction:
     maximum: float = 2.0
 
     def at(self, temperature: Array | float) -> Array:
-        """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `minimum` and `maximum` times μ₀, without slip; T in K above the
+        """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `minimum` and `maximum` times μ₀, without the law; T in K above the
         temperature of μ₀."""
         factor = 1.0 - self.slope * np.maximum(np.asarray(temperature) - self.start, 0.0)
         return np.asarray(self.coefficient * np.clip(factor, self.minimum, self.maximum))
 
     @property
+    def at_rest(self) -> float:
+        """The coefficient without slip."""
+        return self.coefficient * (1.0 if self.law is None else self.law.at_rest)
+
+    @property
     def limits(self) -> tuple[float, float]:
-        """Least and largest coefficient without slip at any temperature."""
+        """Least and largest coefficient where the law's factor is 1, at any temperature."""
         low, high = (self.minimum, 1.0) if self.slope > 0.0 else (1.0, self.maximum if self.slope < 0.0 else 1.0)
         return self.coefficient * low, self.coefficient * high
 

@@ -36,8 +36,9 @@ place of 3: 95.9 % and 1.0 % of estimates from two grids). The estimate of what 
 applied (1.25: twelve times the true error at the median of N = 64, and more)."""
 ORDER, ORDER_UNEVEN, ORDER_AT_SURFACE = 2.0, 1.0, 0.5
 """q: midpoint sums and parabolas through smooth peaks are of second order. Unlike bodies have tractions that begin like
-√s ln s, and exchanged heat is singular at the border of its area: first order (2: 94.7 % and 0.8 %). Stresses rise like √s from
-the border (2: 84 % of stresses covered)."""
+√s ln s, and exchanged heat is singular at the border of its area: first order (2: 94.7 % and 0.8 %). So is the end of
+stick where slip sets in at once, over an interlayer or with friction that rises with slip. Stresses rise like √s from the
+border (2: 84 % of stresses covered)."""
 BORDER = 1.0 / 3.0
 """R of areas with a border that is found, times N^−1.5: about N border elements, each off by a third of itself at random (0:
 91 % of stick areas)."""
@@ -150,7 +151,7 @@ def estimates(
     if not math.isnan(mean := summary["friction_mean"]):
         # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
-        lost = abs(derived.problem.friction.coefficient - mean)
+        lost = abs(derived.problem.friction.at_rest - mean)
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
     if derived.problem.prescribed_force:
         of_stick = math.sqrt(summary["gamma_st"] + errors["gamma_st"]) - math.sqrt(summary["gamma_st"])
@@ -162,7 +163,9 @@ def estimates(
 def _order(name: str, derived: DerivedQuantities) -> float:
     kind = SCALARS[name].kind
     exchanged = derived.problem.heating.partition == "matched" and kind == "exchanged heat"
-    return ORDER_UNEVEN if derived.dissimilar or exchanged or kind == "first order" else ORDER
+    law = derived.problem.friction.law
+    abrupt = derived.problem.interlayer.compliance > 0.0 or (law is not None and law.highest > law.at_rest)
+    return ORDER_UNEVEN if derived.dissimilar or exchanged or kind == "first order" or (abrupt and kind == "stick") else ORDER
 
 
 def _unresolved(name: str, resolution: Resolution, unseen: float, derived: DerivedQuantities, plan: Plan) -> float:

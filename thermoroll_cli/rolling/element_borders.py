@@ -32,8 +32,9 @@ and in anti-plane strain along the border, and the reserve of friction and the s
 **Neutral lines** (`neutral_compliance`): lines where differential slip changes its direction inside an element.
 Across a neutral line the traction of a sliding contact jumps from one side of the Coulomb bound to the other. If the slip of an
 element varies by ±v across its width about its mean s, the mean of its traction is μp s/v for |s| < v, else the bound. An
-element that the line crosses therefore obeys s = κ τ with κ = v/μp, an additional compliance. Without it the neutral line
-would lie on the centre of a column of elements, and the creepage under a given force would have a corresponding error.
+element that the line crosses therefore obeys s = κ τ with κ = v/μp, an additional compliance, where μ is that of the slip v
+(`FrictionLaw.about_neutral`). Without it the neutral line would lie on the centre of a column of elements, and the creepage
+under a given force would have a corresponding error.
 
 If an element sticks as a whole, κ does not apply. It is multiplied by r⁴/(1 + r⁴), with r the smallest κ of a column over
 the element's own compliance. r falls like the element's width, so this does not change the order of the solution.
@@ -136,14 +137,15 @@ class EdgeCompliance:
 
 def edge_compliance(
     covered: AnyArray, bound: AnyArray, gradient: RollingGradient, leading: AnyArray | None = None,
-    variation: AnyArray | None = None, options: RollingOptions | None = None,
+    variation: AnyArray | None = None, options: RollingOptions | None = None, at_slip: AnyArray | None = None,
 ) -> EdgeCompliance:
     """K of a contact that covers the shares `covered` of the elements, with Coulomb's `bound` (Pa, 0 outside), for the operator
     `gradient`, all on the bounding box (n, m).
 
     `leading` (3, n, m), if it is given, replaces K on its elements, because it is more accurate. On elements that are long
     along x the operator is soft for tractions that alternate across rolling; to subtract more than its compliance would let
-    rows slip against each other. `variation` (n, m) is half the change of slip across an element (`neutral_compliance`)."""
+    rows slip against each other. `variation` (n, m) is half the change of slip across an element (`neutral_compliance`), and
+    `at_slip` the bound there if friction depends on slip."""
     options, contact, compliance = options or RollingOptions(), bound > 0.0, gradient.near_border
     dx, dy = gradient.dx, gradient.dy
     share = np.clip(np.where(contact, covered, 1.0), options.smallest_cover, 1.0)
@@ -171,7 +173,8 @@ def edge_compliance(
     neutral = interlayer = None
     crossed = np.zeros_like(contact)
     if variation is not None:
-        neutral, crossed = neutral_compliance(variation, bound, float(np.mean(gradient.self_gradient)))
+        own = float(np.mean(gradient.self_gradient))
+        neutral, crossed = neutral_compliance(variation, bound if at_slip is None else at_slip, own)
         k[:2] += neutral
     if gradient.compliance.interlayer:
         interlayer = interlayer_ends(covered, contact, gradient.compliance.interlayer, dx, gradient.weights,

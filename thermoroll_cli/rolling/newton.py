@@ -108,8 +108,11 @@ class Newton:
     @cached_property
     def border(self) -> EdgeCompliance:
         problem = self.problem
+        at_slip = self.traction_bound
+        if problem.slip_friction is not None and problem.variation is not None:
+            at_slip = at_slip * problem.slip_friction.law.about_neutral(problem.slip_friction.speed * problem.variation)
         return edge_compliance(problem.covered, self.traction_bound, self.gradient, problem.leading, problem.variation,
-                               self.options)
+                               self.options, at_slip)
 
     @cached_property
     def self_compliance(self) -> AnyArray:

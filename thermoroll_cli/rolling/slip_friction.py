@@ -1,6 +1,6 @@
 """Friction that depends on slip, along the path of the material through the contact, and its derivative.
 
-In steady rolling the memory of friction is a recursion along x: material enters with the factor f = 1 and relaxes towards the
+In steady rolling the memory of friction is a recursion along x: material enters with the factor f(0) and relaxes towards the
 law's value f(s) while it slides. Over an element with relative slip σ, s = Vσ, the exponent is
 a = dx·covered·max(s, s₀)/(V d_c), and
 
@@ -94,10 +94,10 @@ class SlipFriction:
         safe = np.where(small, 1.0, exponent)
         mean = np.where(small, 1.0 - 0.5 * exponent + exponent**2 / 6.0, -np.expm1(-exponent) / safe)
         mean_slope = np.where(small, -0.5 + exponent / 3.0, (kept * (1.0 + exponent) - 1.0) / safe**2)
-        incoming = np.ones_like(slip)
+        incoming = np.full_like(slip, law.at_rest)
         for i in range(len(slip) - 1):
             # Material that has left the contact enters the next patch as new.
-            incoming[i + 1] = np.where(self.covered[i] > 0.0, value[i] + (incoming[i] - value[i]) * kept[i], 1.0)
+            incoming[i + 1] = np.where(self.covered[i] > 0.0, value[i] + (incoming[i] - value[i]) * kept[i], law.at_rest)
         excess = incoming - value
         inside = self.covered > 0.0
         return FrictionResponse(

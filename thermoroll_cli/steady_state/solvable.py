@@ -21,6 +21,11 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     """Every reason why the problem is not solved, each with the key of the case file that it concerns. A yielding interlayer
     may turn out to be too weak later, when the pressure is known (`traction.check_yield`)."""
     problem = derived.problem
+    heating = problem.heating
+    if problem.approach is not None and heating.heat and heating.deformation and heating.peclet == "stationary":
+        yield Unsolvable("stationary heat expands half-spaces by any constant, so an approach means no load",
+                         "load.approach_um",
+                         'load.normal_N, peclet = "rolling" or "sliding", or deformation = false', "thermal.peclet")
     yield from _force(problem)
     yield from _conformal(derived)
     yield from _interlayer(problem)

@@ -157,7 +157,7 @@ class TractionSolver:
             cell = replace(cell, traction_bound=solution.bound)
             reached = window.scalar(solution.bound)
             local = np.full(self.grid.shape, problem.friction.coefficient)
-            np.divide(reached, normal.pressure, out=local, where=reached > 0.0)
+            np.divide(reached, normal.pressure, out=local, where=normal.pressure > 0.0)
         heat, slope = heat_of_slip(solution, cell, rigid_inner, solver.gradient.near_border, self.grid.dx, self.grid.dy)
         return Traction(
             traction=window.vector(solution.traction),
