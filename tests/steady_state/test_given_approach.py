@@ -13,10 +13,11 @@ from thermoroll_cli import Case, CaseError
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.given_approach import with_coarse_load
 
+HOT = article_4_1(16)
 PROBLEMS = {
     "Hertz": rolling(grid=16, creepage=(1e-3, 0.0)),
     "profile": rolling(grid=24, geometry=below(CROWN, 0.01), load=800.0, creepage=(5e-4, 0.0)),
-    "hot": article_4_1(16),
+    "hot": dataclasses.replace(HOT, heating=dataclasses.replace(HOT.heating, peclet="rolling")),
 }
 
 
