@@ -119,6 +119,12 @@ def test_everything_a_mechanical_template_offers_in_comments_works(template: str
     assert problem.subsurface is not None and problem.subsurface.upper_strength is not None and problem.wear is not None
 
 
+def test_the_sweep_that_the_locomotive_is_made_for_has_no_warnings() -> None:
+    case = call("init", "-", "--template", "locomotive").stdout
+    for creepage in ("1e-4", "0.006", "0.1"):
+        assert call("validate", "-", "--set", f"creepage.longitudinal={creepage}", stdin=case).stderr == ""
+
+
 def test_init_defaults_and_refuses_to_overwrite(tmp_path: Path) -> None:
     assert thermoroll("init", "-q", cwd=tmp_path).stderr == ""
     written = (tmp_path / "case.toml").read_text()

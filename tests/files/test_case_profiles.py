@@ -149,6 +149,9 @@ def test_a_warning_says_which_mistake_makes_a_profile_impossible(tmp_path, facto
     (tmp_path / "case.toml").write_text(case(f"points_mm = {points}\n"))
     told = call("validate", tmp_path / "case.toml").stderr
     assert ("geometry.upper_profile may" in told) == bool(advice) and advice in told, told
+    # Under a load that is too large in mm, too, metres still make the difference.
+    heavy = call("validate", tmp_path / "case.toml", "--set", "load.normal_N=1e8").stderr
+    assert ("in metres" in heavy) == ("in metres" in advice), heavy
 
 
 @pytest.mark.parametrize(

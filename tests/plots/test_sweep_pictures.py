@@ -18,8 +18,9 @@ from thermoroll_cli.exact.kalker import creepage_coefficients, linear_creep_forc
 from thermoroll_cli.files.case_model import Settings
 from thermoroll_cli.plots import style as plot_style
 from thermoroll_cli.plots.run_frame import WITHOUT
-from thermoroll_cli.plots.sweep_figures import is_logarithmic, sweep_figure, with_value, words_of
-from thermoroll_cli.sweeps.table import SweepColumns, read_sweep, write_csv
+from thermoroll_cli.plots.sweep_figures import BETWEEN, is_logarithmic, sweep_figure, with_value, words_of
+from thermoroll_cli.sweeps import table as sweep_table
+from thermoroll_cli.sweeps.table import SweepColumns, draw_table, read_sweep, write_csv
 
 OVER = ["rolling.speed_m_s", "geometry.lower_radius_y_mm"]
 
@@ -67,6 +68,36 @@ def test_diagrams_and_legend() -> None:
         "frictional heat", "contact area ratio", "max. temperature rise", "creep force"]  # fmt: skip
     assert legend(figure) == ["lower radius y = 15 mm", "lower radius y = 30 mm", WITHOUT]
     assert figure.axes[-1].get_xlabel() == "rolling speed (m/s)" or figure.axes[3].get_xlabel() == "rolling speed (m/s)"
+
+
+def test_four_diagrams_stand_two_by_two() -> None:
+    places = [axes.get_subplotspec() for axes in drawn(table(), OVER).axes if axes.get_visible()]
+    assert [(place.rowspan.start, place.colspan.start) for place in places] == [(0, 0), (0, 1), (1, 0), (1, 1)]
+
+
+def test_a_share_has_no_band_outside_zero_and_one() -> None:
+    columns = table(gamma_st=[0.02] * 4 + [0.99] * 4, **{"error.gamma_st": [0.2] * 8})
+    axes = diagram(drawn(columns, OVER), "stick")
+    bands = np.vstack([path.vertices for band in axes.collections for path in band.get_paths()])[:, 1]
+    assert (bands.min(), bands.max()) == (0.0, 1.0)
+    assert axes.get_ylim()[0] >= -0.05 and axes.get_ylim()[1] <= 1.05
+
+
+def test_the_key_with_most_values_is_the_axis(monkeypatch: pytest.MonkeyPatch, tmp_path: pathlib.Path) -> None:
+    """Curves are those of the other keys, in the order of their numbers."""
+    columns = table()
+    columns["load.normal_N"] = [2.0, 1.0] * 4
+    orders: list[list[str]] = []
+
+    def noted(table: dict[str, list[Any]], over: list[str], **options: Any) -> Figure:
+        orders.append(over)
+        return sweep_figure(table, over, **options)
+
+    monkeypatch.setattr(sweep_table, "sweep_figure", noted)
+    assert draw_table(SweepColumns(columns, (*OVER, "load.normal_N"), listed=False), tmp_path / "a.png", dpi=30) == ""
+    assert orders == [["rolling.speed_m_s", "geometry.lower_radius_y_mm", "load.normal_N"]]
+    assert legend(drawn(columns, orders[0]))[:2] == ["lower radius y = 15 mm, normal load = 1 N",
+                                                     "lower radius y = 15 mm, normal load = 2 N"]
 
 
 def test_a_given_force_has_no_diagram_but_the_creepage_that_it_needs() -> None:
@@ -178,7 +209,13 @@ def test_creep_curves_stand_beside_simplified_theories() -> None:
     _, polach, fastsim, linear = axes.get_lines()
     expected = [linear_creep_forces(creepage_coefficients(1.5, 0.28), 6e-3, 4e-3, 82e9, x).force_x
                 for x in columns["creepage.longitudinal"]]
-    assert list(linear.get_ydata()) == pytest.approx(expected)
+    # Theories are drawn between the points, too: the linear one is a straight line, FASTSIM no polygon.
+    assert list(linear.get_ydata()[::BETWEEN]) == pytest.approx(expected)
+    middle = 0.5 * sum(columns["creepage.longitudinal"][:2])
+    assert np.interp(middle, *linear.get_data()) == pytest.approx(0.5 * sum(expected[:2]))
+    assert np.interp(middle, *fastsim.get_data()) > 1.001 * 0.5 * (fastsim.get_ydata()[0] + fastsim.get_ydata()[BETWEEN])
+    looks = {str(line.get_linestyle()) + str(line._dash_pattern) for line in (polach, fastsim, linear)}
+    assert len(looks) == 3
     for curve in (polach, fastsim):
         assert curve.get_ydata()[0] == pytest.approx(expected[0], rel=0.1) and max(curve.get_ydata()) <= 25e3 * (1.0 + 1e-12)
     assert axes.get_ylim()[1] < max(expected), "the linear law does not stretch the axis"

@@ -90,8 +90,8 @@ def _profiles(sections: Sections, geometry: model.GeometryTable) -> Iterator[Con
     for name, (low, high) in ends.items():
         if rolling is not None and rolling.differential_slip and not low < 0.0 < high:
             yield Conflict(("geometry", name), "has no material at y = 0, from where differential slip is measured: it reaches "
-                           f"from {low:g} to {high:g} mm", "a profile around y = 0, or differential_slip = false in [rolling]",
-                           at_key=True)
+                           f"from {low:g} to {high:g} mm", "a profile around y = 0 (offset_mm shifts it), or "
+                           "differential_slip = false in [rolling]", at_key=True)
     low, high = max(end[0] for end in ends.values()), min(end[1] for end in ends.values())
     if not low < high:
         yield Conflict(("geometry", name), f"the profiles never face each other: one ends at y = {high:g} mm, the other begins "

@@ -42,6 +42,8 @@ BEFORE, AFTER = "#0072b2", "#d55e00"
 """Colours of the states without and with thermal deformation, and of the lower and the upper body: distinct for the
 colour-blind and in print without colour."""
 DASHED, DOTTED = (0, (4.0, 1.6)), (0, (1.0, 1.4))
+VISIBLE = 1e-2
+"""Share of a diagram by which two curves differ at least to be drawn both."""
 NOT_CONVERGED = "not converged"
 ALERT = "#c00000"
 

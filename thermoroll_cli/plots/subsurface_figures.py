@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -29,6 +28,8 @@ COOL = 0.01
 """Share of the largest temperature rise: layers that are cooler all over are not shown."""
 ROOM = 1.25
 """Depth of the diagrams of temperatures over that of the heated layer."""
+HOTTEST = 0.95
+"""A plane with this share of the highest temperature shows the hottest place."""
 LAYER_ROOM = 2.0
 """Depth of the diagrams of layers over that of the lowest interface."""
 LARGEST: dict[str, tuple[str, Any]] = {"von Mises stress": (style.AFTER, style.DASHED), "shear stress": (style.BEFORE, "solid"),
@@ -40,30 +41,35 @@ ROW = 58.0 * style.MM
 
 
 def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
-    """The von Mises stress over p₀ on the plane of rolling through its maximum, the temperature on it, and both along lines
-    into the depth below the most stressed and the hottest point; of layers shear and largest stresses around the interfaces.
-    None where the problem does not ask for this body.
+    """The von Mises stress over p₀ on the plane of rolling through its maximum, the temperature on that through the hottest
+    point, if it is kept, and both along lines into the depth below the most stressed and the hottest point; of layers shear and
+    largest stresses around the interfaces. None where the problem does not ask for this body.
 
-    Elastic stresses stand beside the total where heat adds to them."""
+    Elastic stresses stand beside the total where heat changes it visibly."""
     stresses = frame.result.bodies.get(body)
     if stresses is None:
         return None
     stress = _stress_scale(frame)
-    hot = stresses.hottest is not None
     interfaces = [face for face in getattr(frame.result.problem, body).interfaces if face < stresses.depths[-1]]
-    y, plane = (stresses.plane_y, stresses.plane) if interfaces else _plane(frame, stresses)
-    rows = 1 + hot + bool(interfaces)
+    y, stress_plane = _plane(frame, stresses, "von_mises", stresses.plane_y if interfaces else stresses.most_stressed.y)
+    rows = 1 + (stresses.hottest is not None) + bool(interfaces)
     figure = style.new_figure(style.DOUBLE, rows * ROW + 15.0 * style.MM)
     grid = figure.subplots(rows, 2, squeeze=False, width_ratios=(1.15, 1.0))
-    _draw_plane(grid[0, 0], frame, stresses, plane["von_mises"], "viridis", stress)
+    _draw_plane(grid[0, 0], frame, stresses, stress_plane, "viridis", stress)
     peak, (x, _) = stresses.most_stressed, frame.lengths
     grid[0, 0].plot(peak.x * x.factor, peak.z * x.factor, "x", color="white", markersize=5.0, markeredgewidth=1.2,
                     clip_on=False, label="largest stress", path_effects=[withStroke(linewidth=2.6, foreground="black")])
     _draw_lines(grid[0, 1], frame, stresses, "von_mises", stress)
     grid[0, 1].set_xlim(left=0.0)
-    if hot:
-        rise = frame.scale(TEMPERATURE, float(np.abs(plane["temperature_rise"]).max()))
-        _draw_plane(grid[1, 0], frame, stresses, plane["temperature_rise"], "inferno", rise)
+    if stresses.hottest is not None:
+        hottest = stresses.hottest.y
+        place, warm_plane = _plane(frame, stresses, "temperature_rise", hottest)
+        rise = frame.scale(TEMPERATURE, float(np.abs(warm_plane).max()))
+        _draw_plane(grid[1, 0], frame, stresses, warm_plane, "inferno", rise)
+        off = warm_plane.max() < HOTTEST * stresses.hottest.value
+        if off or not math.isclose(place, y):
+            words = f", hottest at {frame.place_words(hottest)}" if off else ""
+            grid[1, 0].set_title(frame.place_words(place) + words)
         _draw_lines(grid[1, 1], frame, stresses, "temperature_rise", rise)
         for axes in grid[1]:
             axes.set_ylim(_heated_depth(stresses) * x.factor, 0.0)
@@ -74,8 +80,7 @@ def subsurface_figure(frame: RunFrame, body: str) -> Figure | None:
                 axes.axhline(depth * x.factor, color=colour, linewidth=0.7, label="interfaces")
         for axes in grid[-1]:
             axes.set_ylim(min(LAYER_ROOM * interfaces[-1], stresses.depths[-1]) * x.factor, 0.0)
-    place = f"{body} body, {frame.place_words(y)}"
-    style.add_headline(figure, frame.result.problem.title, frame.result.converged, place)
+    style.add_headline(figure, frame.result.problem.title, frame.result.converged, f"{body} body, {frame.place_words(y)}")
     style.add_legend(figure, [handle for axes in grid.flat for handle in axes.get_legend_handles_labels()[0]])
     return figure
 
@@ -89,14 +94,13 @@ def _stress_scale(frame: RunFrame) -> AxisScale:
                      r"von Mises stress $\sigma_\mathrm{vM}/p_\mathrm{max}$")
 
 
-def _plane(frame: RunFrame, stresses: BodyStresses) -> tuple[float, Mapping[str, Array]]:
-    """Place of the plane and its fields (nz, nx): through the largest stress, where fields are kept everywhere."""
-    if "von_mises" not in stresses.fields:
-        return stresses.plane_y, stresses.plane
+def _plane(frame: RunFrame, stresses: BodyStresses, name: str, y: float) -> tuple[float, Array]:
+    """Place of a plane and a field (nz, nx) on it: nearest to `y` where the field is kept everywhere, else the plane kept."""
+    if name not in stresses.fields:
+        return stresses.plane_y, stresses.plane[name]
     rows = frame.result.y
-    row = int(np.argmin(np.abs(rows - stresses.most_stressed.y)))
-    y = 0.0 if abs(stresses.most_stressed.y) < 0.01 * (rows[1] - rows[0]) else float(rows[row])
-    return y, {name: values[:, :, row] for name, values in stresses.fields.items()}
+    row = int(np.argmin(np.abs(rows - y)))
+    return 0.0 if abs(y) < 0.01 * (rows[1] - rows[0]) else float(rows[row]), stresses.fields[name][:, :, row]
 
 
 def _draw_plane(
@@ -124,8 +128,9 @@ def _draw_lines(axes: Axes, frame: RunFrame, stresses: BodyStresses, name: str, 
                                   (stresses.below_heated, HEATED, "below the hottest point")):
         if name in fields:
             axes.plot(fields[name] * scale.factor, z, color=colour, label=place)
-        if f"{name}_elastic" in fields:
-            axes.plot(fields[f"{name}_elastic"] * scale.factor, z, color=colour, linestyle=style.DASHED)
+        elastic = fields.get(f"{name}_elastic")
+        if elastic is not None and np.abs(elastic - fields[name]).max() > style.VISIBLE * np.abs(fields[name]).max():
+            axes.plot(elastic * scale.factor, z, color=colour, linestyle=style.DASHED)
             axes.plot([], [], color="0.3", linestyle=style.DASHED, label="without thermal stresses")
     axes.set_ylim(z[-1], 0.0)
     axes.set(xlabel=scale.label, ylabel=lengths.label.replace("x", "z"))

@@ -41,6 +41,8 @@ LABELS, AXIS, TITLE, HEADLINE, BAR = (size * style.MM for size in (16.5, 11.0, 5
 """Room for labels at the left, for an axis, words above a map and the title; width of a colour bar."""
 LONGEST_MAP, TALLEST_MAP, CUT = 50.0 * style.MM, 60.0 * style.MM, (60.0 * style.MM, 38.0 * style.MM)
 """Largest width and height of a map, and size of the diagrams of the cut."""
+NARROW = 38.0 * style.MM
+"""Width of the diagrams where both stand beside each other below the table."""
 FLAT = 0.4
 """Maps of less height over width take both columns."""
 LETTERS, ROW = 7.0, 2.95 * style.MM
@@ -68,8 +70,14 @@ def summary_figure(frame: RunFrame) -> Figure:
     cuts = [(quantity, curves) for quantity in (PRESSURE, TRACTION) if (curves := curves_of(frame, quantity))]
     lines = line_handles(curve for _, curves in cuts for curve in curves)
     below_maps = HEADLINE + -(-len(maps) // columns) * step + style.legend_height(borders, TABLE)
-    below_cuts = below_maps + TITLE + CUT[1] + AXIS + style.legend_height(lines, TABLE)
-    height = max(below_cuts, HEADLINE + (len(rows) + len(remarks) + 4) * ROW)
+    block, below_table = TITLE + CUT[1] + AXIS, HEADLINE + (len(rows) + len(remarks) + 4) * ROW
+    # Diagrams fill the room below the table, above or beside each other, where they hardly make the sheet taller than its maps.
+    ways = ((TABLE, below_table, CUT[0], 0.0, block), (TABLE, below_table, NARROW, LABELS + NARROW, 0.0))
+    start, top, width, across, down = next((way for way in ways if way[1] + way[4] < below_maps - 0.5 * block),
+                                           (0.0, below_maps, CUT[0], COLUMN, 0.0))
+    room = WIDTH - TABLE if start else TABLE
+    below_cuts = top + (len(cuts) - 1) * down + block + style.legend_height(lines, room)
+    height = max(below_maps, below_cuts, below_table)
     figure = Figure(figsize=(WIDTH, height))
     for place, (quantity, values, body) in enumerate(maps):
         limits = limits_of([v for q, v, _ in maps if q is quantity], quantity.from_zero)
@@ -87,13 +95,14 @@ def summary_figure(frame: RunFrame) -> Figure:
         bar = figure.colorbar(image, cax=style.add_axes(figure, left + side + 1.5 * style.MM, bottom, BAR, side * shape))
         style.few_ticks(bar.ax, y=5)
         axes.set_title(", ".join(filter(None, (scale.label, f"{body} body" if body else ""))))
-    for column, (quantity, curves) in enumerate(cuts):
-        axes = style.add_axes(figure, LABELS + column * COLUMN, height - below_maps - TITLE - CUT[1], *CUT)
+    for place, (quantity, curves) in enumerate(cuts):
+        left, bottom = start + LABELS + place * across, height - top - place * down - TITLE - CUT[1]
+        axes = style.add_axes(figure, left, bottom, width, CUT[1])
         draw_diagram(axes, frame, quantity, curves)
         axes.set_title(frame.cut_words)
         axes.set_xlabel(flow_label(frame))
     style.add_legend(figure, borders, at=(0.5 * TABLE, height - below_maps), width=TABLE)
-    style.add_legend(figure, lines, at=(0.5 * TABLE, height - below_cuts), width=TABLE)
+    style.add_legend(figure, lines, at=(start + 0.5 * room, height - below_cuts), width=room)
     _write_table(figure, rows, remarks, height)
     style.add_headline(figure, frame.result.problem.title, frame.result.converged, map_note(frame, whole=False))
     return figure

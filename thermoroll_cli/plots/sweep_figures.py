@@ -54,13 +54,15 @@ NEGLIGIBLE = 1e-9
 """A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
 STEADY = 1e-6
 """A given creepage or force, and ratios that only heat could change, get no diagram while they change by no more than this."""
-VISIBLE = 3e-3
-"""Share of the range of a diagram by which two curves differ at least to be drawn both."""
 ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
 """Look of a peak that has no limit."""
 MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
 """Look of the maximum of a creep curve."""
-THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": style.DASHED, "polach": (0, (5.0, 1.4, 1.0, 1.4))}
+THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "polach": (0, (5.0, 1.4, 1.0, 1.4, 1.0, 1.4))}
+BETWEEN = 12
+"""Places at which theories are drawn for each point of a sweep: they are smooth where points are far apart."""
+THEORY_NOTE = "theories: smooth bodies, constant friction"
+"""What the theories leave out, whatever the case has: interlayers, and friction that changes."""
 
 
 @dataclass(frozen=True)
@@ -91,11 +93,10 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     if not np.any(np.isfinite(x) & ~failed) or (words and over[0] == "status"):
         raise ValueError(f"the column {over[0]} holds no numbers")
     columns = {name: numbers(column) for name, column in table.items()}
-    theories = {theory: theory_forces(columns, theory) for theory in compare}
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
     diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(good, names, over)]
-    wide = min(COLUMNS, max(1, len(diagrams)))
-    rows = max(1, -(-len(diagrams) // wide))
+    rows = max(1, -(-len(diagrams) // COLUMNS))
+    wide = max(1, -(-len(diagrams) // rows))
     figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], rows * HEIGHT + 20.0 * style.MM)
     grid = figure.subplots(rows, wide, squeeze=False)
     for axes in grid.flat[len(diagrams) or 1:]:
@@ -106,6 +107,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
             axes.set_title(label)
     else:
         lines = list(_lines_of(table, over, x, failed))
+        theories = {theory: [_theory_curve(columns, theory, x, line, words) for line in lines] for theory in compare}
         handles, scalars = _line_handles(lines), summaries(good)
         for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
             endless = unbounded_points(table, names)
@@ -116,7 +118,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
                 for line in axes.get_lines():
                     line.set_linestyle("none")
         style.add_legend(figure, handles)
-    style.add_headline(figure, title)
+    style.add_headline(figure, title, note=THEORY_NOTE if compare else "")
     return figure
 
 
@@ -180,9 +182,10 @@ def _is_grid(table: Numbers, over: Sequence[str]) -> bool:
 
 
 def _lines_of(table: Table, over: Sequence[str], x: Column, failed: NDArray[np.bool_]) -> Iterator[Line]:
-    """A line for each combination of the further quantities."""
+    """A line for each combination of the further quantities, in the order of their numbers."""
     keys = [tuple(table[name][row] for name in over[1:]) for row in range(x.size)]
-    distinct = list(dict.fromkeys(keys))
+    numeric = all(isinstance(value, int | float) for key in keys for value in key)
+    distinct = sorted(set(keys)) if numeric else list(dict.fromkeys(keys))
     for key, colour in zip(distinct, _colours(len(distinct)), strict=True):
         own = np.array([other == key for other in keys]) & np.isfinite(x)
         rows = np.flatnonzero(own & ~failed)
@@ -210,7 +213,7 @@ def _line_handles(lines: list[Line]) -> list[Artist]:
 
 def _draw_diagram(
     axes: Axes, x: Column, table: Numbers, names: Sequence[str], error: Column, endless: NDArray[np.bool_], lines: list[Line],
-    theories: dict[str, dict[str, Column]],
+    theories: dict[str, list[dict[str, Column]]],
 ) -> list[Artist]:
     """The curves of a diagram; returns handles for the legend of all but the lines themselves."""
     values, error = merged(table, names), np.nan_to_num(error)
@@ -223,9 +226,11 @@ def _draw_diagram(
         rows = line.rows[np.isfinite(values[line.rows])]
         axes.plot(x[rows], values[rows], color=line.colour, marker="o" if rows.size <= 30 else "", markersize=2.2)
         if error[rows].any():
-            axes.fill_between(x[rows], values[rows] - error[rows], values[rows] + error[rows], color=line.colour, alpha=0.25,
-                              linewidth=0.0)
-        if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > VISIBLE * largest:
+            band = values[rows] - error[rows], values[rows] + error[rows]
+            if names[0] == "gamma_st":
+                band = np.maximum(band[0], 0.0), np.minimum(band[1], 1.0)
+            axes.fill_between(x[rows], *band, color=line.colour, alpha=0.25, linewidth=0.0)
+        if cold is not None and np.nanmax(np.abs(cold[rows] - values[rows]), initial=0.0) > style.VISIBLE * largest:
             axes.plot(x[rows], cold[rows], color=line.colour, linestyle=style.DASHED, linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=style.DASHED, linewidth=0.9, label=WITHOUT)]
         if endless[rows].any():
@@ -235,18 +240,32 @@ def _draw_diagram(
             axes.plot(*place, **MAXIMUM, color=line.colour)
             handles += [Line2D([], [], color="0.2", **MAXIMUM, label="maximum, where friction falls")]
     # The linear theory goes on without limit, and alone is cut off by the diagram.
-    for theory, forces in sorted(theories.items(), key=lambda each: each[0] == "linear"):
+    for theory, curves in sorted(theories.items(), key=lambda each: each[0] == "linear"):
         if theory == "linear":
             _not_closer_than(axes, float(error.max(initial=0.0)))
-        for line in lines if names[0] in forces else ():
-            axes.plot(x[line.rows], forces[names[0]][line.rows], color=line.colour, linestyle=THEORY_LOOKS[theory],
-                      linewidth=0.9)
+        for line, curve in zip(lines, curves, strict=True) if names[0] in FORCES else ():
+            axes.plot(curve["place"], curve[names[0]], color=line.colour, linestyle=THEORY_LOOKS[theory], linewidth=0.9)
             handles += [Line2D([], [], color="0.2", linestyle=THEORY_LOOKS[theory], linewidth=0.9, label=THEORIES[theory])]
     _not_closer_than(axes, float(error.max(initial=0.0)))
+    if names[0] == "gamma_st":
+        low, high = axes.get_ylim()
+        axes.set_ylim(max(low, -0.05), min(high, 1.05))
     _mark_failed(axes, lines)
     if names[0] in FORCES:
         _add_share_of_limit(axes, table, names[0])
     return handles
+
+
+def _theory_curve(table: Numbers, theory: str, x: Column, line: Line, words: list[str]) -> dict[str, Column]:
+    """Places on a line between its points, and the forces of a theory there: what they depend on is interpolated."""
+    known = x[line.rows]
+    if not known.size:
+        return dict.fromkeys(("place", *FORCES), known)
+    steps = np.arange(known.size) if words else np.linspace(0.0, known.size - 1.0, BETWEEN * (known.size - 1) + 1)
+    to, back = (np.log, np.exp) if is_logarithmic(x) else (np.asarray, np.asarray)
+    place = back(np.interp(steps, np.arange(known.size), to(known)))
+    between = {name: np.interp(place, known, table[name][line.rows]) for name in THEORY_COLUMNS if name in table}
+    return {"place": place, **theory_forces(between, theory)}
 
 
 def _maximum(x: Column, force: Column, falling: NDArray[np.bool_]) -> tuple[float, float] | None:
@@ -301,7 +320,8 @@ def _finish(axes: Axes, x: Column, words: list[str], label: str) -> None:
 def _few_decades(axis: Axis, values: Column) -> None:
     """Numbers at 1, 2, 5 of each decade, at 1 and 3 or at 1 alone, as many as have room."""
     decades = math.log10(float(np.nanmax(values)) / float(np.nanmin(values)))
-    steps = (1.0, 2.0, 5.0) if decades < 1.8 else (1.0, 3.0) if decades < 2.6 else (1.0,)
+    few = 1.8 if np.nanmin(values) >= 0.01 else 1.3  # small numbers are long
+    steps = (1.0, 2.0, 5.0) if decades < few else (1.0, 3.0) if decades < 2.6 else (1.0,)
     axis.set_major_locator(LogLocator(subs=steps, numticks=7))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())

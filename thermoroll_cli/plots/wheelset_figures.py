@@ -27,7 +27,7 @@ from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResul
 WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
 COMB = 14.0
-"""Length of the longest tooth of a comb in mm."""
+"""Length of the line of the largest pressure in mm."""
 BETWEEN_TEETH = 1.6
 """Distance between the teeth of a comb in mm."""
 ROOM = 1.5
@@ -61,7 +61,7 @@ def section_figure(result: WheelsetResult, title: str) -> Figure:
     peak = max((patch.result.coupled.scalars["pressure_max_MPa"] for patch in result.patches), default=1.0)
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
         _draw_section(axes, result, side, peak)
-    style.add_headline(figure, title, result.converged, f"longest tooth {peak:.0f} MPa" if result.patches else "")
+    style.add_headline(figure, title, result.converged, f"largest pressure {peak:.0f} MPa" if result.patches else "")
     # Another wheel may have no contact, and therefore no comb.
     handles = [axes.get_legend_handles_labels()[0] for axes in figure.axes]
     style.add_legend(figure, max(handles, key=len))

@@ -206,17 +206,20 @@ def _pressure(derived: DerivedQuantities) -> Iterator[str]:
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
                f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
     if pressure > PRESSURE_OVER_MODULUS * modulus or derived.scales.reaches_an_end:
-        yield from _other_frames(derived.problem, PRESSURE_OVER_MODULUS * modulus)
+        yield from _other_frames(derived.problem, PRESSURE_OVER_MODULUS * modulus, pressure)
 
 
 WIDEST_PROFILE = 0.5
 """Width of a profile in m."""
+MUCH_LESS = 0.05
+"""Over the pressure, what it becomes without a mistake that must be asked about, even if it stays large."""
 MISTAKES = {"point into the body: turn the sign of the heights": (1.0, -1.0), "be in metres: give them in mm": (1e3, 1e3)}
 """Usual mistakes in points of a profile with advice, and factors of y and height that undo them."""
 
 
-def _other_frames(problem: Problem, limit: float) -> Iterator[str]:
-    """A mistake in the points of a profile without which the pressure stays below the `limit` (Pa), and off the ends."""
+def _other_frames(problem: Problem, limit: float, pressure: float) -> Iterator[str]:
+    """A mistake in the points of a profile without which the `pressure` stays below the `limit` (Pa), and off the ends, or
+    becomes much less."""
     geometry = problem.geometry
     for body in BODIES if isinstance(geometry, Geometry) else ():
         profile = getattr(geometry, f"{body}_profile")
@@ -227,9 +230,10 @@ def _other_frames(problem: Problem, limit: float) -> Iterator[str]:
                 continue
             with contextlib.suppress(Unsolvable):
                 scales = DerivedQuantities(replace(problem, geometry=other)).scales
-                if scales.peak_pressure < limit and not scales.reaches_an_end:
+                sound = scales.peak_pressure < limit and not scales.reaches_an_end
+                if sound or scales.peak_pressure < MUCH_LESS * pressure:
                     yield (f"the points of geometry.{body}_profile may {mistake}, and the pressure becomes "
-                           f"{scales.peak_pressure * 1e-6:.4g} MPa, off the ends")
+                           f"{scales.peak_pressure * 1e-6:.4g} MPa{'' if scales.reaches_an_end else ', off the ends'}")
 
 
 def _without_effect(problem: Problem, moves: bool) -> Iterator[str]:

@@ -316,7 +316,7 @@ def _flat(values: NDArray[Any]) -> list[Any]:
 
 
 def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str] = (), dpi: float | None = None) -> str:
-    """Draw the scalars over the key with numbers that varies fastest, or over words, a curve for each combination of the
+    """Draw the scalars over the key with most numbers, or over words, a curve for each combination of the
     others; those of a list over the number of the point where several keys vary. Returns why there is no picture, or nothing.
     Creep forces stand beside those of the theories to `compare` with; `dpi` is the resolution of PNG files. Raises OSError, and
     ValueError for what cannot be compared."""
@@ -328,7 +328,8 @@ def draw_table(table: SweepColumns, path: pathlib.Path, *, compare: Sequence[str
     if len(columns["point"]) > MOST_DRAWN:
         return f"more than {MOST_DRAWN} points"
     by_number = table.listed and len(varying) > 1
-    over = ["point"] if by_number else [*numeric[:1], *(key for key in varying if key not in numeric[:1])]
+    first = [max(numeric, key=lambda key: len(set(columns[key])))] if numeric else []
+    over = ["point"] if by_number else [*first, *(key for key in reversed(varying) if key not in first)]
     if CONVERGED not in columns["status"]:
         return "no point converged"
     with style.applied():
