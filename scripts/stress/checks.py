@@ -86,6 +86,15 @@ def patches(result: Result) -> Iterator[str]:
         yield "patches without load or order"
 
 
+SHIFTED = ("force_x_N", "force_y_N", "Q_F_W", "gamma_st", "pressure_max_MPa", "contact_area_mm2")
+
+
+def same_elsewhere(pair: tuple[Problem, Problem]) -> Outcome:
+    """The second contact is the first one at another place across rolling."""
+    here, there = pair
+    return solved(there, lambda result: differences(result, solve_to_check(here), SHIFTED))
+
+
 def narrow(result: Result) -> Iterator[str]:
     """The largest pressure is that of a patch, and has no estimate if this patch is narrower than three elements."""
     scalars, parts = result.coupled.scalars, [patch["pressure_max_MPa"] for patch in result.patches]

@@ -13,16 +13,16 @@ from types import FrameType
 from typing import Any
 
 from scripts.stress import neighbours, stops, wear, wheelsets
-from scripts.stress.checks import distinct, narrow, patches, solved
+from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import StressCase, stress_case
 from scripts.stress.random_conformal import agrees, random_pair
 from scripts.stress.random_contacts import random_contact
-from scripts.stress.random_friction import random_friction, random_rising, random_strength, random_yield
+from scripts.stress.random_friction import random_friction, random_from_zero, random_rising, random_strength, random_yield
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
-from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact
+from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact, shifted_profile
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
 
 GRID = 32
@@ -76,6 +76,8 @@ POPULATIONS = {
     "ridges": Population(lambda seed: profile_on_a_grid(seed, NARROW), lambda case: solved(case, patches, narrow), 200),
     "conformal pairs": Population(random_pair, agrees, 200),
     "falling friction": Population(_on_the_grid(random_friction), lambda problem: solved(problem, distinct), 200),
+    "offsets": Population(shifted_profile, same_elsewhere, 200),
+    "friction from zero": Population(_on_the_grid(random_from_zero), solved, 200),
     "rising friction": Population(_on_the_grid(random_rising), solved, 200),
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
     "coatings": Population(_on_the_grid(_coated), solved, 200),

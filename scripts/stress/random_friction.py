@@ -102,6 +102,24 @@ def random_rising(seed: int) -> Problem:
     return replace(problem, friction=friction, motion=motion)
 
 
+def random_from_zero(seed: int) -> Problem:
+    """The contact of `seed` with differential slip and friction that begins at zero, or at 1e-6 to 0.3 of its largest,
+    and rises over 0.03 to 30 times the slip of saturation; a third rise beyond a threshold only."""
+    rng = np.random.default_rng([29, seed])
+    problem = random_contact(150000 + seed)
+    if rng.random() > WARM_SHARE:
+        problem = replace(problem, heating=Heating(heat=False))
+    relative = problem.geometry.curvature_y
+    own = relative * float(rng.uniform(-3.0, 4.0))
+    geometry = replace(problem.geometry, lower_radius_y=1.0 / (relative - own), upper_radius_y=1.0 / own)  # type: ignore[arg-type]
+    problem = replace(problem, geometry=geometry, motion=replace(problem.motion, differential_slip=True))
+    least = 0.0 if rng.random() < 0.25 else 10.0 ** float(rng.uniform(-6.0, -0.5))
+    slip = 10.0 ** float(rng.uniform(-1.5, 1.5)) * DerivedQuantities(problem).saturation_creepage * problem.motion.speed
+    middle = ((0.5 * slip, least),) if rng.random() < 1.0 / 3.0 else ()
+    law = FrictionLaw("table", table=((0.0, least), *middle, (slip, 1.0), (1e3 * slip, 1.0)))
+    return replace(problem, friction=replace(problem.friction, law=law))
+
+
 def random_strength(seed: int) -> Problem:
     """The contact of `seed` with strength and wear of both bodies."""
     rng = np.random.default_rng([13, seed])

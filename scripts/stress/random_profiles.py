@@ -47,6 +47,25 @@ def profile_on_a_grid(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
     return replace(random_profile_contact(seed, kinds), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
 
 
+def shifted_profile(seed: int) -> tuple[Problem, Problem]:
+    """A contact of `seed` with creepages of the contact point, and the same elsewhere: all profiles shifted as far as they have
+    material at y = 0, with creepages of the contact point or of the origin."""
+    rng = np.random.default_rng([31, seed])
+    problem = replace(random_profile_contact(seed, (*KINDS, "off centre")), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
+    problem = replace(problem, motion=replace(problem.motion, at="contact"))
+    low, high = problem.geometry.limits
+    shift = 0.9 * float(rng.uniform(-high, -low))
+    there = {f"{body}_profile": replace(profile, offset=profile.offset + shift)
+             for body, profile in problem.geometry.profiles}
+    other = replace(problem, geometry=replace(problem.geometry, **there))  # type: ignore[type-var]
+    if rng.random() < 0.5:
+        along, across, spin = DerivedQuantities(other).kinematics.at_origin
+        motion = replace(other.motion, at="origin", spin=spin, creepage_y=across,
+                         creepage_x=None if other.motion.creepage_x is None else along)
+        other = replace(other, motion=motion)
+    return problem, other
+
+
 def _drawn(rng: np.random.Generator, kind: str) -> Problem:
     half = _log(rng, -3.0, -1.7)
     profile = {"crown": _crown, "cubic": _cubic, "bumps": _bumps, "kink": _kink, "edge": _edge, "off centre": _off_centre,

@@ -44,6 +44,7 @@ def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[
 @pytest.mark.parametrize(("population", "seeds"), [
     ("falling friction", range(10)),  # one solution from every start
     ("rising friction", range(8)),
+    ("friction from zero", (500, 508, 514, 518)),  # among them some that stay below the slip from which friction rises
     ("yielding interlayers", range(8)),
     ("coatings", (1, 3, 6, 7, 18)),  # thin and thick, stiff and soft ones, on one body and on both, some with heat
 ])
@@ -56,7 +57,7 @@ def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds
 @pytest.mark.parametrize(("population", "seeds"), [
     ("profiles", (4, 5, 6, 7, 18, 24)),  # all kinds, some with prescribed forces, on grids that need not be square
     ("awkward profiles", (3, 4, 5)), ("conformal pairs", range(9)), ("kinks and ends", (2, 3, 4, 5)),
-    ("neighbours", range(7000, 7006)), ("wear", (1, 3)), ("wheelsets", (1,)),
+    ("offsets", range(500, 504)), ("neighbours", range(7000, 7006)), ("wear", (1, 3)), ("wheelsets", (1,)),
     ("rising friction", (40000101, 40000115)),  # elements that slip alone between sticking ones
 ])  # fmt: skip
 def test_drawn_cases_converge_and_keep_the_invariants(population: str, seeds: range) -> None:

@@ -155,7 +155,10 @@ class Newton:
         problem = self.problem
         rigid = np.hypot(problem.rigid_slip[0], problem.rigid_slip[1])
         force_traction = math.hypot(*(f or 0.0 for f in problem.force)) / (self.count * problem.element_area)
-        expected = np.minimum(self.traction_bound, STICK_TRACTION * rigid / self._element + force_traction)
+        bound, friction = self.traction_bound, problem.slip_friction
+        if friction is not None and not self.free:  # a slip is known, which is about this one
+            bound = bound * np.maximum(friction.law.at_rest, friction.law.factor(friction.speed * rigid)[0])
+        expected = np.minimum(bound, STICK_TRACTION * rigid / self._element + force_traction)
         return float(np.linalg.norm(expected)) or 1.0
 
     @cached_property

@@ -221,13 +221,13 @@ class Kinematics:
 
     def slip_at(self, x: Array, y: Array) -> Array:
         """The same at the places x, y (m), which are broadcast: (2, ...)."""
-        slip = self.problem.geometry.rigid_slip(self._at_origin, x, y)
+        slip = self.problem.geometry.rigid_slip(self.at_origin, x, y)
         slip[0] += self.differential_slip(y)
         slip[1] += self.differential_slip.lateral(x, y)
         return slip
 
     @cached_property
-    def _at_origin(self) -> tuple[float, float, float]:
+    def at_origin(self) -> tuple[float, float, float]:
         """Creepages and spin (rad/m) of the frame's origin: those given there, or those with which the slip at the contact's
         centre of pressure, and the spin about its normal, are the given ones."""
         motion, geometry, slip_of_shapes = self.problem.motion, self.problem.geometry, self.differential_slip
