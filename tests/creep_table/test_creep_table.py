@@ -13,6 +13,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import h5py
 import numpy as np
@@ -257,7 +258,7 @@ def test_a_cluster_that_loses_its_worker_builds_the_same_table(tiny: Path, tmp_p
     import distributed
 
     # The only one, in whose place another is started.
-    with distributed.LocalCluster(
+    with mock.patch.dict(os.environ), distributed.LocalCluster(  # Dask sets variables of this process
         n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as cluster:
         path = tmp_path / "t.h5"

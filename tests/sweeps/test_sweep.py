@@ -14,6 +14,7 @@ from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -245,7 +246,7 @@ def cluster() -> Iterator[object]:
     """Two Dask workers, reachable from this machine only."""
     import distributed
 
-    with distributed.LocalCluster(
+    with mock.patch.dict(os.environ), distributed.LocalCluster(  # Dask sets variables of this process
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0", silence_logs="CRITICAL"
     ) as running:
         yield running
@@ -272,7 +273,9 @@ def test_no_cluster_there(case: Path, tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_cluster_without_workers_is_waited_for_and_given_up(case: Path, tmp_path: Path) -> None:
     import distributed
 
-    with distributed.LocalCluster(n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0") as cluster:
+    with mock.patch.dict(os.environ), distributed.LocalCluster(
+        n_workers=0, host="127.0.0.1", dashboard_address="127.0.0.1:0"
+    ) as cluster:
         done = call("sweep", case, *SWEEP, "-o", tmp_path, "--dask", cluster.scheduler_address, "--dask-wait", "0.3")
     waiting, gave_up = done.stderr.splitlines()
     assert waiting == f"thermoroll: waiting for a worker of the Dask cluster at {cluster.scheduler_address}, 0.3 s at most"
