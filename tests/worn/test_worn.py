@@ -15,7 +15,7 @@ import pytest
 
 from tests.support.command_line import call
 from tests.support.scenes import reference
-from thermoroll_cli import Case
+from thermoroll_cli import Case, CaseError, Solver, wear
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.files.case_source import Override
 from thermoroll_cli.problem.friction import Friction
@@ -309,6 +309,53 @@ def test_what_does_not_fit_is_an_error(tmp_path: Path, old: str, new: str, words
     (tmp_path / "case.toml").write_text(CASE.read_text().replace(old, new))
     done = call("wear", tmp_path / "case.toml", "-o", tmp_path)
     assert done.returncode == 3 and words in done.stderr
+
+
+def test_a_given_approach_keeps_the_distance_of_the_axles(tmp_path: Path) -> None:
+    """What is worn off where the bodies touch is missing in the approach, so that the load falls. The worn case has the load of
+    the last step, heights of a profile have no zero, and an evolution that asks for more than the approach ends."""
+    text = CASE.read_text().replace("normal_N = 1500.0", "approach_um = 6.0").replace("grid = 64", "grid = 16")
+    text = text.replace("depth_um = 20.0", "depth_um = 3.0\nstep_fraction = 0.2")
+    crown = [[y, 3.0 - y**2 / 400.0] for y in np.linspace(-8.0, 8.0, 33).tolist()]
+    profile = f"[geometry.upper_profile]\npoints_mm = {crown}\n[load]"
+    found = {}
+    lifted = text.replace("upper_radius_y_mm = 200.0", "").replace("[load]", profile)
+    for name, of in {"radius": text, "lifted": lifted}.items():
+        (tmp_path / f"{name}.toml").write_text(of)
+        done = call("wear", tmp_path / f"{name}.toml", "-o", tmp_path, "--json", "--no-plots", "-q")
+        assert done.returncode == 0, done.stderr
+        rows = list(csv.DictReader((tmp_path / f"{name}_wear.csv").read_text().splitlines()))
+        loads, approaches, depths = (np.array([float(row[column]) for row in rows])
+                                     for column in ("normal_N", "approach_um", "depth_max_upper_um"))
+        # Where they touch first less may be worn off than at the deepest place.
+        assert (np.diff(loads) < 0.0).all() and approaches[0] == pytest.approx(6.0)
+        np.testing.assert_allclose(approaches + depths, 6.0, atol=0.06)
+        assert loads[-1] < 0.6 * loads[0] and float(rows[-1]["error.normal_N"]) > 0.0
+        found[name] = json.loads(done.stdout)
+    for quantity in ("normal_N", "distance_km", "pressure_max_MPa"):
+        assert found["lifted"][quantity] == pytest.approx(found["radius"][quantity], rel=0.02)
+    again = call("run", "--from", tmp_path / "radius_wear.h5", "-o", tmp_path, "--json", "--no-plots", "-q")
+    assert json.loads(again.stdout)["normal_N"] == pytest.approx(found["radius"]["normal_N"], rel=0.02)
+    apart = call("wear", tmp_path / "radius.toml", "-o", tmp_path, "--no-plots", "--set", "load.approach_um=0.5")
+    assert apart.returncode == 4 and "the bodies wear apart at the given distance" in apart.stderr
+
+
+@pytest.mark.parametrize(("case", "key", "words"), [
+    (str(RAIL.with_name("manchester.toml")), "wheelset", "a wheelset has several contacts"),
+    ("conformal", "geometry.conformal", "not computed for conformal contacts"),
+])
+def test_what_cannot_wear_is_an_invalid_case(tmp_path: Path, case: str, key: str, words: str) -> None:
+    if case == "conformal":
+        (tmp_path / "conformal.toml").write_text(CASE.read_text().replace("[load]", "conformal = true\n[load]"))
+        case = str(tmp_path / "conformal.toml")
+    done = call("wear", case, "-o", tmp_path, "--json")
+    (error,) = json.loads(done.stdout)["errors"]
+    assert done.returncode == 3 and error["key"] == key and words in error["message"] and f"error: {key}" in done.stderr
+    with pytest.raises(CaseError, match=words):
+        wear(case)
+    if key == "wheelset":
+        with pytest.raises(ValueError, match=words):
+            Solver().solve(case)
 
 
 def test_nothing_wears_where_nothing_slips(tmp_path: Path) -> None:

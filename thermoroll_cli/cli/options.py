@@ -16,8 +16,8 @@ import typer
 from thermoroll_cli.cli import streams
 from thermoroll_cli.files import case_source
 from thermoroll_cli.files.case import Case, CaseError, Override, case_name
-from thermoroll_cli.files.case_source import CaseSource, key_path
-from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.files.case import solvable as solvable
+from thermoroll_cli.files.case_source import CaseSource
 
 
 class ImageFormat(StrEnum):
@@ -134,16 +134,6 @@ def check_cluster(address: str, jobs: int) -> None:
             check_dask()
         except ImportError as cause:
             raise typer.BadParameter(str(cause), param_hint="--dask") from None
-
-
-@contextlib.contextmanager
-def solvable(case: Case, source: str) -> Iterator[None]:
-    """Inside, a valid `case`, read from `source`, that turns out to be unsolvable raises CaseError."""
-    try:
-        yield
-    except Unsolvable as cause:
-        finding = CaseSource(source, case.text, {}).finding(key_path(cause.key), str(cause), allowed=cause.allowed, at_key=True)
-        raise CaseError([finding]) from None
 
 
 @contextlib.contextmanager

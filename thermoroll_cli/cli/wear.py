@@ -44,7 +44,7 @@ def wear(
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)
-    with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar:
+    with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
         def report(step: int, row: Mapping[str, Any]) -> None:
             deepest = max(row[f"depth_max_{body}_um"] for body in BODIES)

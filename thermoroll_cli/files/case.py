@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import html
 import json
 import math
@@ -32,7 +33,7 @@ from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
-__all__ = ["Case", "CaseError", "Finding", "Override", "case_name"]
+__all__ = ["Case", "CaseError", "Finding", "Override", "case_name", "solvable"]
 
 INFINITE = ("geometry", "track")
 """Tables with radii that may be infinite, which JSON does not know."""
@@ -168,7 +169,7 @@ class Case:
     def problem(self) -> si.Problem:
         """The problem of one contact in SI units. Raises Unsolvable for a wheelset, which has several: see `task`."""
         if self.settings.wheelset is not None:
-            raise Unsolvable("a wheelset has several contacts: run, show, validate and sweep take it", "wheelset")
+            raise Unsolvable("a wheelset has several contacts, and this takes one", "wheelset", "[geometry] and load")
         return problem_of(self.settings)
 
     @property
@@ -226,6 +227,16 @@ class Case:
         # The creepages of a wheelset follow from its motion; their defaults are none of its keys.
         follow = ("creepage", "force") if self.settings.wheelset is not None else ()
         return {key: value for key, value in content.items() if value not in ("", {}) and key not in follow}
+
+
+@contextlib.contextmanager
+def solvable(case: Case, source: str) -> Iterator[None]:
+    """Inside, a valid `case`, read from `source`, that turns out to be unsolvable raises CaseError."""
+    try:
+        yield
+    except Unsolvable as cause:
+        finding = CaseSource(source, case.text, {}).finding(key_path(cause.key), str(cause), allowed=cause.allowed, at_key=True)
+        raise CaseError([finding]) from None
 
 
 @dataclass(frozen=True)

@@ -346,6 +346,11 @@ def lateral_gap(geometry: Geometry, y: Array) -> Array:
     return np.asarray(-(lower.height(y) + upper.height(y)) - _closest(geometry)[1])
 
 
+def smallest_gap(geometry: Geometry) -> float:
+    """The smallest z₂(y) − z₁(y) in m, of heights as they are given."""
+    return 0.0 if geometry.elliptic else _closest(geometry)[1]
+
+
 def closest_place(geometry: Geometry) -> float:
     """The y (m) at which the unloaded bodies touch first."""
     return _closest(geometry)[0]

@@ -17,13 +17,14 @@ import scipy
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.numerics.grid import peak_value
-from thermoroll_cli.problem.geometry import Geometry, facing, surfaces
+from thermoroll_cli.problem.geometry import Geometry, facing, smallest_gap, surfaces
 from thermoroll_cli.problem.problem import BODIES, BodyName, Numerics, Problem, Wear, planar
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
 from thermoroll_cli.refinement.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.given_approach import with_coarse_load
 from thermoroll_cli.worn.rows import FixedRows, worn_profile
 
 STABLE_SHARE = 0.8
@@ -36,6 +37,8 @@ MOST_ROWS = 1.5
 """Rows across the domain, over those wanted, from which on rows of twice the width take their place."""
 REACHED = 1e-6
 """Part of the wanted depth that may be missing in the end: rounding must not ask for one more step."""
+APART = 0.05
+"""Share of a given approach below which the bodies have worn apart: a hundredth of the load or less is left."""
 STEPS_FROM_COLD = 20
 """Steps after which the solver starts cold: an evolution that is resumed at such a step goes on exactly as if undisturbed."""
 
@@ -86,6 +89,13 @@ class WearState:
         return replace(self, rows=rows, worn={body: rows.averages(self.rows.edges, depth) for body, depth in self.worn.items()})
 
 
+def worn_apart(problem: Problem, state: WearState) -> bool:
+    """Whether bodies at a given distance hardly touch any more."""
+    assert state.result is not None
+    given, left = problem.approach, state.result.problem.approach
+    return given is not None and left is not None and left < APART * given
+
+
 def line_load(result: Result) -> Array:
     """∫ p dx in N/m over the y of the result, (ny,)."""
     x = result.coupled.x
@@ -112,6 +122,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
     """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`.
 
     It ends where the distance is rolled or the depth is worn, where nothing slips, and after a result that did not converge.
+    With a given approach the distance of the axles stays, so that the load falls; it ends where that is nearly gone, too.
     Where an accuracy is asked for the grid that the unworn profiles need is kept. Raises Unsolvable as `solve` does."""
     wear = problem.wear
     assert wear is not None
@@ -129,7 +140,7 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
         if not result.converged or state.distance >= wear.distance or state.deepest >= (1.0 - REACHED) * wear.depth:
             return
         before, step = state, _step(wear, state, result)
-        if step == 0.0:
+        if step == 0.0 or worn_apart(problem, state):
             return
         state = replace(state.moved(step), steps=state.steps + 1, result=None, rates={})
 
@@ -152,7 +163,7 @@ def _across(problem: Problem) -> tuple[float, float]:
 
 def _followed(problem: Problem, state: WearState) -> tuple[Problem, WearState]:
     """The problem with the profiles of `state`, and the state on rows that its contact fits on."""
-    worn = replace(problem, geometry=worn_geometry(planar(problem), state.rows, state.worn))
+    worn = _worn(problem, state)
     low, high = _across(worn)
     if not state.domain.covers(low, high):
         room = ROOM * (high - low)
@@ -160,9 +171,19 @@ def _followed(problem: Problem, state: WearState) -> tuple[Problem, WearState]:
         if domain.count >= MOST_ROWS * state.grid[1]:
             domain, rows = domain.coarser().covering(low - room, high + room), rows.coarser()
         state = replace(state.on(rows.joined(domain)), domain=domain)
-        worn = replace(problem, geometry=worn_geometry(planar(problem), state.rows, state.worn))
+        worn = _worn(problem, state)
     numerics = Numerics((state.grid[0], state.domain.count), extent=problem.numerics.extent, across=state.domain.ends)
     return replace(worn, numerics=numerics), state
+
+
+def _worn(problem: Problem, state: WearState) -> Problem:
+    """`problem` with the profiles of `state`. A given approach counts from where the worn bodies touch first: at the same
+    distance of the axles it is smaller by what is worn off there."""
+    geometry = worn_geometry(planar(problem), state.rows, state.worn)
+    worn = replace(problem, geometry=geometry)
+    if problem.approach is None:
+        return worn
+    return with_coarse_load(replace(worn, approach=problem.approach + smallest_gap(planar(problem)) - smallest_gap(geometry)))
 
 
 def _rates(wear: Wear, rows: FixedRows, result: Result) -> dict[BodyName, Array]:

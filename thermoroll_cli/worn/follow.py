@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from thermoroll_cli.atomic import write_bytes
-from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.case import Case, solvable
 from thermoroll_cli.files.result.hdf5 import file_image
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
 from thermoroll_cli.tasks.journal import Journal
-from thermoroll_cli.worn.evolution import REACHED, WearState, evolution
+from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, worn_apart
 from thermoroll_cli.worn.wear_files import Snapshots, record_of, resumed, table, worn_case, write_group, write_profiles
 
 
@@ -68,10 +68,16 @@ def wear(
     - `report`: called with the number of each step and its row as soon as it is solved;
     - `command_line`: for the file, which records it.
 
-    Raises CaseError for an invalid case; ValueError if the case gives neither distance nor depth, or has no steady state;
-    OSError if a file cannot be written.
+    Raises CaseError for an invalid case, also a wheelset, a conformal contact or one without a steady state; ValueError if the
+    case gives neither distance nor depth; OSError if a file cannot be written.
     """
     case = Case.of(case)
+    with solvable(case, case.name):
+        return _followed(case, folder, resume, threads, report, command_line)
+
+
+def _followed(case: Case, folder: str | os.PathLike[str] | None, resume: bool, threads: int,
+              report: Callable[[int, Mapping[str, Any]], None] | None, command_line: str) -> Evolution:
     asked = case.problem.wear
     if asked is None or asked.distance == asked.depth:
         raise ValueError("the case needs [wear] with distance_km or depth_um")
@@ -94,7 +100,9 @@ def wear(
         if not result.converged:
             reason = f"step {state.steps} did not converge: {result.reason}"
         elif state.distance < asked.distance and state.deepest < (1.0 - REACHED) * asked.depth:
-            reason = "nothing slips, so nothing wears"
+            reason = ("the bodies wear apart at the given distance: "
+                      f"{result.coupled.scalars['normal_N']:.3g} N are left" if worn_apart(case.problem, state)
+                      else "nothing slips, so nothing wears")
         worn = worn_case(case, state)
         result = replace(result, case_text=worn.text, case_json=worn.to_json())
         done = Evolution(case, tuple(record["row"] for record in records), Snapshots.of(case.problem, records), result, reason)

@@ -28,7 +28,7 @@ COLUMNS = {
     "depth_max_upper_um": "largest worn depth, upper body", "worn_area_lower_mm2": "worn cross-section, lower body",
     "worn_area_upper_mm2": "worn cross-section, upper body", "half_width_mm": "half-width of the contact",
     "line_load_max_N_mm": "largest line load", "pressure_max_MPa": "maximum pressure", "T_gamma_N": "wear number Tγ",
-    "approach_um": "rigid-body approach",
+    "approach_um": "rigid-body approach", "normal_N": "load",
 }  # fmt: skip
 """Columns of the table, with their meanings."""
 ESTIMATED = tuple(name for name in COLUMNS if not name.startswith(("distance", "half_width", "line_load")))
@@ -53,7 +53,7 @@ def record_of(state: WearState) -> dict[str, Any]:
     load = line_load(result)[None]
     largest = float(between_sides(load, load, (True, True)).max())  # as the largest pressure
     row |= {"half_width_mm": half_width(result) * 1e3, "line_load_max_N_mm": largest * 1e-3,
-            **{name: scalars[name] for name in ("pressure_max_MPa", "T_gamma_N", "approach_um")}}
+            **{name: scalars[name] for name in ("pressure_max_MPa", "T_gamma_N", "approach_um", "normal_N")}}
     row = {name: row[name] for name in COLUMNS} | {"error": {name: error[name] for name in ESTIMATED}}
     return {
         "key": str(state.steps), "distance": state.distance, "rows": asdict(state.rows), "domain": asdict(state.domain),
@@ -146,6 +146,8 @@ def worn_case(case: Case, state: WearState) -> Case:
     for body, points in worn_points(case.problem, state).items():
         content["geometry"].pop(f"{body}_radius_y_mm", None)
         content["geometry"][f"{body}_profile"] = {"points_mm": points}
+    if state.result is not None and state.result.problem.approach is not None:
+        content["load"]["approach_um"] = 1e6 * state.result.problem.approach
     return Case.from_json(json.dumps(content), name=case.name)
 
 
