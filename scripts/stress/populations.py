@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import pathlib
 import resource
 import signal
@@ -11,6 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from types import FrameType
 from typing import Any
+
+import numpy as np
 
 from scripts.stress import neighbours, stops, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
@@ -23,7 +27,9 @@ from scripts.stress.random_friction import random_friction, random_from_zero, ra
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
 from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact, shifted_profile
+from thermoroll_cli import CaseError
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
+from thermoroll_cli.steady_state.derived import DerivedQuantities
 
 GRID = 32
 """Elements per side, for generators that leave the grid open."""
@@ -59,6 +65,20 @@ def _contact(case: StressCase) -> Outcome:
     return replace(outcome, excused=outcome.excused or not case.below_limit)
 
 
+def _at_an_approach(seed: int) -> StressCase:
+    """A contact with its Hertzian approach, up to doubled or halved, in place of its load, which must be able to transmit its
+    forces. A heat source that rests lifts bodies by a constant that nothing decides."""
+    factor = 2.0 ** np.random.default_rng([41, seed]).uniform(-1.0, 1.0)
+    for case in (stress_case(number) for number in itertools.count(910000 + seed, 100000)):
+        if case.problem.heating.heat and case.problem.heating.peclet == "stationary":
+            continue
+        with contextlib.suppress(CaseError):
+            approach = DerivedQuantities(case.problem).scales.approach * factor
+            given = case.case.with_values({"load.approach_um": 1e6 * approach})
+            return replace(case, case=given, problem=given.problem)
+    raise AssertionError
+
+
 def _covered_contact(case: StressCase, *grids: int) -> Outcome:
     return covered(case.problem, *grids) if case.below_limit else Outcome(reason="beyond the limit", excused=True)
 
@@ -82,7 +102,11 @@ POPULATIONS = {
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
     "coatings": Population(_on_the_grid(_coated), solved, 200),
     "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
+    "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
+    "given approaches": Population(_at_an_approach, _contact, 200),
     "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
+    "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
+    "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),
     "signals": Population(stops.random_stop, stops.check, 300),
     "coverage of slender grids": Population(slender_grid, _covered_on_its_grid, 40, 300.0),

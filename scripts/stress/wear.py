@@ -9,14 +9,16 @@ import numpy as np
 
 from scripts.stress.outcome import Outcome
 from thermoroll_cli.problem.friction import Friction
-from thermoroll_cli.problem.geometry import Geometry, Profile, surfaces
+from thermoroll_cli.problem.geometry import Geometry, Profile, smallest_gap, surfaces
 from thermoroll_cli.problem.problem import BODIES, Heating, Material, Motion, Numerics, Problem, Wear, WornBody
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_geometry
+from thermoroll_cli.worn.evolution import REACHED, WearState, evolution, line_load, worn_apart, worn_geometry
 
 KINDS = ("cubic", "linear", "arcs", "crown", "radius")
 GRIDS = ((16, 16), (24, 24), (32, 32), (20, 33))
 MOST_STEPS = 150
+FALLS = 1.001
+"""A load at a given approach over that of the step before, at most: grids differ by as much."""
 AREA, ROUGHNESS, PEAK = 2e-3, 0.1, 40.0
 """Relative error of the worn area in full sliding; second difference of the line load inside the contact, over the largest, and
 the same times the square of the number of rows: few rows hardly resolve a peak."""
@@ -58,7 +60,8 @@ def violations(problem: Problem, last: WearState) -> list[str]:
     """Faults of the last state of an evolution."""
     wear, result, found = problem.wear, last.result, []
     assert wear is not None and result is not None
-    if last.steps < MOST_STEPS and not last.deepest >= (1.0 - 2.0 * REACHED) * wear.depth:
+    apart = worn_apart(problem, last)
+    if last.steps < MOST_STEPS and not apart and not last.deepest >= (1.0 - 2.0 * REACHED) * wear.depth:
         found.append(f"worn by {last.deepest:g} m, not {wear.depth:g} m")
     geometry = worn_geometry(problem.geometry, last.rows, last.worn)
     for body, before, after in zip(BODIES, surfaces(problem.geometry), surfaces(geometry), strict=True):
@@ -66,7 +69,8 @@ def violations(problem: Problem, last: WearState) -> list[str]:
         if worn.min() < 0.0 or worn.any() != (rate > 0.0):
             found.append(f"{body}: depths from {worn.min():g} m")
         sliding = 0.05 * problem.normal_force * rate * last.distance
-        if problem.motion.creepage_x == 0.05 and abs(last.worn_area(body) - sliding) > AREA * sliding:
+        slides = problem.motion.creepage_x == 0.05 and problem.approach is None
+        if slides and abs(last.worn_area(body) - sliding) > AREA * sliding:
             found.append(f"{body}: worn area {last.worn_area(body):g}, in full sliding {sliding:g} m²")
         if math.isfinite(before.ends[1]) and not np.allclose(before.ends, after.ends, atol=1e-8 * np.ptp(before.ends)):
             found.append(f"{body}: profile from {after.ends[0]:g} to {after.ends[1]:g} m")
@@ -80,6 +84,33 @@ def violations(problem: Problem, last: WearState) -> list[str]:
     if not (result.unbounded or kinked) and len(inside) > 4 and np.abs(np.diff(inside, 2)).max() > allowed:
         found.append(f"line load rough by {np.abs(np.diff(inside, 2)).max() / load.max():.2g}")
     return found
+
+
+def worn_at_an_approach(seed: int) -> Problem:
+    """The contact of `worn_contact` with its axles at a given distance; some wear apart."""
+    problem = worn_contact(1000 + seed)
+    return replace(problem, approach=DerivedQuantities(problem).scales.approach)
+
+
+def check_approach(problem: Problem) -> Outcome:
+    """Wear at a given approach: the axles keep their distance, and the load falls."""
+    found, before = [], None
+    for last in evolution(problem):
+        assert last.result is not None
+        given, load = last.result.problem.approach, last.result.coupled.scalars["normal_N"]
+        assert given is not None and problem.approach is not None
+        rise = smallest_gap(worn_geometry(problem.geometry, last.rows, last.worn)) - smallest_gap(problem.geometry)
+        if not math.isclose(given + rise, problem.approach, rel_tol=1e-9):
+            found.append(f"step {last.steps}: the axles moved by {given + rise - problem.approach:g} m")
+        if before is not None and last.result.converged and not load < FALLS * before:
+            found.append(f"step {last.steps}: the load rises from {before:g} to {load:g} N")
+        before = load
+        if last.steps >= MOST_STEPS:
+            break
+    if last.result.converged:
+        found += violations(problem, last)
+    return Outcome(last.result.converged, last.result.reason, broken=tuple(found),
+                   work=last.result.work["levels"][-1]["applications"])
 
 
 def check(problem: Problem) -> Outcome:

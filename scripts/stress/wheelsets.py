@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from scripts.stress.outcome import Outcome
-from thermoroll_cli import Case
+from thermoroll_cli import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
@@ -19,13 +19,64 @@ RAILS = (("cases/MBench_UIC60_v3.prr", 0.0), ("tests/reference/wheelset/uic60_tr
 """Outlines of rails and their cant."""
 WHEELS = (("cases/MBench_S1002_v3.prw", 1360.0, -70.0), ("tests/reference/wheelset/worn_high_mileage.prw", 1347.4, 0.0))
 """Outlines of wheels, distance of the flange backs, and y of the flange back."""
+TIP = 8.0
+"""Width (mm) of the tip of a flange on either side of its lowest point."""
 LOAD_SHARE, POWER_SHARE = 1e-3, 2e-3
 """Departure of the vertical force from the load, and of the power from the heat, that may remain."""
 
 
 def random_wheelset(seed: int) -> Case:
     """The wheelset of `seed`, always the same."""
-    rng = np.random.default_rng([17, seed])
+    return Case.from_dict(_drawn(np.random.default_rng([17, seed])))
+
+
+def moved_rails(seed: int) -> Case:
+    """A wheelset on rails with shifts and rolls of their own, with unequal wheels, and here and there beside its rails."""
+    rng = np.random.default_rng([31, seed])
+    content = _drawn(rng)
+    for side in ("left", "right"):
+        if rng.random() < 0.7:
+            content["track"][side] = {"shift_y_mm": float(rng.uniform(-4.0, 4.0)), "shift_z_mm": float(rng.uniform(-3.0, 3.0)),
+                                      "roll_mrad": float(rng.uniform(-25.0, 25.0))}
+        if rng.random() < 0.4:
+            content["wheelset"][side] = {"nominal_radius_mm": 460.0 + float(rng.uniform(-2.0, 2.0))}
+    if rng.random() < 0.1:
+        content["wheelset"]["lateral_shift_mm"] *= 10.0
+    return Case.from_dict(content)
+
+
+def wrong_reference(seed: int) -> dict[str, Any]:
+    """A wheelset in the middle of the track whose outline has its flange back elsewhere than it says."""
+    rng = np.random.default_rng([37, seed])
+    content = _drawn(rng)
+    content["wheelset"]["lateral_shift_mm"] = 0.0
+    content["wheelset"]["flange_back_mm"] += float(rng.uniform(-80.0, 80.0))
+    return content
+
+
+def check_reference(content: dict[str, Any]) -> Outcome:
+    """A wheelset that stands on the tip of a flange is refused by the key of the flange back."""
+    try:
+        case = Case.from_dict(content)
+    except CaseError as cause:
+        keys = [finding.key for finding in cause.findings]
+        broken = () if keys == ["wheelset.flange_back_mm"] else (f"refused for {keys}",)
+        return Outcome(reason=str(cause), excused=True, broken=broken)
+    try:
+        result = solve_wheelset(case.task)
+    except Unsolvable as cause:
+        broken = () if cause.key == "wheelset.flange_back_mm" else (f"refused for {cause.key}: {cause}",)
+        return Outcome(reason=str(cause), excused=True, broken=broken)
+    found = []
+    for patch in result.patches:
+        outline = result.problem.wheels[patch.side].profile
+        tip = 1e3 * max(outline, key=lambda point: point[1])[0]
+        if abs(patch.record["y_wheel_mm"] - tip) < TIP:
+            found.append(f"patch {patch.name} lies on the tip of the flange")
+    return Outcome(result.converged, result.reason, broken=tuple(found))
+
+
+def _drawn(rng: np.random.Generator) -> dict[str, Any]:
     (rail, cant), (wheel, distance, back) = RAILS[rng.integers(len(RAILS))], WHEELS[rng.integers(len(WHEELS))]
     wheelset: dict[str, Any] = {
         "wheel_profile": {"file": str(ROOT / wheel)}, "nominal_radius_mm": 460.0, "flange_back_distance_mm": distance,
@@ -37,10 +88,10 @@ def random_wheelset(seed: int) -> Case:
     if rng.random() < 0.5:
         wheelset["angular_velocity_rad_s"] = 2.0 / 0.46 * (1.0 + 3e-3 * float(rng.normal()))
     gauge = 1435.0 + float(rng.uniform(-3.0, 15.0))
-    return Case.from_dict({
+    return {
         "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28}, "load": {"friction_coefficient": 0.3},
         "track": {"rail_profile": {"file": str(ROOT / rail)}, "cant": cant, "gauge_mm": gauge}, "wheelset": wheelset,
-        "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 16}})
+        "rolling": {"speed_m_s": 2.0}, "numerics": {"grid": 16}}
 
 
 def check(case: Case) -> Outcome:

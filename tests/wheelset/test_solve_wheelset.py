@@ -138,6 +138,28 @@ def test_a_rail_rolls_about_its_own_origin(rail, side, moved, shift, height):
     np.testing.assert_array_equal(force(other), force(result) * [1.0, -1.0, 1.0])
 
 
+def right_wheel(**keys) -> WheelsetResult:
+    text = TEXT.replace("[wheelset]", '[wheelset]\nwheels = "right"\nangular_velocity_rad_s = 4.33')
+    return solve(Case.parse(text).with_values({f"wheelset.{key}": value for key, value in keys.items() if key != "grid"}
+                                              | {"numerics.grid": keys["grid"]}))
+
+
+@pytest.mark.parametrize("grid", [24, 48])
+def test_two_contacts_in_one_patch_are_said_on_every_grid(grid):
+    """With their places in the axes of the track: the narrow one has no pressure to rely on (951 to 2063 MPa, N = 32 to 96)."""
+    result = right_wheel(yaw_mrad=4.0, roll_mrad=0.0, lateral_shift_mm=5.0, vertical_N=60e3, patches="curved", grid=grid)
+    (said,) = (warning for warning in result.warnings if "it holds" in warning)
+    assert said.startswith("patch right_1: it holds 2 contacts, at y = 736.") and "and 72" in said and len(result.patches) == 1
+
+
+def test_a_peak_at_the_end_of_a_plane_patch_has_no_estimate():
+    """1702 MPa here, 1861 on three times as many elements: within the last element the surfaces part."""
+    result = right_wheel(yaw_mrad=5.0, roll_mrad=-0.5, lateral_shift_mm=6.4, vertical_N=100e3, grid=64)
+    assert "pressure_max_MPa" not in result.patches[0].record["error"] or math.isnan(
+        result.patches[0].record["error"]["pressure_max_MPa"])
+    assert any("the surfaces part within an element at y (in the axes of its result)" in warning for warning in result.warnings)
+
+
 def test_a_run_finds_roll_and_angular_velocity(tmp_path):
     """Both wheels through `run`: the values of CONTACT's table, files of patches that are ordinary results, JSON and CSV."""
     (tmp_path / "m.toml").write_text(TEXT)

@@ -27,6 +27,8 @@ GROWTH = 0.01
 difference of the grids contains it. With 0 every point of a profile that is joined by straight lines would count."""
 BORDER = 2
 """Columns beside the border whose pressure depends on where in its element the border lies."""
+SLOPE_STEP = 0.1
+"""Half of the distance over the size of an element at which a gap without slopes is differentiated."""
 NARROWEST = 2 * BORDER + 1
 """Columns or rows of a patch below which its largest pressure is that of its border elements."""
 
@@ -89,7 +91,8 @@ def _narrow(
         for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
             if free[0 if side < 0.0 else 1]:
                 continue
-            top = int(kept[np.argmax(line[kept])])
+            near = kept[:BORDER + 1] if side < 0.0 else kept[-BORDER - 1:]
+            top = int(near[np.argmax(line[near])])
             inner = float(line[top])
             border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
             rise = _turn(geometry, border, grid.dy, side) * unit * peak
@@ -105,5 +108,8 @@ def _turn(geometry: ContactGeometry, border: float, size: float, side: float) ->
     low, high = geometry.limits
     places = np.clip(np.array([border - side * size, border]), low, high)
     slopes = sum((slope(places) for slope in geometry.slopes), np.zeros(2))
+    if not geometry.slopes:
+        ends = np.clip(places[:, None] + SLOPE_STEP * size * np.array([-1.0, 1.0]), low, high)
+        slopes = -np.diff(geometry.across(ends.ravel()).reshape(ends.shape))[:, 0] / np.diff(ends)[:, 0]
     return float(max(-side * (slopes[1] - slopes[0]), 0.0))
 

@@ -118,7 +118,8 @@ def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> WheelsetRes
     if scalars["power_balance_error"] * scalars["Q_F_W"] > LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding):
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
     of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
-                          for warning in (*patch.result.warnings, *_turning(patch.solved)))
+                          for warning in (*map(_in_own_axes, patch.result.warnings), *_turning(patch.solved),
+                                          *_divided(patch.solved)))
     return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
                           (*warnings, *_left_out(solved), *of_patches))
 
@@ -143,6 +144,21 @@ def _turning(patch: SolvedPatch) -> Iterator[str]:
     if turn > WIDEST_PLANE and not surface.curved:
         yield (f"the surface turns by {turn:.2g} rad across the patch, which lies in a plane: "
                'patches = "curved" follows the surface')
+
+
+def _divided(patch: SolvedPatch) -> Iterator[str]:
+    """Doubts about contacts apart from each other that share the grid of one patch."""
+    loaded = np.flatnonzero(np.asarray(patch.result.coupled.fields["pressure"]).any(axis=0))
+    parts = np.split(loaded, np.flatnonzero(np.diff(loaded) > 1) + 1)
+    if len(parts) > 1:
+        y = 1e3 * sign_of(patch.side) * patch.bearing.patch.places(-patch.result.coupled.y)[:, 1]
+        yield (f"it holds {len(parts)} contacts, at y = {' and '.join(f'{y[part].mean():.4g}' for part in parts)} mm, on one "
+               f"grid: the narrowest is {min(map(len, parts))} elements wide; compare pressures with a finer numerics.grid")
+
+
+def _in_own_axes(warning: str) -> str:
+    """A `warning` of the contact in a patch, which knows no track."""
+    return warning.replace(" y = ", " y (in the axes of its result) = ")
 
 
 def _record(patch: SolvedPatch, errors: Mapping[str, float]) -> dict[str, Any]:
