@@ -41,7 +41,7 @@ class CurvedPatch:
     """Tables over the arc length `y` (m, increasing), joined by cubic splines; there is no contact beyond its ends.
 
     `lateral`: coordinate across in the frame (m); `angle`: inclination α (rad). On each line of rolling the gap along the
-    normal is, with any constant and lengths in m,
+    normal, from which an approach counts, is, with lengths in m,
 
         gap_lowest + ½ curvature d² + cubic d³ + quartic d⁴,      d = x − x_lowest.
 
@@ -80,13 +80,6 @@ class CurvedPatch:
     def _at(self, y: Array) -> Array:
         """All columns at the arc lengths `y`, (10, ...); those of an end beyond it."""
         return np.moveaxis(self._splines(np.clip(y, *self.limits)), -1, 0)
-
-    @cached_property
-    def _touch(self) -> float:
-        """Smallest gap."""
-        lowest = int(np.argmin(self.gap_lowest))
-        around = np.linspace(self.y[max(lowest - 1, 0)], self.y[min(lowest + 1, len(self.y) - 1)], 101)
-        return float(min(self._at(around)[2].min(), self.gap_lowest[lowest]))
 
     @property
     def elliptic(self) -> bool:
@@ -136,7 +129,7 @@ class CurvedPatch:
 
     def across(self, y: Array) -> Array:
         inside = (y >= self.y[0]) & (y <= self.y[-1])
-        return np.where(inside, self._at(y)[2] - self._touch, math.inf)
+        return np.where(inside, self._at(y)[2], math.inf)
 
     def along(self, depth: float, y: Array) -> tuple[float, float]:
         columns = self._at(y)

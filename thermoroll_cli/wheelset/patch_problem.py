@@ -67,6 +67,8 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     slips = -w[:, 0] + c_x - c_phi * lateral, -along_s + c_s * np.cos(turned), spin - c_phi * np.cos(turned)
     if not patch.curved:
         slips = (np.zeros(len(s)),) * 3
+    # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
+    lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
     columns = (-s, -lateral, turned, lowest, place.x - x_lowest, 2.0 * fitted[0], -fitted[1], fitted[2], *slips)
     names = (field.name for field in fields(CurvedPatch))
