@@ -23,6 +23,8 @@ GRIDS, REFERENCE, FINER = (32,), 160, 3
 """Elements per side, and those of the grid that stands for the truth: at least so many, and at least so many times as fine as
 the finest other one. Below the surface its layers double, too."""
 FEW_LAYERS = 16
+HISTORY_GRID, HISTORY_REFERENCE = 16, 48
+"""Elements per side for histories that go on outside the domain, and those for the truth on a domain of the same width."""
 EXACT = 2e-6
 """A smaller true error is none: such pairs would make the median of estimate over true error look large."""
 ROUNDING = 1e-12
@@ -60,19 +62,30 @@ def covered(problem: Problem, *grids: int | tuple[int, int]) -> Outcome:
     return replace(outcome, pairs=tuple(pairs_of(problem, *grids))) if outcome.converged and not outcome.excused else outcome
 
 
-def pairs_of(problem: Problem, *grids: int | tuple[int, int], reference: int | None = None) -> Iterator[Pair]:
+def covered_beyond(problem: Problem, *_: int) -> Outcome:
+    """Solve and check `problem`, and compare its strength on a coarse grid with that of a domain twice as wide."""
+    outcome = solved(_on(problem, HISTORY_GRID))
+    if not outcome.converged or outcome.excused:
+        return outcome
+    return replace(outcome, pairs=tuple(pairs_of(problem, HISTORY_GRID, reference=HISTORY_REFERENCE, wider=2)))
+
+
+def pairs_of(
+    problem: Problem, *grids: int | tuple[int, int], reference: int | None = None, wider: int = 1
+) -> Iterator[Pair]:
     """The pairs of `problem` on `grids` (elements per side, or along and across), against a grid of `reference` elements per
-    side; none if it does not converge."""
+    side; none if it does not converge. With a domain `wider` than the problem's, those of strength alone."""
     reference = reference or max(REFERENCE, *(FINER * _side(grid) for grid in grids))
     solved_on = {grid: solve(_on(problem, grid)) for grid in grids}
-    fine = solve(_on(_with_layers_between(problem), reference))
+    wide = replace(problem, numerics=replace(problem.numerics, extent=wider * problem.numerics.extent))
+    fine = solve(_on(_with_layers_between(wide), wider * reference))
     if not all(result.converged for result in (fine, *solved_on.values())):
         return
     truth = fine.summary()
     for grid, coarse in solved_on.items():
         summary = coarse.summary()
         names = tuple(coarse.subsurface.scalars) if coarse.subsurface is not None else tuple(SCALARS)
-        if problem.wear is not None:
+        if problem.wear is not None or wider > 1:
             names = tuple(name for name in (*names, *SCALARS) if name in STRENGTH_SCALARS or name.startswith("wear_"))
         for name in names:
             scale, estimate = error_scale(name, summary), summary["error"].get(name, math.nan)

@@ -18,12 +18,19 @@ import numpy as np
 
 from scripts.stress import neighbours, stops, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
-from scripts.stress.coverage import covered
+from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
 from scripts.stress.random_cases import StressCase, stress_case
 from scripts.stress.random_conformal import agrees, random_pair
 from scripts.stress.random_contacts import random_contact
-from scripts.stress.random_friction import random_friction, random_from_zero, random_rising, random_strength, random_yield
+from scripts.stress.random_friction import (
+    random_friction,
+    random_from_zero,
+    random_history,
+    random_rising,
+    random_strength,
+    random_yield,
+)
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
 from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact, shifted_profile
@@ -118,6 +125,7 @@ POPULATIONS = {
         lambda seed: replace(random_contact(50000 + seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),
     "coverage of falling friction": Population(random_friction, covered, 40, 300.0),
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
+    "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),
     "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),
     "coverage of stresses in coatings": Population(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from scripts.stress.random_contacts import random_contact
-from thermoroll_cli.problem.friction import FrictionLaw, Interlayer
+from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.problem import Heating, Problem, Strength, SubsurfaceRequest, Wear, WornBody
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -128,3 +128,15 @@ def random_strength(seed: int) -> Problem:
     weak, strong = (Strength(float(modulus * rng.uniform(0.15, 0.5)), float(rng.uniform(0.0, 0.4))) for _ in range(2))
     return replace(problem, subsurface=SubsurfaceRequest(lower_strength=weak, upper_strength=strong),
                    wear=Wear(WornBody(1e-15, 1.0), WornBody(3e-15, 2.0)))
+
+
+def random_history(seed: int) -> Problem:
+    """The contact of `seed`, of little friction and without heat, with a Dang Van stress that states outside the domain decide:
+    the hydrostatic stress counts much."""
+    rng = np.random.default_rng([43, seed])
+    problem = random_contact(130000 + seed)
+    friction = Friction(float(rng.choice([0.0, rng.uniform(0.0, 0.1)])))
+    strength = Strength(0.3 * DerivedQuantities(problem).hertz.peak_pressure, float(rng.uniform(0.3, 0.7)))
+    force_free = replace(problem.motion, creepage_x=problem.motion.creepage_x or 0.0, force_x=None)
+    return replace(problem, friction=friction, heating=Heating(heat=False), motion=force_free,
+                   subsurface=SubsurfaceRequest(("lower",), layers=16, lower_strength=strength, thermal=False))

@@ -128,11 +128,17 @@ def test_stress_history(full: Path, tmp_path: Path) -> None:
     where = f"{float(stored.y[row] * 1e3)!r},{float(body.depths[layer] * 1e3)!r}"
     assert call("export", full, "--format", "csv", "--history", where, "-o", tmp_path).returncode == 0
     with open(tmp_path / "spheres_history.csv") as stream:
-        rows = list(csv.DictReader(stream))
-    assert len(rows) == 16
+        every = list(csv.DictReader(stream))
+    places = np.array([float(r["x_mm"]) for r in every])
+    first = int(np.argmin(np.abs(places - stored.x[0] * 1e3)))
+    rows = every[first : first + 16]
+    assert (np.diff(places) > 0.0).all() and places[0] < 50.0 * stored.x[0] * 1e3
+    equivalent = [float(r["upper_von_mises_elastic_MPa"]) for r in every]
+    assert max(equivalent[0], equivalent[-1]) < 1e-3 * max(equivalent)
+    assert float(every[-1]["upper_temperature_rise_K"]) > 0.0  # the wake of heat
     got = [float(r["upper_stress_xz_MPa"]) for r in rows]
     np.testing.assert_allclose(got, body.fields["stress_xz"][layer, :, row] * 1e-6, rtol=1e-6, atol=1e-9)
-    assert float(rows[-1]["time_s"]) == pytest.approx(np.ptp(stored.x) / 1.0)
+    assert float(rows[-1]["time_s"]) - float(rows[0]["time_s"]) == pytest.approx(np.ptp(stored.x) / 1.0)
     assert float(rows[5]["lower_temperature_rise_K"]) == pytest.approx(
         float(stored.bodies["lower"].fields["temperature_rise"][layer, 5, row]), rel=1e-5)  # fmt: skip
     for wrong, words in (("0,9", "outside"), ("9,0", "outside"), ("0", "not Y,Z"), ("a,b", "not Y,Z")):
@@ -140,6 +146,31 @@ def test_stress_history(full: Path, tmp_path: Path) -> None:
         assert done.returncode == 2
         assert words in done.stderr
     assert call("export", full, "--format", "xdmf", "--history", "0,0").returncode == 2
+
+
+@pytest.mark.parametrize("body", [THERMAL, MECHANICAL + """
+[[material.lower.layers]]
+thickness_um = 20.0
+youngs_modulus_GPa = 400.0
+poisson_ratio = 0.25
+"""], ids=["heat", "coating"])
+def test_history_outside_the_domain_is_that_of_a_wider_one(tmp_path: Path, body: str) -> None:
+    lines = {}
+    for name, wide in (("narrow", 1), ("wide", 2)):
+        text = body.replace("grid = 16", f"grid = {24 * wide}\nextent = {2.2 * wide}") + TABLE.format('"plane"')
+        text += "bodies = ['lower']\ndepth_mm = 0.2\n"
+        assert call("run", written(tmp_path, text, name), "-o", tmp_path, "--no-plots", "-q").returncode == 0
+        assert call("export", tmp_path / f"{name}.h5", "--format", "csv", "--history", "0,0.1", "-o", tmp_path).returncode == 0
+        with open(tmp_path / f"{name}_history.csv") as stream:
+            rows = list(csv.DictReader(stream))
+        lines[name] = {key: np.array([float(row[key]) for row in rows]) for key in rows[0]}
+    x, limit = lines["narrow"]["x_mm"], read_result(tmp_path / "wide.h5").x[-1] * 1e3
+    outside = (np.abs(x) < limit) & (np.abs(x) > read_result(tmp_path / "narrow.h5").x[-1] * 1e3)
+    assert outside.sum() >= 6
+    for key, values in lines["narrow"].items():
+        if "stress" in key or "temperature" in key:
+            truth = np.interp(x, lines["wide"]["x_mm"], lines["wide"][key])
+            assert np.abs(values - truth)[outside].max() < 0.015 * np.abs(lines["wide"][key]).max() + 1e-9, key
 
 
 def test_history_on_the_kept_plane_only(tmp_path: Path) -> None:

@@ -190,5 +190,7 @@ def _cost(
     transforms = (12.0 if derived.kinematics.has_traction else 6.0) * len(tables) + 14.0 * len(hot)
     each = transforms * padded * math.log2(padded) * 1.2e-9 + judged * elements * 8e-8
     each += sum(isinstance(body, Material) for body in tables) * elements * LAYERED_SECONDS
+    # Histories go on outside the domain.
+    each *= 1.0 + (request.lower_strength is not None or request.upper_strength is not None)
     # Coarser grids, for the error estimates, add a third.
     return int(memory), 1.33 * layers * each + 0.5 * len(hot)

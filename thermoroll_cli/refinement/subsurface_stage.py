@@ -14,7 +14,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
-from thermoroll_cli.problem.problem import SubsurfaceRequest
+from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import errors_with_rivals, stress_estimates
 from thermoroll_cli.refinement.outcome import RefinementLevel, refining_both
@@ -25,7 +25,7 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import heated_bodies
 from thermoroll_cli.stress.body_stresses import Collector, scalars_of
 from thermoroll_cli.stress.strength import StrengthCollector, depth_name, strength_scalars
-from thermoroll_cli.stress.superposition import ElasticStresses, StressTransforms, SurfaceLoad, ThermalStresses
+from thermoroll_cli.stress.superposition import Beyond, ElasticStresses, StressTransforms, SurfaceLoad, ThermalStresses
 
 Collectors = dict[str, Collector]
 """By body."""
@@ -45,29 +45,31 @@ def surface_loads(
     discretisation: Discretisation, contact: Contact, bodies: tuple[str, ...], thermal: bool
 ) -> dict[str, SurfaceLoad]:
     """The loads of a steady state on each of the `bodies`, with heat if thermal stresses are wanted."""
-    derived = discretisation.derived
-    materials = {"lower": derived.problem.lower, "upper": derived.problem.upper}
-    traction = contact.tangential.traction if contact.tangential.traction.any() else None
+    derived, tangential = discretisation.derived, contact.tangential
+    heat = discretisation.heat(contact) if thermal else None
+    rises: dict[str, Array] = {} if heat is None else dict(zip(BODIES, heat.temperatures(), strict=True))
     loads = {}
-    heated = dict(zip(materials, heated_bodies(derived.problem, *contact.tangential.creepage), strict=True)) if thermal else {}
-    heat_of_both = discretisation.heat(contact) if thermal else None
-    rises = dict(zip(materials, heat_of_both.temperatures(), strict=True)) if heat_of_both is not None else {}
     for body in bodies:
-        material = materials[body]
-        plain = SurfaceLoad(contact.normal.pressure, traction, None, material.surface.poisson_ratio, TRACTION_SIGNS[body],
-                            layered=LayeredBody.of(material) if material.layers else None)
-        heat = None if heat_of_both is None else getattr(heat_of_both.into, body)
-        if heat is None or not heat.any():
-            loads[body] = plain
-            continue
-        moving = heated[body]
-        assert material.expansion is not None
-        loads[body] = SurfaceLoad(
-            plain.pressure, traction, heat, material.poisson_ratio, plain.sign,
-            thermal_modulus=material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio),
-            conductivity=moving.conductivity, diffusivity=moving.diffusivity, speed=(moving.speed_x, moving.speed_y),
-            surface_rise=None if body in recirculating(derived) else rises[body])
+        into = None if heat is None else getattr(heat.into, body)
+        load = body_load(derived.problem, body, contact.normal.pressure, tangential.traction, into, tangential.creepage)
+        known = load.heat is not None and body not in recirculating(derived)
+        loads[body] = replace(load, surface_rise=rises[body]) if known else load
     return loads
+
+
+def body_load(
+    problem: Problem, body: str, pressure: Array, traction: Array, heat: Array | None, creepage: tuple[float, float]
+) -> SurfaceLoad:
+    """The load of pressure (Pa), traction (2, nx, ny) and heat into the `body` (W/m², None: none) at the creepages found."""
+    material = getattr(problem, body)
+    load = SurfaceLoad(pressure, traction if traction.any() else None, None, material.surface.poisson_ratio,
+                       TRACTION_SIGNS[body], layered=LayeredBody.of(material) if material.layers else None)
+    if heat is None or not heat.any():
+        return load
+    moving = heated_bodies(problem, *creepage)[BODIES.index(body)]
+    modulus = material.youngs_modulus * material.expansion / (1.0 - material.poisson_ratio)
+    return replace(load, heat=heat, thermal_modulus=modulus, conductivity=moving.conductivity, diffusivity=moving.diffusivity,
+                   speed=(moving.speed_x, moving.speed_y))
 
 
 def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
@@ -137,6 +139,21 @@ def _below_the_surface(
     return Subsurface(results, scalars, error, tuple(warnings))
 
 
+def stresses_by_depth(
+    loads: Mapping[str, tuple[StressTransforms, SurfaceLoad]], depths: Mapping[str, Array]
+) -> Iterator[tuple[str, int, Array, tuple[Array, Array] | None]]:
+    """Body, number of the depth, elastic stresses, and thermal stresses with temperatures; bodies that are alike in turn."""
+    heats = {body: ThermalStresses(transforms, load).at(depths[body]) for body, (transforms, load) in loads.items()
+             if load.heat is not None}
+    for alike in _alike({body: load for body, (_, load) in loads.items()}):
+        transforms, first = loads[alike[0]]
+        elastic = ElasticStresses(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
+        for index, depth in enumerate(depths[alike[0]]):
+            parts = elastic.at(float(depth))
+            for body in alike:
+                yield body, index, loads[body][1].elastic(*parts), next(heats[body]) if body in heats else None
+
+
 def _collect(
     discretisation: Discretisation, contact: Contact, request: SubsurfaceRequest, depths: dict[str, Array], *, thermal: bool,
     last: bool,
@@ -157,15 +174,14 @@ def _collect(
         if (strength := getattr(request, f"{body}_strength")) is not None:
             material = getattr(discretisation.derived.problem, body)
             collector.strength = StrengthCollector(strength, material, depths[body], len(y), mirrored, collector.thermal)
-    heats = {body: ThermalStresses(transforms, load).at(depths[body]) for body, load in loads.items()
-             if load.heat is not None}
-    for alike in _alike(loads):
-        first = loads[alike[0]]
-        elastic = ElasticStresses(transforms, first.pressure, first.traction, first.poisson_ratio, first.layered)
-        for index, depth in enumerate(depths[alike[0]]):
-            parts = elastic.at(float(depth))
-            for body in alike:
-                collectors[body].take(index, loads[body].elastic(*parts), next(heats[body]) if body in heats else None)
+    further = {body: Beyond.of(discretisation.grid, load) for body, load in loads.items()
+               if collectors[body].strength is not None}
+    here = {body: (transforms, load) for body, load in loads.items()}
+    there = {body: (StressTransforms(part.grid, mirrored), part.load) for body, part in further.items()}
+    outside = stresses_by_depth(there, depths)
+    for body, index, elastic_stress, thermal_stress in stresses_by_depth(here, depths):
+        beyond = further[body].history(*next(outside)[2:]) if body in further else None
+        collectors[body].take(index, elastic_stress, thermal_stress, beyond)
     for body, collector in collectors.items():
         for index in collector.cut_off():
             collector.take_interface(index, *_on_a_wider_domain(transforms, loads[body], float(collector.depths[index])))

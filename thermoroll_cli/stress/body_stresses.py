@@ -67,16 +67,19 @@ class Collector:
         self.stresses = np.empty((6, *shape), PRECISION) if self.keep == "full" else None
         self.plane = np.empty((6, *shape[:2]), PRECISION) if self.keep else None
 
-    def take(self, index: int, elastic: AnyArray, thermal: tuple[AnyArray, AnyArray] | None) -> None:
-        """One depth: elastic stresses (6, nx, columns) in Pa, and thermal stresses with temperatures in K."""
+    def take(
+        self, index: int, elastic: AnyArray, thermal: tuple[AnyArray, AnyArray] | None, beyond: tuple[AnyArray, AnyArray] | None
+    ) -> None:
+        """One depth: elastic stresses (6, nx, columns) in Pa, and thermal stresses with temperatures in K; elastic and total
+        stresses `beyond` the domain along x, if there is a strength."""
         self.elastic.take(index, elastic)
         stress = elastic
         if thermal is not None and self.temperature is not None:
             stress = elastic + thermal[0]
             self.temperature[index] = thermal[1]
             self.total.take(index, stress)
-        if self.strength is not None:
-            self.strength.take(index, elastic, stress)
+        if self.strength is not None and beyond is not None:
+            self.strength.take(index, *(np.concatenate(parts, axis=1) for parts in zip((elastic, stress), beyond, strict=True)))
         if self.stresses is not None:
             self.stresses[:, index] = stress
         if self.plane is not None:

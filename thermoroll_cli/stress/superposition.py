@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.halfspace.layered import LayeredBody
 from thermoroll_cli.halfspace.layered_stress import element_stresses
 from thermoroll_cli.halfspace.subsurface_elastic import pressure_stress, traction_x_stress, traction_y_stress
@@ -49,6 +49,53 @@ class SurfaceLoad:
     def elastic(self, by_pressure: Array, by_traction: Array | None) -> Array:
         """Stresses in this body from those of `ElasticStresses.at`."""
         return by_pressure if by_traction is None else by_pressure + self.sign * by_traction
+
+
+BEYOND = 4
+"""Length along x over which histories are followed, over that of the domain, and length of the elements outside over that of
+the domain's."""
+
+
+@dataclass(frozen=True)
+class Beyond:
+    """The loads of a domain on a `grid` that is some times as long, of elements as many times as long; `outside` are those
+    outside the domain, (n,)."""
+
+    grid: Grid
+    load: SurfaceLoad
+    outside: Mask
+
+    @classmethod
+    def of(cls, grid: Grid, load: SurfaceLoad, times: int = BEYOND, inside: float = 1.0) -> Beyond:
+        """`times` as long as the domain `grid`; what counts as `inside` is so many domains long."""
+        count = -(-grid.nx // times)
+        missing, margin = count * times - grid.nx, -(-count * (times - 1) // 2)
+
+        def lengthened(field: Array) -> Array:
+            """Averages along x, with nothing on both sides."""
+            whole = np.pad(field, ((0, missing), (0, 0)))
+            return np.pad(whole.reshape(count, times, -1).mean(axis=1), ((margin, margin), (0, 0)))
+
+        centre = grid.centre_x + 0.5 * missing * grid.dx
+        wide = Grid(count + 2 * margin, grid.ny, times * grid.dx, grid.dy, grid.centre, centre)
+        traction = None if load.traction is None else np.stack([lengthened(field) for field in load.traction])
+        heat = None if load.heat is None else lengthened(load.heat)
+        reach = 0.5 * (inside * grid.nx * grid.dx + wide.dx)
+        return cls(wide, replace(load, pressure=lengthened(load.pressure), traction=traction, heat=heat, surface_rise=None),
+                   np.abs(wide.x - grid.centre_x) >= reach * (1.0 - 1e-9))
+
+    def history(self, elastic: Array, thermal: tuple[Array, Array] | None) -> tuple[Array, Array]:
+        """Elastic and total stresses (6, n, columns) outside the domain, from those on the whole `grid`: at its elements and,
+        by cubics, midway between them."""
+        total = elastic if thermal is None else elastic + thermal[0]
+        between = self.outside[1:-2] & self.outside[2:-1]
+
+        def refined(stress: Array) -> Array:
+            midway = (9.0 * (stress[:, 1:-2] + stress[:, 2:-1]) - stress[:, :-3] - stress[:, 3:]) / 16.0
+            return np.concatenate([stress[:, self.outside], midway[:, between]], axis=1)
+
+        outer = refined(elastic)
+        return outer, outer if thermal is None else refined(total)
 
 
 class StressTransforms:

@@ -13,8 +13,12 @@ from scipy.interpolate import BSpline, make_interp_spline
 from thermoroll_cli.arrays import AnyArray, Array
 from thermoroll_cli.atomic import replacing, write_bytes
 from thermoroll_cli.files.result.hdf5 import ResultFileError, read_result
+from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.names import COLUMN_UNITS, FIELDS, STRESSES, SUBSURFACE_FIELDS, Field
 from thermoroll_cli.problem.result import BodyStresses, Result, State, within_layers
+from thermoroll_cli.refinement.subsurface_stage import body_load, stresses_by_depth
+from thermoroll_cli.stress.strength import von_mises
+from thermoroll_cli.stress.superposition import Beyond, StressTransforms
 
 Path = str | os.PathLike[str]
 
@@ -114,9 +118,10 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
 
 def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pathlib.Path]:
     """Write the stress history of a material point to `out`: since the state is steady, a line of rolling at lateral position
-    `y` and depth `z` (m), with a line per element along x.
+    `y` and depth `z` (m), with a line per element along x, and of ever longer elements outside the domain until it is unloaded
+    (`FAR`; the wake of heat may be longer).
 
-    Columns: `x_mm`; `time_s`, from entering the domain at the rolling speed; the six stresses, the von Mises stress and the
+    Columns: `x_mm`; `time_s`, from the first line at the rolling speed; the six stresses, the von Mises stress and the
     temperature rise of each body stored, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are in the
     body's own frame, z into the body; values between depths and rows are of cubic splines, at an interface those above it.
 
@@ -125,12 +130,18 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
     result = read_result(result_path)
     if not result.bodies:
         raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
-    columns: dict[str, AnyArray] = {"x_mm": result.x * 1e3, "time_s": (result.x - result.x[0]) / result.problem.motion.speed}
+    columns: dict[str, AnyArray] = {}
     for body, stresses in result.bodies.items():
         line = _line(result, stresses, y, z)
         if line is None:
             raise ResultFileError(f"{result_path}: stresses are kept on the plane y = {stresses.plane_y * 1e3:.4g} mm only; "
                                   'solve the case with fields = "full" in [subsurface]')
+        # On the only plane that is kept its values stand for those of its row.
+        place = y if STRESSES[0] in stresses.fields else stresses.plane_y
+        x, outside = _outside(result, body, place, z, thermal="temperature_rise" in line)
+        order = np.argsort(x)
+        x, line = x[order], {name: np.append(values, outside[name])[order] for name, values in line.items()}
+        columns |= {"x_mm": x * 1e3, "time_s": (x - x[0]) / result.problem.motion.speed}
         ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
         columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
     _write_csv(pathlib.Path(out), columns)
@@ -150,6 +161,37 @@ def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping
     part = next((part for part in within_layers(stresses.depths) if z <= stresses.depths[part][-1]), slice(0, None))
     at_depth = {name: _spline(stresses.depths[part], values[part])(z) for name, values in fields.items()}
     return at_depth if on_plane else {name: _spline(result.y, values.T)(y) for name, values in at_depth.items()}
+
+
+FAR = (4, 16, 64)
+"""Lengths of the domains on which a history goes on, over that of the domain: stresses fall to 1e-3 or less of the largest."""
+
+
+def _outside(result: Result, body: str, y: float, z: float, *, thermal: bool) -> tuple[Array, dict[str, Array]]:
+    """The x (m) inside and outside the domain, and every field of a body at those outside."""
+    fields, problem, scalars = result.coupled.fields, result.problem, result.coupled.scalars
+    flux, share = fields["heat_flux"], problem.heating.partition
+    lower = share * flux if isinstance(share, float) and "heat_flux_lower" not in fields else fields["heat_flux_lower"]
+    load = body_load(problem, body, fields["pressure"], np.stack([fields["shear_x"], fields["shear_y"]]),
+                     (lower if body == "lower" else flux - lower) if thermal else None,
+                     (scalars["creepage_longitudinal"], scalars["creepage_lateral"]))
+    (nx, dx, middle), (ny, dy, centre) = (
+        (len(axis), float(np.ptp(axis)) / (len(axis) - 1), 0.5 * float(axis[0] + axis[-1])) for axis in (result.x, result.y))
+    places, stresses, rises, inside = [result.x], [], [], 1.0
+    for times in FAR:
+        part = Beyond.of(Grid(nx, ny, dx, dy, centre, middle), load, times, inside)
+        here, depth = {body: (StressTransforms(part.grid, False), part.load)}, {body: np.array([z])}
+        (_, _, elastic, heated), = stresses_by_depth(here, depth)
+        both = np.concatenate([elastic, np.zeros((7, *elastic.shape[1:])) if heated is None else [*heated[0], heated[1]]])
+        at = _spline(result.y, np.moveaxis(both[:, part.outside], 2, 0))(y)
+        places.append(part.grid.x[part.outside])
+        stresses.append(np.stack([at[:6], at[:6] + at[6:12]]))
+        rises.append(at[12])
+        inside = part.grid.nx * part.grid.dx / (nx * dx)
+    elastic, total = np.concatenate(stresses, axis=2)
+    values = dict(zip(STRESSES, total, strict=True)) | {
+        "von_mises": von_mises(total), "von_mises_elastic": von_mises(elastic), "temperature_rise": np.concatenate(rises)}
+    return np.concatenate(places), values
 
 
 def _spline(axis: Array, values: AnyArray) -> BSpline:
