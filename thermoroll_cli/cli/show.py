@@ -31,6 +31,7 @@ MEANINGS = {
     "expected_bulk_temperature_upper_K": "of full sliding, upper body",
     "biot_lower": "Biot number hR/k, lower body",
     "biot_upper": "Biot number hR/k, upper body",
+    "felt_modulus_GPa": "E* of both surfaces as fast as they pass the contact",
 }
 """Meanings of the numbers known before solving, besides those of scalars of a result."""
 

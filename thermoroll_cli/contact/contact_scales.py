@@ -13,6 +13,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
+from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.grid import Domain, Grid, Prolongation, peak_value
 from thermoroll_cli.problem.geometry import ContactGeometry, Unsolvable
 
@@ -77,26 +78,27 @@ def approach_weight(geometry: ContactGeometry, y: Array) -> Array:
 
 @lru_cache(maxsize=64)
 def contact_scales(
-    geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None
+    geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None,
+    relaxing: Relaxing | None = None,
 ) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile or a coating, from a coarse normal solution.
+    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.
     """
+    bodies = _Bodies(contact_modulus, coatings, relaxing)
     if geometry.elliptic:
-        assert coatings is not None
-        return _of_smooth(geometry, contact_modulus, normal_force, coatings)
+        return _of_smooth(geometry, bodies, normal_force)
     low, high = geometry.limits
     mirror = geometry.symmetric
-    depth = _overlap(geometry, contact_modulus, normal_force)
+    depth = _overlap(geometry, bodies.softest, normal_force)
     for _ in range(ATTEMPTS):
         y = np.linspace(low, high, OVERLAP_SAMPLES)
         inside = y[geometry.across(y) < depth]
         rear, front = geometry.along(depth, inside)
         box = _Box(0.5 * (front - rear), float(inside[0]), float(inside[-1]), 0.5 * (front + rear))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-        solution = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, depth, mirror=mirror)
+        solution = _solve(geometry, bodies, normal_force, grown, (low, high), depth, mirror=mirror)
         if solution is not None:
             break
         depth *= 1.5
@@ -104,20 +106,20 @@ def contact_scales(
         raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry")
     # Once more with all elements on the contact: its border is known to an element.
     grown = _Box.around(solution.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-    finer = _solve(geometry, contact_modulus, normal_force, grown, (low, high), coatings, solution, mirror=mirror)
+    finer = _solve(geometry, bodies, normal_force, grown, (low, high), solution, mirror=mirror)
     return (finer or solution).scales
 
 
-def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings) -> ContactScales:
-    """Scales of coated bodies: the first domain is Hertz's contact of the surfaces' materials, each further one the contact
-    found."""
-    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, contact_modulus, normal_force)
+def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, normal_force: float) -> ContactScales:
+    """Scales of coated or relaxing bodies: the first domain is Hertz's contact of the surfaces' materials, relaxed, each
+    further one the contact found."""
+    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, bodies.softest, normal_force)
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
     solution, fits = None, 0
     for _ in range(4 * ATTEMPTS):
         grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
         start = solution or hertz.approach
-        attempt = _solve(geometry, contact_modulus, normal_force, grown, limits, coatings, start, mirror=True)
+        attempt = _solve(geometry, bodies, normal_force, grown, limits, start, mirror=True)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
@@ -125,7 +127,21 @@ def _of_smooth(geometry: ContactGeometry, contact_modulus: float, normal_force: 
         box = _Box.around(solution.scales)
         if fits == DOMAIN_FITS:
             return solution.scales
-    raise Unsolvable("no contact of these coated bodies was found", "material")
+    raise Unsolvable("no contact of these bodies was found", "material")
+
+
+@dataclass(frozen=True)
+class _Bodies:
+    """What deforms: E* of the surfaces' materials (Pa), coatings, relaxation."""
+
+    contact_modulus: float
+    coatings: Coatings | None
+    relaxing: Relaxing | None
+
+    @property
+    def softest(self) -> float:
+        """E* of the surfaces' materials after a long time."""
+        return self.contact_modulus if self.relaxing is None else self.relaxing.relaxed_modulus(self.contact_modulus)
 
 
 @dataclass(frozen=True)
@@ -177,8 +193,8 @@ def _overlap(geometry: ContactGeometry, contact_modulus: float, normal_force: fl
 
 
 def _solve(
-    geometry: ContactGeometry, contact_modulus: float, normal_force: float, box: _Box, limits: tuple[float, float],
-    coatings: Coatings | None, before: _Found | float, *, mirror: bool,
+    geometry: ContactGeometry, bodies: _Bodies, normal_force: float, box: _Box, limits: tuple[float, float],
+    before: _Found | float, *, mirror: bool,
 ) -> _Found | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
     is the start: the solution on another box, or how deep (m) rigid bodies overlap."""
@@ -188,7 +204,7 @@ def _solve(
     gap = geometry.gap(grid.x, grid.y) / tilt
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
-    solver = NormalSolver(grid, contact_modulus, coatings, tilt)
+    solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, tilt, bodies.relaxing)
     solution = solver.solve(gap, normal_force, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
@@ -202,6 +218,12 @@ def _solve(
     if geometry.leans:
         # A patch that leans spans more than its longest line of rolling.
         along, centre_x = (rows[-1] - rows[0] + 1) * grid.dx, 0.5 * (grid.x[rows[0]] + grid.x[rows[-1]])
+    elif bodies.relaxing is not None:
+        # The contact leads.
+        part = np.pad(share.max(axis=1), 1)
+        rear = grid.x[rows[0]] - part[rows[0] : rows[0] + 2].sum() * grid.dx
+        front = grid.x[rows[-1]] + part[rows[-1] + 1 : rows[-1] + 3].sum() * grid.dx
+        along, centre_x = front - rear, 0.5 * (front + rear)
     # Covered parts and half an element of room: with whole elements the domains of neighbouring problems would jump.
     covered = np.pad(share.max(axis=0), 1)
     low = grid.y[columns[0]] - covered[columns[0] : columns[0] + 2].sum() * grid.dy

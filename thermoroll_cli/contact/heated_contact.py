@@ -20,17 +20,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
-import numpy as np
-
-from thermoroll_cli.arrays import Array, Mask
-from thermoroll_cli.contact.active_set import Approach, Closed, Given, approach_of, carrying, settle
-from thermoroll_cli.contact.normal_contact import NormalSolver
-from thermoroll_cli.numerics.krylov import Vector, gmres
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.active_set import Approach, Given, carrying, settle
+from thermoroll_cli.contact.normal_contact import MOST_ITERATIONS, NormalSolver
 
 MOST_ACTIVE_SETS = 30
 """Active sets tried for one heat. A step that is not too large needs three to eight."""
-MOST_ITERATIONS = 120
-"""GMRES steps per active set: four to eight are usual."""
 WANDERING_SHARE = 0.3
 """A step is given up when an active set would gain this share of its elements while it also loses some: it began with a
 contact that is too large for its heat."""
@@ -78,7 +73,9 @@ class HeatedContactSolver:
         active sets do not settle."""
         start = carrying(self._given, pressure)
         scale = max(float(self._normal.displacement(start)[start > 0.0].mean()), 1e-300)
-        settled = settle(partial(self._closing, heat=heat), partial(self._closed, scale, heat), self._gap, self._given, start,
+        respond = partial(self._closing, heat=heat)
+        close = partial(self._normal.closed_by_gmres, respond, self._gap, self._given, scale)
+        settled = settle(respond, close, self._gap, self._given, start,
                          tolerance, reduction=GAP_REDUCTION, most_sets=MOST_ACTIVE_SETS,
                          most_iterations=MOST_ACTIVE_SETS * MOST_ITERATIONS, wandering=WANDERING_SHARE)
         expansion = self._expand(settled.pressure) * heat
@@ -89,47 +86,6 @@ class HeatedContactSolver:
         self.applications += 1
         indented = self._normal.displacement(pressure)
         return indented - heat * self._expand(pressure) if heat else indented
-
-    def _closed(
-        self, scale: float, heat: float, contact: Mask, pressure: Array, closing: Array, tolerance: float, reduction: float,
-        most: int,
-    ) -> Closed:
-        """The gap on the `contact` closed by GMRES, without change of load if that is given; errors are over `scale` (m)."""
-        at_load = not isinstance(self._given, Approach)
-
-        def residual(closing: Array) -> tuple[Vector, float, float]:
-            remaining = (closing + self._gap)[contact]
-            approach = approach_of(self._given, float(remaining.mean()))
-            remaining = approach - remaining
-            return remaining, approach, float(np.sqrt(np.mean(remaining**2))) / scale
-
-        def on_grid(values: Vector) -> Array:
-            field = np.zeros(contact.shape)
-            field[contact] = values
-            return field
-
-        def respond(values: Vector) -> Vector:
-            return self._closing(on_grid(values), heat).ravel()
-
-        def inside(_: Vector, image: Vector) -> Vector:
-            values = image.reshape(contact.shape)[contact]
-            return np.asarray(values - values.mean() if at_load else values)
-
-        inverse = self._normal.preconditioner(contact, at_load=at_load)
-
-        def precondition(values: Vector) -> Vector:
-            return inverse(on_grid(values))[contact]
-
-        remaining, approach, error = residual(closing)
-        if error <= tolerance:
-            return Closed(pressure, closing, approach, error, scale, 0)
-        solution = gmres(respond, inside, precondition, remaining, max(tolerance / error, reduction),
-                         min(MOST_ITERATIONS, most))
-        # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
-        if solution.iterations:
-            pressure, closing = pressure + on_grid(solution.step), closing + solution.image.reshape(contact.shape)
-            _, approach, error = residual(closing)
-        return Closed(pressure, closing, approach, error, scale, solution.iterations)
 
     def continued(self, pressure: Array, tolerance: float) -> HeatedContact:
         """The state at full heat: tried at once from `pressure`, else by raising the heat from zero.

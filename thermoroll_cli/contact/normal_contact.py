@@ -20,12 +20,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thermoroll_cli.arrays import AnyArray, Array, Mask
-from thermoroll_cli.contact.active_set import Approach, Closed, Given, approach_of, carrying, settle
+from thermoroll_cli.contact.active_set import Approach, Close, Closed, Given, approach_of, carrying, settle
 from thermoroll_cli.contact.stiff_layers import Blocks, has_stiff_layers
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import normal_table
-from thermoroll_cli.numerics.convolution import Convolution, even_length, in_pairs, multiply, quadrant_symbol
+from thermoroll_cli.halfspace.relaxing import Relaxing
+from thermoroll_cli.numerics.convolution import Convolution, even_length, half_plane_symbol, in_pairs, multiply, quadrant_symbol
 from thermoroll_cli.numerics.grid import Grid, framed, neighbour_max, neighbour_sum
+from thermoroll_cli.numerics.krylov import Vector, gmres
 
 FIRST_REDUCTION = 0.1
 """Factor by which the gap on an active set is reduced before the set is updated: the first sets are far off."""
@@ -35,6 +37,8 @@ BORDER_PASSES = 3
 """Passes that drop elements under tension after the border was resolved; if tension remains, whole elements are kept."""
 BORDER_ITERATIONS = 60
 """Conjugate gradients per such pass, which start from the solution with whole elements."""
+MOST_ITERATIONS = 120
+"""GMRES steps per active set: four to eight are usual."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +74,10 @@ class NormalSolver:
     (ny,) is the cosine w of its inclination: pressures are then w p, which carry the load, and gaps and displacements are those
     along the normals over w, which an approach closes evenly."""
 
-    def __init__(self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None, tilt: Array | None = None) -> None:
+    def __init__(
+        self, grid: Grid, contact_modulus: float, coatings: Coatings | None = None, tilt: Array | None = None,
+        relaxing: Relaxing | None = None,
+    ) -> None:
         nx, ny = grid.shape
         self.grid = grid
         self._tilt = None if tilt is None or (tilt == 1.0).all() else tilt
@@ -90,12 +97,18 @@ class NormalSolver:
                 self._blocks = Blocks(grid, contact_modulus, coatings)
             border = coatings.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = border.contact_modulus, border.trust
-        self._kernel = self._convolution.quadrant_spectrum(table)
+        self._kernel, self._symmetric = self._convolution.quadrant_spectrum(table), relaxing is None
+        if relaxing is not None:
+            added = relaxing.normal_table(nx, ny, grid.dx, grid.dy)
+            self._kernel = self._kernel[:, ::2] + half_plane_symbol(added, (self._convolution.px, self._convolution.py))
+            symbol = symbol * relaxing.normal_factor(px, grid.dx, contact_modulus)
+            near = relaxing.near_border(grid.dx, grid.dy)
+            self.contact_modulus, self._border_trust = near.contact_modulus, near.trust
         self._hat = self._convolution.empty_spectrum()
         # Wrapped around, which costs a preconditioner nothing. Rounding could leave a wavenumber without stiffness; the kernel
         # itself is positive.
         self._periodic = Convolution(nx, ny, padded=(px, py))
-        self._inverse_symbol = in_pairs(1.0 / np.maximum(symbol, 1e-12 * symbol.max()))
+        self._inverse_symbol = in_pairs(1.0 / (np.maximum(symbol, 1e-12 * symbol.max()) if self._symmetric else symbol))
 
     def displacement(self, pressure: Array) -> Array:
         """u_z^e = A p in m, by free-space convolution (Eq. 6)."""
@@ -103,6 +116,13 @@ class NormalSolver:
         hat = self._convolution.forward(pressure if self._tilt is None else pressure / self._tilt, out=self._hat)
         displacement = self._convolution.inverse(multiply(hat, self._kernel, out=hat))
         return displacement if self._tilt is None else displacement / self._tilt
+
+    def hysteresis(self, pressure: Array) -> float:
+        """∬ p ∂u_z/∂x in N: what `pressure` (Pa, (nx, ny)) loses in bodies that relax, per distance rolled."""
+        if self._symmetric:
+            return 0.0
+        hat = self._convolution.forward(pressure)
+        return -self._convolution.drift(np.abs(hat) ** 2 * self._kernel.imag) * self.grid.dy
 
     @property
     def below_stiff_layers(self) -> bool:
@@ -123,6 +143,50 @@ class NormalSolver:
             return z
 
         return without_load if at_load else inverse
+
+    def closed_by_gmres(
+        self, respond: Callable[[Array], Array], gap: Array, given: Given, scale: float | None, contact: Mask, pressure: Array,
+        closing: Array, tolerance: float, reduction: float, most: int,
+    ) -> Closed:
+        """The gap on the `contact` closed by GMRES, for bodies that `respond` to pressures by no symmetric operator (m);
+        `closing` is their response to `pressure`. Without change of load if that is given; errors are over `scale` (m; None:
+        the mean response)."""
+        at_load = not isinstance(given, Approach)
+        unit = max(float(np.abs(closing[contact]).mean()), 1e-300) if scale is None else scale
+
+        def residual(closing: Array) -> tuple[Vector, float, float]:
+            remaining = (closing + gap)[contact]
+            approach = approach_of(given, float(remaining.mean()))
+            remaining = approach - remaining
+            return remaining, approach, float(np.sqrt(np.mean(remaining**2))) / unit
+
+        def on_grid(values: Vector) -> Array:
+            field = np.zeros(contact.shape)
+            field[contact] = values
+            return field
+
+        def inside(_: Vector, image: Vector) -> Vector:
+            values = image.reshape(contact.shape)[contact]
+            return np.asarray(values - values.mean() if at_load else values)
+
+        inverse = self.preconditioner(contact, at_load=at_load)
+        remaining, approach, error = residual(closing)
+        if error <= tolerance:
+            return Closed(pressure, closing, approach, error, unit, 0)
+        solution = gmres(lambda values: respond(on_grid(values)).ravel(), inside,
+                         lambda values: inverse(on_grid(values))[contact], remaining, max(tolerance / error, reduction),
+                         min(MOST_ITERATIONS, most))
+        # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
+        if solution.iterations:
+            pressure, closing = pressure + on_grid(solution.step), closing + solution.image.reshape(contact.shape)
+            _, approach, error = residual(closing)
+        return Closed(pressure, closing, approach, error, unit, solution.iterations)
+
+    def _close(self, gap: Array, given: Given) -> Close:
+        """How the gap is closed on one active set."""
+        if self._symmetric:
+            return partial(self._conjugate_gradients, gap, given)
+        return partial(self.closed_by_gmres, self.displacement, gap, given, None)
 
     def _conjugate_gradients(
         self, gap: Array, given: Given, free: Mask, pressure: Array, displacement: Array, tolerance: float, reduction: float,
@@ -181,7 +245,7 @@ class NormalSolver:
         is solved, under ∬p = W in the subspace of constant load; then p < 0 is dropped, h < 0 added, and so on.
         """
         given = self._per_element(given)
-        settled = settle(self.displacement, partial(self._conjugate_gradients, gap, given), gap, given, pressure, tolerance,
+        settled = settle(self.displacement, self._close(gap, given), gap, given, pressure, tolerance,
                          reduction=FIRST_REDUCTION, most_sets=max_iterations, most_iterations=max_iterations,
                          hand_over=_handed_over if self._coated else None)
         displacement = self.displacement(settled.pressure)
@@ -223,8 +287,7 @@ class NormalSolver:
         pressure = np.where(free, solution.pressure, 0.0)
         for _ in range(BORDER_PASSES):
             pressure = carrying(wanted, pressure) + fixed
-            state = self._conjugate_gradients(gap, given, free, pressure, self.displacement(pressure), tolerance, 0.0,
-                                              BORDER_ITERATIONS)
+            state = self._close(gap, given)(free, pressure, self.displacement(pressure), tolerance, 0.0, BORDER_ITERATIONS)
             negative = state.pressure < 0.0
             if not negative.any():
                 break

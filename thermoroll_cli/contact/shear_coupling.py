@@ -7,6 +7,7 @@ import numpy as np
 from thermoroll_cli.arrays import Array, Spectrum
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import coupling_tables
+from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.convolution import Convolution
 from thermoroll_cli.numerics.grid import DIFFERENCE_OFFSETS, UPSTREAM_WEIGHTS, Grid
 
@@ -21,9 +22,10 @@ class NormalShearCoupling:
     """
 
     def __init__(
-        self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS, coatings: Coatings | None = None
+        self, grid: Grid, constant: float, weights: tuple[float, ...] = UPSTREAM_WEIGHTS, coatings: Coatings | None = None,
+        relaxing: Relaxing | None = None,
     ) -> None:
-        self.grid, self.constant, self._weights, self._coatings = grid, constant, weights, coatings
+        self.grid, self.constant, self._weights, self._coatings, self._relaxing = grid, constant, weights, coatings, relaxing
         self._convolution = Convolution(*grid.shape)
         self._gradient_kernels: list[Spectrum] = []
         self._displacement_kernels: list[Spectrum] = []
@@ -35,8 +37,12 @@ class NormalShearCoupling:
         if self._coatings is not None:
             # In units in which the factor is one.
             parts.append((1.0, self._coatings.coupling_tables(*place)))
-        return [[(factor, _all_offsets(tables[axis], *parities)) for factor, tables in parts]
-                for axis, parities in enumerate(((-1, 1), (1, -1)))]
+        tables = [[(factor, _all_offsets(tables[axis], *parities)) for factor, tables in parts]
+                  for axis, parities in enumerate(((-1, 1), (1, -1)))]
+        if self._relaxing is not None:
+            for kept, memory, parity in zip(tables, self._relaxing.coupling_tables(*place), (1, -1), strict=True):
+                kept.append((1.0, both_sides(memory, parity)))
+        return tables
 
     def tangential_gradient(self, pressure: Array) -> Array:
         """∂u^p/∂x, (2, nx, ny): gradient of the relative tangential displacement by the pressure (nx, ny) in Pa.
@@ -56,12 +62,25 @@ class NormalShearCoupling:
         hat = self._convolution.forward(pressure)
         return np.stack([self._convolution.inverse(hat * kernel) for kernel in self._gradient_kernels])
 
-    def normal_displacement(self, traction: Array) -> Array:
-        """−u_z^τ in m, (nx, ny): displacement of the surfaces towards each other by the tractions (2, nx, ny) in Pa."""
+    def _with_displacement_kernels(self) -> None:
         if not self._displacement_kernels:
             self._displacement_kernels = [
                 self._convolution.spectrum(sum((factor * table[2:-2] for factor, table in parts), start=np.zeros(())))
                 for parts in self._tables()]
+
+    def hysteresis(self, pressure: Array, traction: Array) -> float:
+        """∬ (τ·∂u^p/∂x + p ∂u_z^τ/∂x) in N: what both lose by their coupling in bodies that relax, per distance rolled."""
+        if self._relaxing is None:
+            return 0.0
+        self._with_displacement_kernels()
+        pressed = self._convolution.forward(pressure)
+        return -2.0 * self.grid.dy * sum(
+            self._convolution.drift(kernel.real * np.imag(self._convolution.forward(part).conj() * pressed))
+            for part, kernel in zip(traction, self._displacement_kernels, strict=True) if part.any())
+
+    def normal_displacement(self, traction: Array) -> Array:
+        """−u_z^τ in m, (nx, ny): displacement of the surfaces towards each other by the tractions (2, nx, ny) in Pa."""
+        self._with_displacement_kernels()
         total = self._convolution.forward(traction[0])
         total *= self._displacement_kernels[0]
         if traction[1].any():
@@ -73,5 +92,9 @@ class NormalShearCoupling:
 
 def _all_offsets(quadrant: Array, parity_x: int, parity_y: int) -> Array:
     """(n, m) at offsets ≥ 0 -> (2n−1, 2m−1) at all offsets, for a kernel even (1) or odd (−1) along each axis."""
-    half = np.concatenate([parity_x * quadrant[:0:-1], quadrant])
-    return np.concatenate([parity_y * half[:, :0:-1], half], axis=1)
+    return both_sides(np.concatenate([parity_x * quadrant[:0:-1], quadrant]), parity_y)
+
+
+def both_sides(half: Array, parity: int) -> Array:
+    """(n, m) at offsets ≥ 0 along y -> (n, 2m−1) at all of them, for a kernel even (`parity` 1) or odd (−1) along y."""
+    return np.concatenate([parity * half[:, :0:-1], half], axis=1)

@@ -46,7 +46,8 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_law, _interlayer, _thermal_constants, _coatings, _bulk_temperatures, _recirculation,
+        _convexity, _profiles, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
+        _bulk_temperatures, _recirculation,
         _strength, _subsurface, _wear, _wheelset)  # fmt: skip
     for check in checks:
         tables = [{**sections, "sections": sections}.get(name) for name in inspect.signature(check).parameters]
@@ -240,6 +241,32 @@ def _coatings(sections: Sections) -> Iterator[Conflict]:
                                f"the coating is {max(ratio, 1.0 / ratio):.4g} times {kind} than the material below it",
                                f"at most {most:g} times {kind}")
             below = layer
+
+
+SMALLEST_SHARE, TIMES = 1e-6, (1e-12, 1e12)
+"""Least share of a modulus that relaxes, or remains; shortest and longest time in s."""
+
+
+def _relaxation(sections: Sections) -> Iterator[Conflict]:
+    for path, material in _materials(sections):
+        for place, constants in ((path, material), *(((*path, "layers", number), layer)
+                                                     for number, layer in enumerate(material.layers or ()))):
+            pairs, key = constants.relaxation or (), (*place, "relaxation")
+            if not all(SMALLEST_SHARE <= share and TIMES[0] <= time <= TIMES[1] for share, time in pairs):
+                yield Conflict(key, "has a share or a time outside the allowed range",
+                               f"shares from {SMALLEST_SHARE:g}, times from {TIMES[0]:g} s to {TIMES[1]:g} s")
+            elif (relaxed := sum(share for share, _ in pairs)) > 1.0 - SMALLEST_SHARE:
+                yield Conflict(key, f"takes away {relaxed:g} of the modulus: nothing remains that carries a load",
+                               "shares with a sum below 1")
+            if pairs and sections.get("wheelset") is not None:
+                yield Conflict(key, "is not computed for wheelsets", "elastic wheels and rails", at_key=True)
+        relaxing = [bool(layer.relaxation) for layer in material.layers or ()]
+        if relaxing and material.relaxation:
+            yield Conflict((*path, "relaxation"), "is not computed for a body below a coating", "layers on an elastic body",
+                           at_key=True)
+        if any(relaxing):
+            yield Conflict((*path, "layers", relaxing.index(True), "relaxation"), "is not computed for layers",
+                           "a homogeneous body that relaxes", at_key=True)
 
 
 def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:

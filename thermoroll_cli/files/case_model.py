@@ -19,6 +19,7 @@ THERMAL_CONSTANTS = ("conductivity_W_mK", "expansion_um_mK", "diffusivity_mm2_s"
 GRID_RANGE = (8, 2048)
 RADIUS_RANGE = (1e-9, 1e9)
 MOST_LAYERS = 5
+MOST_TIMES = 40
 
 _BULK = "far from the contact, above the temperature to which the coefficient of friction belongs"
 
@@ -68,6 +69,13 @@ class MaterialConstants(Table):
     conductivity_W_mK: float | None = quantity("W/(m K)", "Thermal conductivity", None, ge=1e-6, le=1e6)
     expansion_um_mK: float | None = quantity("1e-6/K", "Linear thermal expansion", None, ge=0, le=1e6)
     diffusivity_mm2_s: float | None = quantity("mm2/s", "Thermal diffusivity", None, ge=1e-9, le=1e12)
+    relaxation: Annotated[
+        list[Pair] | None, Allowed(f"1 to {MOST_TIMES} pairs [share, time in s]: shares above 0 with a sum below 1, times from "
+                                   "1e-12 to 1e12")
+    ] = Field(
+        default=None, min_length=1, max_length=MOST_TIMES,
+        description="[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one",
+    )  # fmt: skip
 
 
 class CoatingTable(MaterialConstants):

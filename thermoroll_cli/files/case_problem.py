@@ -14,6 +14,7 @@ from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.problem.relaxation import Series
 from thermoroll_cli.steady_state.given_approach import with_coarse_load
 from thermoroll_cli.wheelset.curves import smooth
 
@@ -71,7 +72,12 @@ def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:
 
 
 def material_of(table: model.MaterialTable) -> si.Material:
-    return si.Material(**table.in_si(), layers=tuple(si.Layer(**layer.in_si()) for layer in table.layers or ()))
+    layers = tuple(si.Layer(**layer.in_si(), relaxation=_relaxation(layer)) for layer in table.layers or ())
+    return si.Material(**table.in_si(), layers=layers, relaxation=_relaxation(table))
+
+
+def _relaxation(table: model.MaterialConstants) -> Series:
+    return tuple((share, time) for share, time in table.relaxation or ())
 
 
 def geometry_of(table: model.GeometryTable) -> Geometry:

@@ -31,19 +31,26 @@ class AddedCompliance(Protocol):
     def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
 
 
+class RelaxingCompliance(Protocol):
+    """Additional tangential compliance by the memory of bodies that relax (`relaxing.Relaxing`)."""
+    def shear_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array, Array]: ...
+    def near_border(self, dx: float, dy: float, interlayer: float = 0.0) -> BorderHalfSpaces: ...
+
+
 @dataclass(frozen=True)
 class ShearCompliance:
     """Sum over both bodies of (1−ν)/(2πG) and ν/(2πG) in 1/Pa, and the tangential compliance h/G of an `interlayer`
     between them in m/Pa: the constants of the tangential kernel.
 
-    For bodies with `coatings` these are constants of the surfaces' materials. `trust`, 0 to 1, says how well half-spaces of
-    these describe the bodies near a border (`near_border`)."""
+    For bodies with `coatings` these are constants of the surfaces' materials, for `relaxing` ones the instantaneous constants.
+    `trust`, 0 to 1, says how well half-spaces of these describe the bodies near a border (`near_border`)."""
 
     isotropic: float
     directional: float
     interlayer: float = 0.0
     coatings: AddedCompliance | None = None
     trust: float = 1.0
+    relaxing: RelaxingCompliance | None = None
 
     @classmethod
     def of(cls, *bodies: tuple[float, float], interlayer: float = 0.0) -> ShearCompliance:
@@ -53,7 +60,8 @@ class ShearCompliance:
 
     def near_border(self, dx: float, dy: float) -> ShearCompliance:
         """Compliance of the half-spaces that stand for the bodies within an element of dx × dy (m) at a border."""
-        return self if self.coatings is None else self.coatings.near_border(dx, dy, self.interlayer).compliance
+        added = self.relaxing or self.coatings
+        return self if added is None else added.near_border(dx, dy, self.interlayer).compliance
 
     @property
     def coupled(self) -> bool:

@@ -156,6 +156,14 @@ class Convolution:
         self._padded.inverse(spectrum)
         return np.multiply(self._padded.line[:, : self.ny], self._scale, out=out)
 
+    def drift(self, power: Array) -> float:
+        """Σ ∂/∂(x/dx) of a product of two fields with the real spectrum `power` (py//2+1, px): by the central difference of
+        fourth order, which conserves the power of symmetric kernels."""
+        theta = 2.0 * np.pi * np.fft.fftfreq(self.px)
+        weight = np.full(self.half, 2.0)
+        weight[0] = weight[-1] = 1.0
+        return float(weight @ power @ ((8.0 * np.sin(theta) - np.sin(2.0 * theta)) / 6.0)) * self._scale
+
     def spectrum(self, table: Array) -> Spectrum:
         """Spectrum of a kernel given at offsets −(nx−1)…nx−1 by −(ny−1)…ny−1, shape (2nx−1, 2ny−1).
 
@@ -208,6 +216,24 @@ def quadrant_symbol(quadrant: Array, padded: tuple[int, int], parity: int | tupl
     symbol[:, : hx + 1] = quarter
     np.multiply(quarter[:, -2:0:-1], along, out=symbol[:, hx + 1 :])
     return symbol
+
+
+def half_plane_symbol(table: Array, padded: tuple[int, int], parity: int = 1) -> Spectrum:
+    """Spectrum (py//2+1, px) of a kernel given at offsets −n … n along x and ≥ 0 along y, even (`parity` 1) or odd (−1) in y.
+
+    Offsets up to py/2 count. Raises ValueError if the plane is too short along x, or py is not even."""
+    px, py = padded
+    n, hy = len(table) // 2, py // 2
+    if py % 2 or 2 * n + 1 > px:
+        raise ValueError(f"a table of {len(table)} rows needs as many elements, and an even period across, got {padded}")
+    half = np.zeros((hy + 1, px))
+    part = table[:, : hy + 1].T
+    half[: part.shape[0], : n + 1], half[: part.shape[0], -n:] = part[:, n:], part[:, :n]
+    if parity > 0:
+        return np.asarray(fft(dct(half, type=1, axis=0), axis=1))
+    half[1:-1] = dst(half[1:-1], type=1, axis=0)
+    half[[0, -1]] = 0.0
+    return np.asarray(-1j * fft(half, axis=1))
 
 
 def _cosines_or_sines(quarter: Array, along: int, across: int) -> Array:

@@ -44,7 +44,8 @@ class Pressure:
 class Traction:
     """Tangential part on the whole grid: `traction` (2, nx, ny) in Pa, `slip` s/V (2, nx, ny), `stick` mask, the given or found
     `creepage`, `heat` = heat flux over V (Pa), its change along x through each element `heat_slope`, `work` = ξ·F of all
-    creepages (N), and the coefficient of `friction` (nx, ny) where it depends on slip."""
+    creepages (N) less the `hysteresis` (N) of shear inside bodies that relax, and the coefficient of `friction` (nx, ny) where
+    it depends on slip."""
 
     traction: Array
     slip: Array
@@ -58,6 +59,7 @@ class Traction:
     applications: int = 0
     converged: bool = True
     friction: Array | None = None
+    hysteresis: float = 0.0
 
     @classmethod
     def guess(cls, traction: Array, creepage: tuple[float, float], residual: float = 0.0) -> Traction:

@@ -257,6 +257,12 @@ SCALARS = _scalars(
            brief="mean coefficient of sliding friction"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
            brief="fall of friction / element stiffness"),
+    Scalar("hysteresis_W", "power that bodies lose inside as they relax", listed=True, kind="integral", accurate=True,
+           brief="loss inside the bodies", diagram="loss inside the bodies (W)"),
+    Scalar("rolling_resistance_N", "rolling resistance, that power over the rolling speed", listed=True, kind="integral",
+           brief="rolling resistance", diagram="rolling resistance (N)"),
+    Scalar("rolling_resistance_moment_Nmm", "moment of the pressure about the middle of the undeformed contact",
+           listed=True, kind="integral", brief="moment of the pressure"),
     Scalar("power_balance_error", "relative mismatch of dissipated heat and work of the creep forces", "mismatch", given=True,
            brief="power balance error"),
 )  # fmt: skip

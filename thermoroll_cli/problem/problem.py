@@ -13,6 +13,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.curved_patch import CurvedPatch
 from thermoroll_cli.problem.friction import Friction, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
+from thermoroll_cli.problem.relaxation import Series, retardation
 
 Deformation = bool | Literal["always"]
 PecletMode = Literal["rolling", "sliding", "stationary"]
@@ -32,8 +33,8 @@ stages."""
 
 @dataclass(frozen=True)
 class Layer:
-    """A bonded layer of the coating of a body: `thickness` (m), constants as those of `Material`, and shear yield stress
-    (Pa; None if it does not yield)."""
+    """A bonded layer of the coating of a body: `thickness` (m), constants and relaxation as those of `Material`, and shear
+    yield stress (Pa; None if it does not yield)."""
 
     thickness: float
     youngs_modulus: float
@@ -42,13 +43,14 @@ class Layer:
     expansion: float | None = None
     diffusivity: float | None = None
     shear_yield: float | None = None
+    relaxation: Series = ()
 
 
 @dataclass(frozen=True)
 class Material:
     """An isotropic body: `youngs_modulus` (Pa), `poisson_ratio`, `conductivity` (W/mK), `expansion` (1/K) and `diffusivity`
     (m²/s), with a coating of bonded `layers`, from the surface down. Thermal constants are None in a purely mechanical
-    problem."""
+    problem. With `relaxation`, pairs of a share of the modulus and a time (s), `youngs_modulus` is the instantaneous one."""
 
     youngs_modulus: float
     poisson_ratio: float
@@ -56,13 +58,14 @@ class Material:
     expansion: float | None = None
     diffusivity: float | None = None
     layers: tuple[Layer, ...] = ()
+    relaxation: Series = ()
 
     @property
     def elastic_layers(self) -> tuple[Layer, ...]:
         """`layers` without those at the bottom that have the elastic constants of the body below, which have no effect."""
         count = len(self.layers)
-        while count and (self.layers[count - 1].youngs_modulus, self.layers[count - 1].poisson_ratio) == (
-                self.youngs_modulus, self.poisson_ratio):
+        while count and (self.layers[count - 1].youngs_modulus, self.layers[count - 1].poisson_ratio,
+                         self.layers[count - 1].relaxation) == (self.youngs_modulus, self.poisson_ratio, self.relaxation):
             count -= 1
         return self.layers[:count]
 
@@ -75,7 +78,12 @@ class Material:
     def surface(self) -> Material:
         """The material of the surface: that of the first layer, or of the whole body."""
         top = self.elastic_layers[:1]
-        return Material(top[0].youngs_modulus, top[0].poisson_ratio) if top else self
+        return Material(top[0].youngs_modulus, top[0].poisson_ratio, relaxation=top[0].relaxation) if top else self
+
+    @property
+    def retardation(self) -> Series:
+        """The pairs (cⱼ, θⱼ in s) of the creep compliance over its instantaneous value."""
+        return retardation(self.relaxation)
 
     @property
     def shear_modulus(self) -> float:
@@ -302,9 +310,14 @@ class Problem:
         return bool(self.lower.elastic_layers or self.upper.elastic_layers)
 
     @property
+    def relaxes(self) -> bool:
+        """Whether the surface of a body relaxes."""
+        return bool(self.lower.surface.relaxation or self.upper.surface.relaxation)
+
+    @property
     def has_hertz_solution(self) -> bool:
-        """Whether the cold contact without shear is Hertz's: between homogeneous bodies with radii."""
-        return self.geometry.elliptic and not self.coated
+        """Whether the cold contact without shear is Hertz's: between homogeneous elastic bodies with radii."""
+        return self.geometry.elliptic and not self.coated and not self.relaxes
 
     @property
     def friction_varies(self) -> bool:

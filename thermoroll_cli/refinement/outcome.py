@@ -19,7 +19,7 @@ from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED, Levels, esti
 from thermoroll_cli.refinement.plan import Plan, first_of_both
 from thermoroll_cli.refinement.scalars import input_scalars, patches_of, state_of
 from thermoroll_cli.refinement.sharp_places import sharp_places
-from thermoroll_cli.refinement.warnings import feedback_warning, unresolved_coatings, warnings_after
+from thermoroll_cli.refinement.warnings import feedback_warning, inner_heat_warning, unresolved_coatings, warnings_after
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.iteration import expansion_in
@@ -106,6 +106,8 @@ def result_of(
         rises = fields["temperature_rise_lower"], fields["temperature_rise_upper"]
         highest = max(last.coupled_state.scalars[f"temperature_rise_max_{body}_K"] for body in BODIES)
         warnings += warnings_after(derived, heat, last.contact.tangential.slip, rises, highest)
+        if problem.relaxes:
+            warnings += inner_heat_warning(coupled[-1]["hysteresis_W"], coupled[-1]["Q_F_W"])
         if last.contact.friction is not None:
             warnings += feedback_warning(derived, rises, last.contact.friction)
     wanted = problem.numerics.accuracy

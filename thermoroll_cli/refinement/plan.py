@@ -17,7 +17,7 @@ from thermoroll_cli.heat.frictional_heat import divide
 from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, track_facts, warnings_before
+from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, relaxation_facts, track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
@@ -306,7 +306,7 @@ def _facts(derived: DerivedQuantities) -> dict[str, float]:
         "friction_limit_N": problem.traction_limit,
         "saturation_creepage": derived.saturation_creepage,
         "dundurs_beta": derived.dundurs_beta,
-    } | (track_facts(derived) if problem.heating.recirculates else {})
+    } | (track_facts(derived) if problem.heating.recirculates else {}) | (relaxation_facts(derived) if problem.relaxes else {})
 
 
 def _cost(shape: tuple[int, int], run: list[str], derived: DerivedQuantities) -> tuple[int, float]:

@@ -113,9 +113,34 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
         "stick_area_mm2": stick_area * 1e6,
         "power_balance_error": power_balance_error(tangential, grid.element_area),
     }
+    if problem.relaxes:
+        scalars |= _resistance(discretisation, contact)
     # What vanishes by symmetry is zero, and not what the solver's tolerance leaves.
     vanishing = derived.kinematics.vanishing
     return scalars | {name: 0.0 for name in scalars if vanishing and SCALARS[name].vanishes == vanishing}
+
+
+def _resistance(discretisation: Discretisation, contact: Contact) -> dict[str, float]:
+    """What is lost inside bodies that relax. The power of the pressure follows twice: from the memory of the bodies and, as
+    u_z closes the gap, from the gap. The difference is part of the power that is not accounted for."""
+    grid, solvers, problem = discretisation.grid, discretisation.pressure, discretisation.derived.problem
+    pressure, tangential = contact.normal.pressure, contact.tangential
+    inside = solvers.solver.hysteresis(pressure)
+    closing = -discretisation.derived.undeformed_gap(grid.rows_with(1), grid.y)
+    slope = (closing[2:] - closing[:-2]) / (2.0 * grid.dx)
+    if contact.normal.offset is not None:
+        slope += np.gradient(contact.normal.offset, grid.dx, axis=0)
+    unbalanced = float((pressure * slope).sum()) * grid.element_area - inside
+    if discretisation.derived.dissimilar:
+        inside += discretisation.traction.coupling.hysteresis(pressure, tangential.traction)
+    inside += tangential.hysteresis
+    slipped = float((tangential.traction * tangential.slip).sum()) * grid.element_area
+    return {
+        "hysteresis_W": inside * problem.motion.speed,
+        "rolling_resistance_N": inside,
+        "rolling_resistance_moment_Nmm": -float((pressure * grid.x[:, None]).sum()) * grid.element_area * 1e3,
+        "power_balance_error": abs(tangential.work - slipped + unbalanced) / (tangential.work + inside),
+    }
 
 
 def _off_centre(discretisation: Discretisation, contact: Contact, force_x: float, moment: float) -> dict[str, float]:

@@ -69,7 +69,7 @@ def warnings_before(derived: DerivedQuantities) -> list[str]:
     """Doubts about a solvable problem before it is solved."""
     problem, moves = derived.problem, derived.kinematics.moves
     return [*_constants(problem), *_pressure(derived), *_without_effect(problem, moves), *_memory(derived),
-            *_half_space_warnings(derived), *coating_warnings(problem), *_rough_profiles(derived),
+            *_half_space_warnings(derived), *_large_strain(derived), *coating_warnings(problem), *_rough_profiles(derived),
             *(track_warnings(derived) if problem.heating.recirculates and derived.kinematics.has_traction else ())]
 
 
@@ -150,6 +150,37 @@ def _half_space_warnings(derived: DerivedQuantities) -> Iterator[str]:
         if (share := half / min(map(abs, radii))) > HALF_SPACE_LIMIT:
             yield (f"contact half-width along {axis} is {share:.2f} of the smallest radius: the half-space assumption is "
                    f"doubtful above {HALF_SPACE_LIMIT:g}{CONFORMAL if axis == 'y' else ''}")
+
+
+LARGEST_STRAIN = 0.1
+"""Half-width over relative radius, the mean strain, up to which polymers and rubber are about linear."""
+INNER_HEAT = 0.05
+"""Share of all heat from which the heat that is made inside bodies is worth a warning."""
+
+
+def _large_strain(derived: DerivedQuantities) -> Iterator[str]:
+    strain = derived.scales.semi_axis_x * abs(derived.problem.geometry.curvature_x)
+    if derived.problem.relaxes and strain > LARGEST_STRAIN:
+        yield (f"the mean strain, about half-width over radius, is {strain:.2g}: bodies that relax are hardly linear above "
+               f"{LARGEST_STRAIN:g}")
+
+
+def relaxation_facts(derived: DerivedQuantities) -> dict[str, float]:
+    """E* that the contact feels, at the frequency V/a, and the lengths that are rolled in the retardation times, over a."""
+    relaxing, half = derived.relaxing, derived.scales.semi_axis_x
+    assert relaxing is not None
+    lengths = {f"retardation_length_{number}_{body}_over_a": derived.problem.motion.speed * time / half
+               for body in BODIES
+               for number, (_, time) in enumerate(getattr(derived.problem, body).surface.retardation, 1)}
+    return {"felt_modulus_GPa": 1e-9 * relaxing.surface_modulus / relaxing.softening(half), **lengths}
+
+
+def inner_heat_warning(hysteresis: float, friction: float) -> Iterator[str]:
+    """Whether bodies that relax are heated inside, from the power that they lose and the heat of `friction`, both in W."""
+    share = hysteresis / (hysteresis + friction)
+    if share > INNER_HEAT:
+        yield (f"{100.0 * share:.0f} % of all heat, {hysteresis:.3g} W, is made inside bodies that relax: temperatures and "
+               "thermal expansion do not contain it")
 
 
 def warnings_after(

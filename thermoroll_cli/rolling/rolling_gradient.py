@@ -19,6 +19,7 @@ from thermoroll_cli.numerics.convolution import (
     blocks,
     counted,
     free_space,
+    half_plane_symbol,
     in_pairs,
     multiply,
     pair_symbols,
@@ -195,16 +196,23 @@ class RollingGradient:
         tables = shear_tables(n + MARGIN, width, dx, dy, compliance)
         self._padded = free_space(n + MARGIN, width)
         self._symbols = shear_symbols(tables, self._padded)
+        near = [table[np.abs(DIFFERENCE_OFFSETS)] for table in tables]
+        if compliance.relaxing is not None:
+            memory = compliance.relaxing.shear_tables(n + MARGIN, width, dx, dy)
+            xx, yy, xy = (symbol + half_plane_symbol(table, self._padded, parity)
+                          for symbol, table, parity in zip(self._symbols, memory, (1, 1, -1), strict=True))
+            self._symbols = xx, yy, xy
+            near = [own + table[n + MARGIN - 1 + np.array(DIFFERENCE_OFFSETS)] for own, table in zip(near, memory, strict=True)]
         signs = np.where(np.arange(width) % 2, -2.0, 2.0)
         signs[0], signs[-1] = 1.0, 0.5 * signs[-1] if width > 1 else 1.0
-        self.self_gradient = self._response([t[:, 0] for t in tables])
-        self.alternating_gradient = self._response([t @ signs for t in tables])
+        self.self_gradient = self._response([t[:, 0] for t in near])
+        self.alternating_gradient = self._response([t @ signs for t in near])
 
     def _response(self, rows: list[AnyArray]) -> tuple[float, float]:
-        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa if u at rows 0, 1, 2, … from the loaded one is `rows`: of an element by
-        its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
+        """∂u_x/∂x to τ_x and ∂u_y/∂x to τ_y in 1/Pa if u at `DIFFERENCE_OFFSETS` from the loaded row is `rows`: of an element
+        by its own traction (`self_gradient`), and of a row of elements by tractions ±1 in turn (`alternating_gradient`)."""
         along, across = (
-            sum(w * float(t[abs(k)]) for k, w in zip(DIFFERENCE_OFFSETS, self.weights, strict=True)) / self.dx
+            sum(w * float(u) for u, w in zip(t, self.weights, strict=True)) / self.dx
             for t in rows[:2]
         )
         return along, across

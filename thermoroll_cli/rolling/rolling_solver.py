@@ -37,8 +37,8 @@ LARGEST_REFINED_RESIDUAL = 1e-2
 """Residuals that grow when recomputed, but not beyond this, are reduced by further steps."""
 
 Start = tuple[Array, tuple[float, float]]
-Finished = tuple[Iterate, AnyArray, AnyArray]
-"""The last iterate, its slip and its lost power: see `Newton.finish`."""
+Finished = tuple[Iterate, AnyArray, AnyArray, float]
+"""The last iterate, its slip, its lost power, and that lost inside the bodies: see `Newton.finish`."""
 
 MOST_FRICTION_ITERATIONS = 60
 """Solutions with given coefficients of friction after which the fixed point is given up; 12 to 21 are usual."""
@@ -50,7 +50,8 @@ FRICTION_SETTLED = 1e-5
 class TangentialSolution:
     """`traction` in Pa and relative `slip` s/V, both (2, n, m); `stick` marks sticking elements; `creepage` holds what was
     solved for (0 where it was given). `lost` is the power per area and speed, in Pa, that the discretisation dissipates in
-    each element (upstream difference and border compliance). `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
+    each element (upstream difference and border compliance); `hysteresis` is the sum, in Pa, of the power that is lost inside
+    bodies that relax. `residual` is |τ − Proj(τ + ρ s)| over the expected tractions,
     both in the 2-norm. `bound` is the largest traction, in Pa, with the friction at this slip."""
 
     traction: Array
@@ -63,6 +64,7 @@ class TangentialSolution:
     applications: int
     converged: bool
     bound: Array
+    hysteresis: float = 0.0
     history: tuple[float, ...] = field(default=())
 
 
@@ -87,7 +89,7 @@ class RollingSolver:
         settled = finished[0].norm <= 2.0 * tolerance
         if not settled and problem.slip_friction is not None:
             newton, finished, settled = self._fixed_point(problem, newton, finished[0], tolerance, history)
-        state, slip, lost = finished
+        state, slip, lost, inside = finished
         creep = newton.creepage(state.unknown)
         return TangentialSolution(
             traction=state.traction,
@@ -100,6 +102,7 @@ class RollingSolver:
             applications=self.gradient.applications - before,
             converged=settled,
             bound=state.bound,
+            hysteresis=inside,
             history=tuple(history),
         )
 

@@ -59,15 +59,15 @@ def heat_of_slip(
     solution: TangentialSolution, problem: TangentialProblem, rigid: Array, compliance: ShearCompliance, dx: float, dy: float
 ) -> tuple[Array, Array]:
     """Heat flux over V in Pa, element averages ≥ 0, (n, m), whose sum is the work of the tractions on the `rigid` slip
-    (2, n, m); and its change along x through each element, limited so that heat is nowhere negative at the front of an
-    element, which would make surfaces colder than their surroundings."""
+    (2, n, m), less what is lost inside the bodies; and its change along x through each element, limited so that heat is nowhere
+    negative at the front of an element, which would make surfaces colder than their surroundings."""
     slips = (problem.covered > 0.0) & ~solution.stick
     zones = _zones(slips)
     onset = _onset(solution, problem, zones, slips, compliance, dx, dy)
     heat = _balanced(solution, zones, slips, onset)
     heat = _following_the_pressure(heat, solution, problem.covered, slips)
     heat = np.maximum(_following_the_root(heat, onset), 0.0)
-    total, work = float(heat.sum()), float((solution.traction * rigid).sum())
+    total, work = float(heat.sum()), float((solution.traction * rigid).sum()) - solution.hysteresis
     heat *= max(work, 0.0) / total if total > 0.0 else 0.0
     return heat, np.minimum(_slopes(heat, onset, problem.covered, slips), 2.0 * heat)
 

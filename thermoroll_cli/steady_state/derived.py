@@ -13,6 +13,7 @@ from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
+from thermoroll_cli.halfspace.relaxing import Relaxing
 from thermoroll_cli.numerics.convolution import Parities
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.problem import Material, Problem
@@ -41,7 +42,7 @@ class DerivedQuantities:
         """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and coatings."""
         p = self.problem
         if not p.has_hertz_solution:
-            return contact_scales(p.geometry, p.contact_modulus, p.normal_force, self.coatings)
+            return contact_scales(p.geometry, p.contact_modulus, p.normal_force, self.coatings, self.relaxing)
         return ContactScales.of_hertz(self.hertz)
 
     @cached_property
@@ -50,11 +51,16 @@ class DerivedQuantities:
         return Coatings.of(self.problem.lower, self.problem.upper)
 
     @cached_property
+    def relaxing(self) -> Relaxing | None:
+        """Memory of bodies that relax, for influence tables; None for elastic bodies."""
+        return Relaxing.of(self.problem.lower, self.problem.upper, self.problem.motion.speed)
+
+    @cached_property
     def shear_compliance(self) -> ShearCompliance:
         lower, upper = self.problem.lower.surface, self.problem.upper.surface
         of_surfaces = ShearCompliance.of((lower.shear_modulus, lower.poisson_ratio), (upper.shear_modulus, upper.poisson_ratio),
                                          interlayer=self.problem.interlayer.compliance)
-        return replace(of_surfaces, coatings=self.coatings)
+        return replace(of_surfaces, coatings=self.coatings, relaxing=self.relaxing)
 
     @cached_property
     def coupling_constant(self) -> float:
@@ -74,6 +80,8 @@ class DerivedQuantities:
         """β = πE*K = ½E*·½[(1−2ν₁)/G₁ − (1−2ν₂)/G₂], between −½ and ½ (Johnson, Contact Mechanics, Eq. 5.3). With layers β
         depends on the wave number; this is then the largest one, with E* of the surfaces' materials."""
         constant = self.coupling_constant if self.coatings is None else self.coatings.coupling_constant
+        if self.relaxing is not None:
+            return self.relaxing.dundurs_beta(constant, self.problem.contact_modulus)
         return math.pi * self.problem.contact_modulus * constant
 
     def grid(self, shape: tuple[int, int], extent: float) -> Grid:
@@ -117,6 +125,8 @@ class DerivedQuantities:
         across = self.shear_compliance.across
         if self.coatings is not None:
             across = float(self.coatings.compliance(np.array([1.0 / self.scales.mean_radius]))["ss"][0])
+        if self.relaxing is not None:
+            across *= self.relaxing.softening(self.scales.semi_axis_x)
         modulus = 2.0 / across  # G of two equal bodies
         shear = self.interlayer_shear / self.scales.semi_axis_x
         return 3.0 * self.problem.traction_limit / (4.0 * modulus * self.scales.mean_radius**2) + shear

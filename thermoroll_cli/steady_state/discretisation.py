@@ -72,7 +72,7 @@ class Discretisation:
             whole_elements=self.options.whole_elements, coarser=None if coarser is None else coarser.pressure,
             start=start)
         self.traction: TractionSolver = TractionSolver(self.grid, derived.coupling_constant, threads, self.options.rolling,
-                                                         derived.coatings)
+                                                         derived.coatings, derived.relaxing)
         self.responses: HeatResponses = HeatResponses(self.grid, tables)
         self._heats: list[tuple[Traction, Heat]] = []
 
@@ -151,5 +151,6 @@ def _same_contact(one: DerivedQuantities, other: DerivedQuantities) -> bool:
     """True if two problems have the same gap and the same isothermal pressure."""
     if not (one.problem.has_hertz_solution and other.problem.has_hertz_solution):
         return (one.problem.geometry == other.problem.geometry and one.scales == other.scales
-                and one.problem.contact_modulus == other.problem.contact_modulus and one.coatings == other.coatings)
+                and one.problem.contact_modulus == other.problem.contact_modulus and one.coatings == other.coatings
+                and one.relaxing == other.relaxing)
     return one.hertz == other.hertz

@@ -47,7 +47,8 @@ class PressureSolver:
 
     @cached_property
     def solver(self) -> NormalSolver:
-        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.tilt)
+        return NormalSolver(self.grid, self._derived.problem.contact_modulus, self._derived.coatings, self.tilt,
+                            self._derived.relaxing)
 
     @cached_property
     def isothermal(self) -> Pressure:

@@ -14,7 +14,8 @@ from thermoroll_cli.contact.shear_coupling import NormalShearCoupling
 from thermoroll_cli.exact.hertz import shear_gradients
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, normal_table
-from thermoroll_cli.numerics.convolution import Convolution, Parities, multiply, unfolded
+from thermoroll_cli.halfspace.relaxing import Relaxing
+from thermoroll_cli.numerics.convolution import Convolution, Parities, half_plane_symbol, multiply, unfolded
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.contact import Pressure, Traction
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -102,9 +103,10 @@ class TractionSolver:
     """Solves tangential problems that share kernels (`Discretisation.has_kernels_of`); keeps the solvers of their windows."""
 
     def __init__(
-        self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions, coatings: Coatings | None = None
+        self, grid: Grid, coupling_constant: float, threads: int, options: RollingOptions, coatings: Coatings | None = None,
+        relaxing: Relaxing | None = None,
     ) -> None:
-        self.grid, self.options, self._coatings = grid, options, coatings
+        self.grid, self.options, self._coatings, self._relaxing = grid, options, coatings, relaxing
         self._coupling_constant = coupling_constant
         self._threads = threads
         self._windows: dict[Parities | None, Window] = {}
@@ -114,7 +116,8 @@ class TractionSolver:
     @cached_property
     def coupling(self) -> NormalShearCoupling:
         """Coupling of pressure and shear of unlike bodies."""
-        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings)
+        return NormalShearCoupling(self.grid, self._coupling_constant, self.options.difference_weights, self._coatings,
+                                   self._relaxing)
 
     def solve(
         self, derived: DerivedQuantities, normal: Pressure, rigid: Array, start: Traction, tolerance: float,
@@ -151,7 +154,8 @@ class TractionSolver:
         creepage_x = solution.creepage[0] if motion.force_x is not None else motion.creepage_x or 0.0
         creepage_y = solution.creepage[1] if motion.force_y is not None else motion.creepage_y or 0.0
         rigid_inner = cell.rigid_slip + np.array(solution.creepage)[:, None, None]
-        work = float((solution.traction * rigid_inner).sum()) * cell.element_area
+        hysteresis = solution.hysteresis * cell.element_area
+        work = float((solution.traction * rigid_inner).sum()) * cell.element_area - hysteresis
         local = None
         if problem.interlayer.yield_stress is not None or problem.friction.law is not None:
             cell = replace(cell, traction_bound=solution.bound)
@@ -172,6 +176,7 @@ class TractionSolver:
             applications=solver.gradient.applications - before,
             converged=solution.converged,
             friction=local,
+            hysteresis=hysteresis,
         )
 
     # --- the window ----------------------------------------------------------------------------------------------
@@ -193,6 +198,11 @@ class TractionSolver:
         return self._solvers[window.mirror]
 
     # --- the leading edge --------------------------------------------------------------------------------------
+
+    @property
+    def _differs(self) -> Relaxing | Coatings | None:
+        """What makes the bodies differ from elastic half-spaces."""
+        return self._relaxing or self._coatings
 
     def leading(self, derived: DerivedQuantities, normal: Pressure, window: Window, *, undisturbed: bool) -> Array:
         """Error of the difference formula at the leading edge (`known_gradient`), (3, n, m) in the window."""
@@ -217,8 +227,8 @@ class TractionSolver:
         else:
             closed = self._closing(derived, normal)[both.rows.start : both.rows.stop + 2 * MARGIN, both.columns]
             modulus = derived.problem.contact_modulus
-            if self._coatings is not None:
-                modulus = self._coatings.near_border(grid.dx, grid.dy).contact_modulus
+            if self._differs is not None:
+                modulus = self._differs.near_border(grid.dx, grid.dy).contact_modulus
             isotropic = np.pi * modulus * difference(closed, self.options.difference_weights, grid.dx)
             exact = continued_gradient(pressure, gradient, isotropic, grid.dx, grid.dy, compliance)
         return known_gradient(pressure, gradient, exact, covered)[:, :, -window.shape[1] :]
@@ -240,17 +250,23 @@ class TractionSolver:
     @cached_property
     def _by_layers(self) -> tuple[Convolution, Array] | None:
         """Kernel of the normal displacement less that of the half-spaces at the border, on `MARGIN` more rows."""
-        if self._coatings is None:
+        if self._differs is None:
             return None
         grid, place = self.grid, (self.grid.nx + MARGIN, self.grid.ny, self.grid.dx, self.grid.dy)
-        surface, border = self._coatings.surface_modulus, self._coatings.near_border(grid.dx, grid.dy).contact_modulus
-        table = self._coatings.normal_table(*place) + normal_table(*place, surface) - normal_table(*place, border)
+        surface, border = self._differs.surface_modulus, self._differs.near_border(grid.dx, grid.dy).contact_modulus
+        table = normal_table(*place, surface) - normal_table(*place, border)
+        if self._coatings is not None:
+            table = self._coatings.normal_table(*place) + table
         convolution = Convolution(*grid.shape, MARGIN, MARGIN)
-        return convolution, convolution.quadrant_spectrum(table)
+        kernel = convolution.quadrant_spectrum(table)
+        if self._relaxing is not None:
+            memory = half_plane_symbol(self._relaxing.normal_table(*place), (convolution.px, convolution.py))
+            kernel = kernel[:, ::2] + memory
+        return convolution, kernel
 
     def _half_space_gradient(self, window: Window, compliance: ShearCompliance) -> RollingGradient:
-        """The operator of the half-spaces that stand for the bodies at the border; without coatings the solver's own."""
-        if self._coatings is None:
+        """The operator of the half-spaces that stand for the bodies at the border; for elastic half-spaces the solver's own."""
+        if self._differs is None:
             return self._solvers[window.mirror].gradient
         return RollingGradient(window.shape, self.grid.dx, self.grid.dy, compliance, self._threads, window.mirror,
                                self.options.difference_weights)

@@ -1,0 +1,261 @@
+"""Bodies that relax: contacts against exact and independent solutions, limits, invariances, power, and case files."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.support.cases import findings, parse
+from tests.support.scenes import MECHANICAL, reference, solved
+from thermoroll_cli.exact.hertz import hertz_contact
+from thermoroll_cli.exact.hunter import hunter
+from thermoroll_cli.problem.friction import Friction
+from thermoroll_cli.problem.geometry import Geometry, Profile
+from thermoroll_cli.problem.problem import Material, Motion, Numerics, Problem
+from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.discretisation import Discretisation
+
+STEEL = Material(210e9, 0.3)
+GLASSY = Material(2.6e9, 0.3)
+TREAD = Material(2.4e9, 0.38, relaxation=((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2)))
+SPEED = 2.0
+WHEEL = Geometry(math.inf, math.inf, 0.05, 0.2)
+
+
+def one_time(ratio: float, length: float, speed: float = 1.0, body: Material = GLASSY) -> Material:
+    """A body with one retardation time, rolled through in `length` (m), and the `ratio` of relaxed over instantaneous
+    compliance."""
+    return replace(body, relaxation=((1.0 - 1.0 / ratio, length / speed / ratio),))
+
+
+def roller(lower: Material = STEEL, upper: Material = TREAD, *, friction: float = 0.3, grid: tuple[int, int] = (32, 32),
+           load: float = 500.0, geometry: Geometry = WHEEL, **motion: float) -> Problem:
+    moved = Motion(**({"speed": SPEED, "creepage_x": 0.0, "creepage_y": 0.0, "differential_slip": False} | motion))
+    return Problem(lower, upper, geometry, load, Friction(friction), moved, MECHANICAL, Numerics(grid=grid))
+
+
+def scalars(problem: Problem) -> dict[str, float]:
+    result = solved(problem)
+    assert result.converged, result.reason
+    return result.coupled.scalars
+
+
+@pytest.mark.parametrize("case", reference("relaxing_spheres")["cases"],
+                         ids=lambda case: str(case["input"]["retardation_length_over_a"]))
+def test_spheres_of_an_independent_program(case: dict) -> None:
+    given, expected = case["input"], case["result"]
+    a, radius, load = given["relaxed_hertz_radius_mm"] * 1e-3, given["radius_combined_mm"] * 1e-3, given["normal_N"]
+    shear, friction = given["glassy_shear_modulus_MPa"] * 1e6, given["friction"]
+    body = one_time(given["relaxed_over_glassy_compliance"], given["retardation_length_over_a"] * a,
+                    body=Material(2.0 * shear * (1.0 + given["poisson_ratio"]), given["poisson_ratio"]))
+    both = Geometry(2.0 * radius, 2.0 * radius, 2.0 * radius, 2.0 * radius)
+    unit = friction * a / radius
+    spin = friction / radius
+    for name, motion in (("x", {"creepage_x": 0.5 * unit}), ("spin", {"spin": 0.6 * spin}),
+                         ("combined", {"creepage_x": 0.3 * unit, "creepage_y": -0.2 * unit, "spin": -0.3 * spin})):
+        found = scalars(roller(body, body, friction=friction, load=load, geometry=both, speed=1.0, **motion))
+        forces = found["force_x_N"] / friction / load, found["force_y_N"] / friction / load
+        assert forces == pytest.approx(expected["force_over_muW"][name], abs=2e-3)
+    arm = found["rolling_resistance_moment_Nmm"] / load
+    assert arm == pytest.approx(expected["rolling_resistance_moment_over_W_mm"], rel=2e-3)
+    assert found["pressure_max_MPa"] == pytest.approx(expected["pressure_max_MPa"], rel=3e-3)
+    assert found["approach_um"] == pytest.approx(1e3 * expected["approach_mm"], rel=1e-3)
+    # Whole elements, of first order: extrapolated.
+    area = 2.0 * expected["area_mm2"] - expected["at_half_the_grid"]["area_mm2"]
+    assert found["contact_area_mm2"] == pytest.approx(area, rel=2e-2)
+
+
+@pytest.mark.parametrize(("ratio", "length"), [(3.0, 0.1), (3.0, 1.0), (10.0, 1.0), (10.0, 10.0)])
+def test_the_middle_of_a_long_contact_is_hunters(ratio: float, length: float) -> None:
+    radius, glassy = 0.05, GLASSY
+    relaxed = glassy.plane_strain_modulus / ratio
+    along = hertz_contact(1.0 / radius, 1.0 / (9000.0 * radius), relaxed, 1000.0)
+    a = along.semi_axis_x
+    geometry = Geometry(radius, 9000.0 * radius, math.inf, math.inf)
+    problem = roller(Material(1e18, 0.3), one_time(ratio, length * a, body=glassy), friction=0.0, grid=(64, 16), load=1000.0,
+                     geometry=geometry, speed=1.0)
+    state = solved(problem).coupled
+    column = state.fields["pressure"].shape[1] // 2
+    line, size = state.fields["pressure"][:, column], float(state.x[1] - state.x[0])
+    per_length = float(line.sum()) * size
+    half = math.sqrt(4.0 * per_length * radius / (math.pi * relaxed))
+    exact = hunter(ratio, length * a / half)
+    assert float((line * state.x).sum()) * size / per_length / half == pytest.approx(exact.moment, rel=3e-3)
+    width = 0.5 * float(state.fields["covered"][:, column].sum()) * size
+    assert width / half == pytest.approx(exact.half_width, rel=5e-3)
+    largest = exact.pressure(np.linspace(-1.0, 1.0, 2001)).max() * 2.0 * per_length / (math.pi * half)
+    assert line.max() == pytest.approx(largest, rel=2e-3)
+
+
+def test_the_limits_are_elastic_bodies() -> None:
+    """Rolled through far faster and far slower than the body relaxes."""
+    remaining = 1.0 - sum(share for share, _ in TREAD.relaxation)
+    for speed, modulus in ((1e-9, 2.4e9 * remaining), (1e9, 2.4e9)):
+        elastic = replace(TREAD, youngs_modulus=modulus, relaxation=())
+        limit = scalars(roller(upper=replace(elastic), creepage_x=0.004, speed=speed))
+        found = scalars(roller(creepage_x=0.004, speed=speed))
+        for name in ("force_x_N", "pressure_max_MPa", "contact_area_mm2", "approach_um"):
+            assert found[name] == pytest.approx(limit[name], rel=2e-3), name
+        assert found["rolling_resistance_N"] < 1e-5 * found["force_x_N"]
+
+
+def test_one_time_in_two_halves_and_a_share_of_nothing() -> None:
+    halves = replace(TREAD, relaxation=tuple((0.5 * share, time) for share, time in TREAD.relaxation for _ in range(2)))
+    one, two = (scalars(roller(upper=body, creepage_x=0.003)) for body in (TREAD, halves))
+    for name, value in one.items():
+        if math.isfinite(value):
+            assert two[name] == pytest.approx(value, rel=1e-6, abs=1e-9), name
+
+
+def test_exchange_of_the_bodies() -> None:
+    """What one body does to the other, the other does to it: creepages, forces and spin change their signs."""
+    motion = {"creepage_x": 0.003, "creepage_y": -0.001, "spin": 0.4}
+    exchanged = Geometry(WHEEL.upper_radius_x, WHEEL.upper_radius_y, WHEEL.lower_radius_x, WHEEL.lower_radius_y)
+    one = scalars(roller(**motion))
+    other = scalars(roller(TREAD, STEEL, geometry=exchanged, **{name: -value for name, value in motion.items()}))
+    for name in ("force_x_N", "force_y_N", "spin_moment_Nmm"):
+        assert other[name] == pytest.approx(-one[name], rel=1e-5)
+    for name in ("hysteresis_W", "rolling_resistance_moment_Nmm", "Q_F_W", "contact_area_mm2", "pressure_max_MPa"):
+        assert other[name] == pytest.approx(one[name], rel=1e-5)
+
+
+def test_the_mirror_image() -> None:
+    one = scalars(roller(creepage_x=0.003, creepage_y=0.002, spin=0.5))
+    other = scalars(roller(creepage_x=0.003, creepage_y=-0.002, spin=-0.5))
+    assert other["force_y_N"] == pytest.approx(-one["force_y_N"], rel=1e-6)
+    for name in ("force_x_N", "hysteresis_W", "rolling_resistance_moment_Nmm", "gamma_st"):
+        assert other[name] == pytest.approx(one[name], rel=1e-6)
+
+
+def test_scales_of_length_and_time() -> None:
+    """Ten times as large and ten times as fast under a hundred times the load: the same pressure. Half as fast with times
+    twice as long: the same."""
+    large = Geometry(math.inf, math.inf, 10.0 * WHEEL.upper_radius_x, 10.0 * WHEEL.upper_radius_y)
+    slower = replace(TREAD, relaxation=tuple((share, 2.0 * time) for share, time in TREAD.relaxation))
+    one = scalars(roller(creepage_x=0.003))
+    for factor, power, other in ((10.0, 10.0, scalars(roller(geometry=large, load=5e4, speed=10.0 * SPEED, creepage_x=0.003))),
+                                 (1.0, 0.5, scalars(roller(upper=slower, speed=0.5 * SPEED, creepage_x=0.003)))):
+        for name, expected in (("pressure_max_MPa", 1.0), ("force_x_N", factor**2), ("gamma_st", 1.0),
+                               ("rolling_resistance_N", factor**2), ("rolling_resistance_moment_Nmm", factor**3),
+                               ("hysteresis_W", factor**2 * power)):
+            assert other[name] == pytest.approx(expected * one[name], rel=2e-6), name
+
+
+@pytest.mark.parametrize("both", [True, False], ids=["alike", "unlike"])
+def test_power_of_forces_and_resistance_becomes_heat(both: bool) -> None:
+    """ξ F + M Ω: the moment of the pressure about the axle of each body, over its radius, needs power, too."""
+    lower, geometry = (TREAD, Geometry(0.1, 0.2, 0.1, 0.2)) if both else (STEEL, WHEEL)
+    problem = roller(lower, creepage_x=0.004, creepage_y=0.001, geometry=geometry, grid=(48, 48))
+    found = scalars(problem)
+    resistance = found["rolling_resistance_moment_Nmm"] * 1e-3 * problem.geometry.curvature_x
+    by_forces = 0.004 * found["force_x_N"] + 0.001 * found["force_y_N"]
+    total = (found["Q_F_W"] + found["hysteresis_W"]) / SPEED
+    assert by_forces + resistance == pytest.approx(total, rel=2e-3)
+    assert found["power_balance_error"] < 2e-3
+    assert found["hysteresis_W"] > 0.0
+
+
+def test_without_friction_the_resistance_is_the_moment_over_the_radius() -> None:
+    found = scalars(roller(friction=0.0))
+    assert found["rolling_resistance_N"] == pytest.approx(found["rolling_resistance_moment_Nmm"] / 50.0, rel=3e-3)
+    assert found["Q_F_W"] == 0.0
+
+
+def test_a_force_that_is_given() -> None:
+    found = scalars(roller(creepage_x=None, force_x=60.0))
+    again = scalars(roller(creepage_x=found["creepage_longitudinal"]))
+    assert again["force_x_N"] == pytest.approx(60.0, rel=2e-3)
+    assert found["hysteresis_W"] == pytest.approx(again["hysteresis_W"], rel=1e-3)
+
+
+def test_bodies_that_relax_alike_but_for_their_times_are_unlike() -> None:
+    derived = DerivedQuantities(roller(one_time(3.0, 1e-3), one_time(3.0, 1e-3)))
+    assert not derived.dissimilar
+    other = DerivedQuantities(roller(one_time(3.0, 1e-3), one_time(3.0, 5e-3)))
+    assert other.dissimilar
+    assert "elastic coupling" in make_plan(other.problem).run
+
+
+def test_crowned_rollers_relax() -> None:
+    """A logarithmic crown: the contact leads, and its pressure rises at no end."""
+    geometry = Geometry(math.inf, math.inf, 0.05, math.inf, upper_profile=Profile(length=0.02, drop=1e-4))
+    found = scalars(roller(friction=0.0, geometry=geometry, load=800.0))
+    assert found["rolling_resistance_N"] == pytest.approx(found["rolling_resistance_moment_Nmm"] / 50.0, rel=1e-2)
+
+
+def test_errors_are_those_of_a_finer_grid() -> None:
+    coarse, fine = solved(roller(creepage_x=0.003)), solved(roller(creepage_x=0.003, grid=(96, 96)))
+    for name in ("hysteresis_W", "rolling_resistance_N", "rolling_resistance_moment_Nmm", "force_x_N"):
+        value, exact = coarse.coupled.scalars[name], fine.coupled.scalars[name]
+        scale = 150.0 if name == "force_x_N" else value
+        assert abs(value - exact) < 1.3 * coarse.error[name] * scale, name
+        assert coarse.error[name] < 0.05, name
+
+
+def test_the_work_is_that_of_elastic_bodies() -> None:
+    """Applications of the operators, against a contact without a closed form: an elastic one with a profile."""
+    y = np.linspace(-0.03, 0.03, 201)
+    profile = Profile(points=tuple((float(place), float(-place**2 / 0.4)) for place in y))
+    flat = Geometry(math.inf, math.inf, 0.05, math.inf, upper_profile=profile)
+    soft = replace(TREAD, youngs_modulus=1.2e9, relaxation=())
+    work = {}
+    for name, problem in (("elastic", roller(upper=soft, geometry=flat, friction=0.3, creepage_x=0.004)),
+                          ("relaxing", roller(creepage_x=0.004))):
+        derived = DerivedQuantities(problem)
+        grid = Discretisation(derived, (32, 32), 2.2)
+        assert grid.isothermal_pressure.converged
+        work[name] = grid.pressure.solver.applications
+    assert work["relaxing"] <= 2.0 * work["elastic"]
+
+
+CASE = """
+[material.lower]
+youngs_modulus_GPa = 210.0
+poisson_ratio = 0.3
+[material.upper]
+youngs_modulus_GPa = 2.4
+poisson_ratio = 0.38
+relaxation = [[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]
+[geometry]
+lower_radius_x_mm = inf
+lower_radius_y_mm = inf
+upper_radius_x_mm = 50.0
+upper_radius_y_mm = 200.0
+[load]
+normal_N = 500.0
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 2.0
+[numerics]
+grid = 16
+"""
+
+
+def test_case_files() -> None:
+    case = parse(CASE)
+    assert case.problem.upper == TREAD
+    assert case.problem.relaxes
+    facts = make_plan(case.problem).facts
+    assert facts["felt_modulus_GPa"] == pytest.approx(1.75, rel=0.02)
+    half = 0.5e-3 * facts["contact_length_mm"]
+    lengths = [facts[f"retardation_length_{n}_upper_over_a"] for n in (1, 2, 3)]
+    assert lengths == pytest.approx([SPEED * time / half for _, time in TREAD.retardation], rel=1e-6)
+
+
+@pytest.mark.parametrize(("relaxation", "message"), [
+    ("[[0.6, 1e-3], [0.4, 1e-2]]", "nothing remains that carries a load"),
+    ("[[0.6, 0.0]]", "a share or a time outside"),
+    ("[[0.6, -1.0]]", "a share or a time outside"),
+    ("[[-0.1, 1.0]]", "a share or a time outside"),
+    ("[[0.6, 1e-3, 1.0]]", "too many entries"),
+    ("[]", "is empty"),
+    ("0.5", "must be a list"),
+])
+def test_series_that_no_body_has(relaxation: str, message: str) -> None:
+    (finding,) = findings(CASE.replace("[[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]", relaxation))
+    assert finding.key == "material.upper.relaxation"
+    assert message in finding.message
