@@ -56,15 +56,15 @@ def test_waves_lose_power_and_keep_their_mean(ratio: float) -> None:
     assert factor[205] == pytest.approx(1.0 / (1.0 + 1j * long / ratio), rel=1e-4)
 
 
-@pytest.mark.parametrize("kind", POINT_LOADS)
+@pytest.mark.parametrize("kind", ["xx", "yy", "xy", "x", "y"])
 @pytest.mark.parametrize("length", [0.4, 6.0, 300.0])
 def test_means_are_those_of_the_integrals(kind: str, length: float) -> None:
     """Far from the element, whose finite size is then a small correction; on narrow and on wide elements."""
-    kernel, dx = POINT_LOADS[kind][2], 1.0
+    kernel, dx = POINT_LOADS[kind][1], 1.0
     nodes, gauss = np.polynomial.legendre.leggauss(12)
 
     def seen(s: float, x: float, y: float, dy: float) -> float:
-        values = kernel(np.array(x - s) + 0.5 * dx * nodes[:, None], y + 0.5 * dy * nodes)
+        values = kernel(np.array(x - s) + 0.5 * dx * nodes[:, None], y + 0.5 * dy * nodes, 0.0)
         return float(0.25 * dx * dy * (gauss @ values @ gauss) * math.exp(-s / length) / length)
 
     edges = [0.0, *np.geomspace(0.5 * min(length, 40.0), 60.0 * length, 12)]

@@ -14,7 +14,7 @@ from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
-from thermoroll_cli.problem.problem import Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -259,3 +259,72 @@ def test_series_that_no_body_has(relaxation: str, message: str) -> None:
     (finding,) = findings(CASE.replace("[[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]", relaxation))
     assert finding.key == "material.upper.relaxation"
     assert message in finding.message
+
+
+# --- layers ------------------------------------------------------------------------------------------------------
+
+COATED = """
+[[material.upper.layers]]
+thickness_um = 3000.0
+youngs_modulus_GPa = 0.05
+poisson_ratio = 0.45
+relaxation = [[0.6, 1e-3]]
+"""
+TYRE = Layer(3e-3, 50e6, 0.45, relaxation=((0.6, 1e-3),))
+
+
+def on_steel(*layers: Layer) -> Material:
+    return replace(STEEL, layers=layers)
+
+
+@pytest.mark.parametrize("case", reference("relaxing_layer")["cases"],
+                         ids=lambda case: f"{case['thickness_mm']}-{case['speed_m_s']}")
+def test_a_sphere_on_a_layer_of_an_independent_program(case: dict) -> None:
+    body, expected = on_steel(replace(TYRE, thickness=case["thickness_mm"] * 1e-3)), case["N128"]
+    problem = roller(Material(1e18, 0.3), body, friction=0.0, load=8.0, geometry=Geometry(0.05, 0.05, math.inf, math.inf),
+                     speed=case["speed_m_s"])
+    found = scalars(problem)
+    assert found["rolling_resistance_moment_Nmm"] / (8.0 * 50.0) == pytest.approx(expected["resistance_over_load"], rel=1e-2)
+    assert found["rolling_resistance_N"] / 8.0 == pytest.approx(expected["resistance_over_load"], rel=1e-2)
+    assert found["pressure_max_MPa"] == pytest.approx(expected["pressure_max_MPa"], rel=5e-3)
+    assert found["contact_area_mm2"] == pytest.approx(expected["area_mm2"], rel=1.5e-2)
+
+
+def test_a_thick_layer_is_the_body() -> None:
+    soft = Material(TYRE.youngs_modulus, TYRE.poisson_ratio, relaxation=TYRE.relaxation)
+    thick, body = (scalars(roller(upper=upper, load=10.0, creepage_x=0.01)) for upper in (
+        on_steel(replace(TYRE, thickness=0.3)), soft))
+    for name in ("rolling_resistance_N", "rolling_resistance_moment_Nmm", "force_x_N", "pressure_max_MPa", "contact_area_mm2"):
+        assert thick[name] == pytest.approx(body[name], rel=4e-3), name
+
+
+def test_layers_in_the_limits_of_speed_are_elastic() -> None:
+    for speed, modulus in ((1e-7, 0.4 * TYRE.youngs_modulus), (1e7, TYRE.youngs_modulus)):
+        elastic = scalars(roller(upper=on_steel(Layer(TYRE.thickness, modulus, TYRE.poisson_ratio)), load=10.0, creepage_x=0.01,
+                                 speed=speed))
+        found = scalars(roller(upper=on_steel(TYRE), load=10.0, creepage_x=0.01, speed=speed))
+        for name in ("force_x_N", "pressure_max_MPa", "contact_area_mm2", "approach_um"):
+            assert found[name] == pytest.approx(elastic[name], rel=4e-3), name
+
+
+def test_two_layers_of_one_material_are_one_and_power_is_balanced() -> None:
+    halves = (replace(TYRE, thickness=1e-3), replace(TYRE, thickness=2e-3))
+    motion = {"creepage_x": 0.01, "creepage_y": 0.004}
+    one, two = (scalars(roller(upper=on_steel(*layers), load=10.0, **motion)) for layers in ((TYRE,), halves))
+    for name in ("rolling_resistance_N", "force_x_N", "force_y_N", "pressure_max_MPa", "contact_area_mm2"):
+        assert two[name] == pytest.approx(one[name], rel=2e-3), name
+    resistance = one["rolling_resistance_moment_Nmm"] * 1e-3 / 0.05
+    by_forces = 0.01 * one["force_x_N"] + 0.004 * one["force_y_N"]
+    assert by_forces + resistance == pytest.approx((one["Q_F_W"] + one["hysteresis_W"]) / SPEED, rel=5e-3)
+
+
+@pytest.mark.parametrize(("change", "key", "message"), [
+    ("material.upper.relaxation=[[0.5,1.0]]", "material.upper.relaxation", "a body below a coating"),
+    ("material.upper.layers.0.thickness_um=20.0", "material.upper.layers", "too thin"),
+    ("subsurface.depth_mm=1.0", "subsurface.bodies", "layers that relax"),
+])
+def test_layers_that_are_refused(change: str, key: str, message: str) -> None:
+    text = CASE.replace("relaxation = [[0.30, 1e-4], [0.25, 1e-3], [0.20, 1e-2]]\n", COATED)
+    assert parse(text).problem.upper.layers[0].relaxation == ((0.6, 1e-3),)
+    found = [finding for finding in findings(text, change) if message in finding.message]
+    assert [finding.key for finding in found] == [key]

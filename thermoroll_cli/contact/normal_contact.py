@@ -101,7 +101,7 @@ class NormalSolver:
         if relaxing is not None:
             added = relaxing.normal_table(nx, ny, grid.dx, grid.dy)
             self._kernel = self._kernel[:, ::2] + half_plane_symbol(added, (self._convolution.px, self._convolution.py))
-            symbol = symbol * relaxing.normal_factor(px, grid.dx, contact_modulus)
+            symbol = relaxing.periodic_symbol(symbol, (px, py), grid.dx, grid.dy, contact_modulus)
             near = relaxing.near_border(grid.dx, grid.dy)
             self.contact_modulus, self._border_trust = near.contact_modulus, near.trust
         self._hat = self._convolution.empty_spectrum()

@@ -7,7 +7,7 @@ import inspect
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, pairwise
 from typing import Any
 
 from thermoroll_cli.files import case_model as model
@@ -210,7 +210,7 @@ def _thermal_constants(sections: Sections) -> Iterator[Conflict]:
                            "a mechanical case has heat = false in [thermal], or neither [thermal] nor thermal constants")
 
 
-MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e5
+MOST_STIFF_ON_SOFT, MOST_SOFT_ON_STIFF = 300.0, 1e6
 """Largest ratios of the moduli of neighbours that the solvers are made for."""
 
 
@@ -264,9 +264,10 @@ def _relaxation(sections: Sections) -> Iterator[Conflict]:
         if relaxing and material.relaxation:
             yield Conflict((*path, "relaxation"), "is not computed for a body below a coating", "layers on an elastic body",
                            at_key=True)
-        if any(relaxing):
-            yield Conflict((*path, "layers", relaxing.index(True), "relaxation"), "is not computed for layers",
-                           "a homogeneous body that relaxes", at_key=True)
+        for number, (above, own) in enumerate(pairwise(relaxing), 1):
+            if own and not above:
+                yield Conflict((*path, "layers", number, "relaxation"), "is not computed below an elastic layer",
+                               "layers that relax on top", at_key=True)
 
 
 def _bulk_temperatures(sections: Sections, thermal: model.ThermalTable) -> Iterator[Conflict]:

@@ -17,13 +17,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from thermoroll_cli.arrays import AnyArray, Array, Spectrum
 from thermoroll_cli.halfspace.coatings import UNCOUPLED, Coatings, NearBorder
 from thermoroll_cli.halfspace.elastic import coupling_tables, rectangle_integrals
+from thermoroll_cli.halfspace.relaxing_layers import Part, RelaxingLayers
 from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.problem.relaxation import modulus_at
 
@@ -38,15 +39,26 @@ Without: at ten times the compliance and l = a it adds 7 % to the largest pressu
 FADED = 40.0
 """Lengths of memory after which nothing is left of it."""
 
-Kernel = Callable[[Array, Array], Array]
-POINT_LOADS: dict[str, tuple[int, int, Kernel]] = {
-    "xx": (1, 1, lambda x, y: x * x / np.hypot(x, y) ** 3),
-    "yy": (1, 1, lambda x, y: y * y / np.hypot(x, y) ** 3),
-    "xy": (-1, -1, lambda x, y: x * y / np.hypot(x, y) ** 3),
-    "x": (-1, 1, lambda x, y: x / (x * x + y * y)),
-    "y": (1, -1, lambda x, y: y / (x * x + y * y)),
+Kernel = Callable[[Array, Array, float], Array]
+POINT_LOADS: dict[str, tuple[int, Kernel]] = {
+    "xx": (1, lambda x, y, z: (x * x + z * z) / _distance(x, y, z) ** 3),
+    "yy": (1, lambda x, y, z: (y * y + z * z) / _distance(x, y, z) ** 3),
+    "xy": (-1, lambda x, y, z: x * y / _distance(x, y, z) ** 3),
+    "x": (-1, lambda x, y, z: _radial(x, y, z) * x),
+    "y": (1, lambda x, y, z: _radial(x, y, z) * y),
+    "blob": (1, lambda x, y, z: z / _distance(x, y, z) ** 3),
 }
-"""Parities along x and y, and integrand, of the integrals I_xx, I_yy, I_xy, J_x and J_y of `elastic`."""
+"""Parity along x, and integrand, of the integrals I_xx, I_yy, I_xy, J_x and J_y of `elastic` at z = 0. With a depth z their
+transforms have the factor (1 + kz) e^{−kz}; that of the blob, for z > 0 alone, is 2π e^{−kz}."""
+
+
+def _distance(x: Array, y: Array, z: float) -> Array:
+    return np.asarray(np.hypot(np.hypot(x, y), z))
+
+
+def _radial(x: Array, y: Array, z: float) -> Array:
+    distance = _distance(x, y, z)
+    return 1.0 / (distance * (distance + z)) + z / distance**3
 
 
 def weights(ratio: float) -> tuple[float, Array]:
@@ -70,18 +82,25 @@ def filter_of(ratio: float, theta: Array) -> AnyArray:
     return np.asarray(sum(terms) / (1.0 - q * np.exp(-1j * theta)))
 
 
-def one_sided_means(kind: str, rows: int, columns: int, dx: float, dy: float, lengths: Array) -> Array:
-    """The means over `lengths` (m) of an integral of `POINT_LOADS` at offsets −(rows − 1) … rows − 1 by 0 … columns − 1, in m:
-    (lengths, 2 rows − 1, columns)."""
-    along, _, kernel = POINT_LOADS[kind]
+def one_sided_means(
+    kind: str, rows: int, columns: int, dx: float, dy: float, lengths: Array, depth: float = 0.0
+) -> Array:
+    """The means over `lengths` (m) of an integral of `POINT_LOADS` over an element, or of its integrand at a `depth` (m) times
+    the element's area, at offsets −(rows − 1) … rows − 1 by 0 … columns − 1, in m (the blob: in 1): (lengths, 2 rows − 1,
+    columns)."""
+    along, kernel = POINT_LOADS[kind]
     place = rows + 1, columns, dx, dy
-    quadrant = (dict(zip(("xx", "yy", "xy"), rectangle_integrals(*place), strict=True)) if len(kind) == 2
-                else dict(zip(("x", "y"), coupling_tables(*place), strict=True)))[kind]
+    if depth:
+        quadrant = dx * dy * kernel(dx * np.arange(rows + 1.0)[:, None], dy * np.arange(float(columns)), depth)
+    elif len(kind) == 2:
+        quadrant = dict(zip(("xx", "yy", "xy"), rectangle_integrals(*place), strict=True))[kind]
+    else:
+        quadrant = dict(zip(("x", "y"), coupling_tables(*place), strict=True))[kind]
     table = np.concatenate([along * quadrant[:0:-1], quadrant])
     means = np.empty((len(lengths), 2 * rows - 1, columns))
     for mean, length in zip(means, lengths, strict=True):
         q, w = weights(dx / length)
-        mean[0] = _upstream(kernel, (rows - 1) * dx, columns, dx, dy, float(length))
+        mean[0] = _upstream(kernel, (rows - 1) * dx, columns, dx, dy, float(length), depth)
         count = len(mean) - 1
         mean[1:] = sum(weight * table[1 + k : 1 + k + count] for k, weight in zip(STENCIL, w, strict=True))
         for i in range(count):
@@ -89,7 +108,7 @@ def one_sided_means(kind: str, rows: int, columns: int, dx: float, dy: float, le
     return means
 
 
-def _upstream(kernel: Kernel, distance: float, columns: int, dx: float, dy: float, length: float) -> Array:
+def _upstream(kernel: Kernel, distance: float, columns: int, dx: float, dy: float, length: float, depth: float) -> Array:
     """The mean at the offset −`distance` along x, where the element is far away; (columns,)."""
     # Panels that double from the smaller of both scales.
     first = 0.5 * min(distance, length)
@@ -98,12 +117,12 @@ def _upstream(kernel: Kernel, distance: float, columns: int, dx: float, dy: floa
     s = edges[:-1, None] + half * (1.0 + _NODES)
     weight = (half * _WEIGHTS * np.exp(-s / length)).ravel() / length
     x, y = -distance - s.ravel(), dy * np.arange(columns)
-    points = 2, min(2 + math.ceil(3.0 * dy / distance), 64)
+    points = (1, 1) if depth else (2, min(2 + math.ceil(3.0 * dy / distance), 64))
     (u, along), (v, across) = (np.polynomial.legendre.leggauss(n) for n in points)
     total = np.zeros(columns)
     for shift_x, part_x in zip(0.5 * dx * u, along, strict=True):
         for shift_y, part_y in zip(0.5 * dy * v, across, strict=True):
-            total += part_x * part_y * (weight @ kernel(x[:, None] + shift_x, y + shift_y))
+            total += part_x * part_y * (weight @ kernel(x[:, None] + shift_x, y + shift_y, depth))
     return 0.25 * dx * dy * total
 
 
@@ -119,9 +138,34 @@ class Memory:
     coupling: float
 
 
+def _memories(body: Material, sign: float, speed: float) -> list[Memory]:
+    """Those of the surface of one body, whose coupling has a `sign`."""
+    top = body.surface
+    shear, nu = 2.0 * math.pi * top.shear_modulus, top.poisson_ratio
+    return [Memory(speed * time, c / (math.pi * top.plane_strain_modulus), c * (1.0 - nu) / shear, c * nu / shear,
+                   0.5 * sign * c * (1.0 - 2.0 * nu) / shear) for c, time in top.retardation]
+
+
+def _means(
+    memories: list[Memory], factors: dict[str, str], rows: int, columns: int, dx: float, dy: float, depth: float = 0.0
+) -> Array:
+    """Sum of the means of integrals times the named compliances of each memory, (2 rows − 1, columns)."""
+    lengths = np.array([memory.length for memory in memories])
+    total = np.zeros((2 * rows - 1, columns))
+    for kind, names in factors.items():
+        factor = np.array([sum(getattr(memory, name) for name in names.split()) for memory in memories])
+        if factor.any():
+            total += np.tensordot(factor, one_sided_means(kind, rows, columns, dx, dy, lengths, depth), 1)
+    return total
+
+
+EVEN = {"nn": "nn", "xx": "tt", "yy": "tt"}
+"""Tables with a part by layers that are compressed and sheared evenly, and its name in `RelaxingLayers.even`."""
+
+
 @dataclass(frozen=True)
 class Relaxing:
-    """Both bodies of a contact, of which one relaxes at least; `lower` and `upper` are the materials of their surfaces."""
+    """Both bodies of a contact, of which one relaxes at least, without thermal constants."""
 
     lower: Material
     upper: Material
@@ -140,55 +184,74 @@ class Relaxing:
     def memories(self) -> list[Memory]:
         """All of them; equal lengths of both bodies are one."""
         found: dict[float, Memory] = {}
-        for body, sign in ((self.lower.surface, 1.0), (self.upper.surface, -1.0)):
-            shear, nu = body.shear_modulus, body.poisson_ratio
-            for c, time in body.retardation:
-                length, before = self.speed * time, found.get(self.speed * time, Memory(0.0, 0.0, 0.0, 0.0, 0.0))
-                found[length] = Memory(
-                    length, before.normal + c / (math.pi * body.plane_strain_modulus),
-                    before.isotropic + c * (1.0 - nu) / (2.0 * math.pi * shear),
-                    before.directional + c * nu / (2.0 * math.pi * shear),
-                    before.coupling + sign * c * (1.0 - 2.0 * nu) / (4.0 * math.pi * shear))
+        for body, sign in self._bodies:
+            for memory in _memories(body, sign, self.speed):
+                before = found.get(memory.length)
+                found[memory.length] = memory if before is None else Memory(memory.length, *(
+                    getattr(before, field.name) + getattr(memory, field.name) for field in fields(memory)[1:]))
         return list(found.values())
 
-    def _table(self, factors: dict[str, str], rows: int, columns: int, dx: float, dy: float) -> Array:
-        """Sum of the means of integrals times the named compliances of each memory, (2 rows − 1, columns)."""
-        memories = self.memories
-        lengths = np.array([memory.length for memory in memories])
-        total = np.zeros((2 * rows - 1, columns))
-        for kind, names in factors.items():
-            factor = np.array([sum(getattr(memory, name) for name in names.split()) for memory in memories])
-            if factor.any():
-                total += np.tensordot(factor, one_sided_means(kind, rows, columns, dx, dy, lengths), 1)
+    @property
+    def _bodies(self) -> list[tuple[Material, float]]:
+        """Both with the signs of their coupling."""
+        return [(self.lower, 1.0), (self.upper, -1.0)]
+
+    @property
+    def _layered(self) -> list[tuple[Material, float]]:
+        return [(body, sign) for body, sign in self._bodies if body.surface.relaxation and body.layers]
+
+    def _table(self, factors: dict[str, str], name: str, rows: int, columns: int, dx: float, dy: float) -> Array:
+        """Sum of the means of integrals times the named compliances of each memory, (2 rows − 1, columns); of layers less their
+        images, and with what remains in the table `name`."""
+        place = rows, columns, dx, dy
+        total = _means(self.memories, factors, *place)
+        for body, sign in self._layered:
+            layers = RelaxingLayers.of(body, self.speed)
+            total -= _means(_memories(body, sign, self.speed), factors, *place, layers.depth(dx, dy))
+            part: Part = "normal" if name == "nn" else "shear" if len(name) == 2 else "coupling"
+            total += (sign if part == "coupling" else 1.0) * layers.remaining_tables(part, *place)[name]
+            for layer in body.layers if name in EVEN else ():
+                blobs = np.array([c * layers.even(layer)[EVEN[name]] / (2.0 * math.pi) for c, _ in layer.retardation])
+                lengths = np.array([self.speed * time for _, time in layer.retardation])
+                if blobs.any():
+                    total += np.tensordot(blobs, one_sided_means("blob", *place, lengths, layers.depth(dx, dy)), 1)
         return total
 
     def normal_table(self, rows: int, columns: int, dx: float, dy: float) -> Array:
         """To be added to `elastic.normal_table`, at offsets −(rows − 1) … rows − 1 along x."""
-        return self._table({"xx": "normal", "yy": "normal"}, rows, columns, dx, dy)
+        return self._table({"xx": "normal", "yy": "normal"}, "nn", rows, columns, dx, dy)
 
     def shear_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array, Array]:
         """To be added to `elastic.shear_tables`, at the same offsets."""
         place = rows, columns, dx, dy
-        return (self._table({"xx": "isotropic directional", "yy": "isotropic"}, *place),
-                self._table({"xx": "isotropic", "yy": "isotropic directional"}, *place),
-                self._table({"xy": "directional"}, *place))
+        return (self._table({"xx": "isotropic directional", "yy": "isotropic"}, "xx", *place),
+                self._table({"xx": "isotropic", "yy": "isotropic directional"}, "yy", *place),
+                self._table({"xy": "directional"}, "xy", *place))
 
     def coupling_tables(self, rows: int, columns: int, dx: float, dy: float) -> tuple[Array, Array]:
         """To be added to K times `elastic.coupling_tables`, at the same offsets."""
         place = rows, columns, dx, dy
-        return self._table({"x": "coupling"}, *place), self._table({"y": "coupling"}, *place)
+        return self._table({"x": "coupling"}, "x", *place), self._table({"y": "coupling"}, "y", *place)
 
     def relaxed_modulus(self, contact_modulus: float) -> float:
         """E* (Pa) of both surfaces together after a long time, from the instantaneous one."""
         return 1.0 / (1.0 / contact_modulus + math.pi * sum(memory.normal for memory in self.memories))
 
-    def normal_factor(self, columns: int, dx: float, contact_modulus: float) -> Spectrum:
-        """The normal compliance over its instantaneous part at the phases of `columns` rows on a periodic plane."""
-        theta = np.asarray(2.0 * np.pi * np.fft.fftfreq(columns), dtype=np.float64)
-        factor = np.ones(columns, dtype=np.complex128)
-        for memory in self.memories:
-            factor += math.pi * contact_modulus * memory.normal * filter_of(dx / memory.length, theta)
-        return factor
+    def periodic_symbol(self, symbol: Array, padded: tuple[int, int], dx: float, dy: float, modulus: float) -> Spectrum:
+        """The symbol of the normal displacement on a periodic plane, complex, from the instantaneous one; `modulus` is E* (Pa)
+        of the surfaces."""
+        theta = np.asarray(2.0 * np.pi * np.fft.fftfreq(padded[0]), dtype=np.float64)
+        layered = [RelaxingLayers.of(body, self.speed) for body, _ in self._layered]
+        half_spaces = [memory for body, sign in self._bodies if not body.layers for memory in _memories(body, sign, self.speed)]
+        factor = np.ones(theta.size, dtype=np.complex128)
+        for memory in half_spaces:
+            factor += math.pi * modulus * memory.normal * filter_of(dx / memory.length, theta)
+        if not layered:
+            return np.asarray(symbol * factor)
+        x, y = theta / dx, np.asarray(2.0 * np.pi * np.fft.rfftfreq(padded[1])[:, None] / dy, dtype=np.float64)
+        k = np.maximum(np.hypot(x, y), np.pi / max(padded[0] * dx, padded[1] * dy))
+        added = np.stack([2.0 / modulus * (factor - 1.0) * np.ones_like(k), *(layers.whole(x, y) for layers in layered)])
+        return np.asarray(symbol + added.sum(axis=0) / k * np.sinc(0.5 * x * dx / np.pi) * np.sinc(0.5 * y * dy / np.pi))
 
     def felt(self, length: float) -> tuple[tuple[Material, Material], float]:
         """Elastic bodies that stand for these within a `length` (m) along x, with the moduli |E| at the frequency V/length, and

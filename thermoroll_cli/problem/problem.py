@@ -45,6 +45,11 @@ class Layer:
     shear_yield: float | None = None
     relaxation: Series = ()
 
+    @property
+    def retardation(self) -> Series:
+        """As that of `Material`."""
+        return retardation(self.relaxation)
+
 
 @dataclass(frozen=True)
 class Material:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT
+from thermoroll_cli.contact.contact_scales import COARSE_GRID, DOMAIN_OVER_CONTACT, contact_scales
 from thermoroll_cli.problem.geometry import Geometry, Unsolvable
 from thermoroll_cli.problem.problem import BODIES, BodyName, Problem, Recirculation
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -15,6 +15,10 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 THINNEST = 1e-6
 """Thickness of a coating in smaller semi-axes of the contact: rounding in the stresses of a layer grows like 1e-16 over the
 square of its thickness in elements, to 2 % at a tenth of this."""
+
+THINNEST_RELAXING = 0.04
+"""Thickness of layers in a coating that relaxes over the larger semi-axis, about an element of a grid of 64. With layers of a
+tenth of an element resistances are up to 20 % wrong."""
 
 
 def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
@@ -30,6 +34,7 @@ def reasons_against(derived: DerivedQuantities) -> Iterator[Unsolvable]:
     yield from _conformal(derived)
     yield from _interlayer(problem)
     yield from _coatings(problem)
+    yield from _relaxing_layers(derived)
     yield from _thin_coatings(derived)
     for body in BODIES if problem.heating.recirculates else ():
         track = getattr(problem.heating, f"{body}_track")
@@ -105,6 +110,28 @@ def _coatings(problem: Problem) -> Iterator[Unsolvable]:
         yield Unsolvable("the evolution of wear does not thin coatings",
                          "wear.distance_km" if math.isfinite(wear.distance) else "wear.depth_um",
                          "[wear] without distance_km and depth_um: the wear of one passage, or no coatings", other)
+
+
+def _relaxing_layers(derived: DerivedQuantities) -> Iterator[Unsolvable]:
+    """Stages that do not know layers that relax, and layers too thin for the grids."""
+    heating, request = derived.problem.heating, derived.problem.subsurface
+    for body in BODIES:
+        layers = getattr(derived.problem, body).layers
+        if not any(layer.relaxation for layer in layers):
+            continue
+        other = f"material.{body}.layers"
+        if heating.heat and heating.deformation:
+            yield Unsolvable("thermal expansion is not computed for layers that relax", "thermal.deformation", "false", other)
+        if request is not None and body in request.bodies:
+            yield Unsolvable("stresses are not computed for layers that relax", "subsurface.bodies",
+                             "bodies without such layers", other)
+        # Before it relaxes, the contact is smaller, and quickly found.
+        problem, thinnest = derived.problem, min(layer.thickness for layer in layers)
+        scales = contact_scales(problem.geometry, problem.contact_modulus, problem.normal_force, derived.coatings)
+        width = max(scales.semi_axis_x, scales.semi_axis_y)
+        if thinnest < THINNEST_RELAXING * width:
+            yield Unsolvable(f"a layer of {thinnest * 1e6:.3g} µm in a coating that relaxes is too thin for a contact of "
+                             f"{2e3 * width:.3g} mm", other, f"a thickness_um of {THINNEST_RELAXING * width * 1e6:.3g} or more")
 
 
 def _thin_coatings(derived: DerivedQuantities) -> Iterator[Unsolvable]:
