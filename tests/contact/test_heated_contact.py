@@ -22,7 +22,7 @@ def heated(heat, grid):
     discretisation = Discretisation(DerivedQuantities(problem), (grid, grid), 2.2)
     response = discretisation.heat_response((1.0, 0.0), np.zeros((2, grid, grid)))
 
-    def expand(pressure):
+    def expand(pressure, contact):
         return response.displacement(DividedHeat(heat / problem.normal_force * pressure, 0.5))
 
     gap, hertz = discretisation.pressure.undeformed_gap, discretisation.isothermal_pressure
@@ -92,7 +92,7 @@ def test_a_gap_that_is_no_number_ends_the_search():
 def test_a_heated_contact_at_the_approach_of_a_load(heat):
     at_load, hertz = heated(heat, 32)
     there = at_load.continued(hertz.pressure, 1e-8)
-    closing = at_load._closing(there.pressure, 1.0) + at_load._gap
+    closing = at_load._closing(there.pressure, there.pressure > 0.0, 1.0) + at_load._gap
     approach = float(closing[there.pressure > 0.0].mean())
     at_approach = HeatedContactSolver(at_load._normal, at_load._expand, at_load._gap, Approach(approach))
     back = at_approach.continued(1.1 * there.pressure, 1e-8)

@@ -283,16 +283,14 @@ def crowned() -> Discretisation:
 
 @pytest.mark.parametrize("scene", [layered, crowned])
 def test_load_and_approach_lead_to_each_other(scene):
-    """Stiff layers and profiles, with whole elements and with the border resolved."""
+    """Below stiff layers, and for profiles."""
     pressure = scene().pressure
     gap, solver, load = pressure.undeformed_gap / pressure.tilt, pressure.solver, pressure._derived.problem.normal_force
     there = solver.solve(gap, load, pressure.isothermal.start, 1e-10)
     back = solver.solve(gap, Approach(there.approach), np.zeros(gap.shape), 1e-10)
     assert back.converged
     assert solver.load(back.pressure) == pytest.approx(load, rel=1e-7)
-    refined = solver.refine(there, gap, load, 1e-10)
-    again = solver.refine(back, gap, Approach(refined.approach), 1e-10)
-    np.testing.assert_allclose(again.pressure, refined.pressure, atol=1e-6 * refined.pressure.max())
+    np.testing.assert_allclose(back.pressure, there.pressure, atol=1e-7 * there.pressure.max())
 
 
 def test_bodies_that_do_not_touch_carry_nothing():

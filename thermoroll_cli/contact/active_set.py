@@ -1,7 +1,7 @@
 """The active set of a contact: elements under tension leave it, elements that overlap join it, until none does.
 
 On the set A p = δ − h is solved, under a given load ∬p = W or for a given approach δ. `settle` needs two functions of the
-bodies: their displacement by a pressure, and the step that closes the gap on one set.
+bodies: their displacement by a pressure on a contact, and the step that closes the gap on it.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Settled:
 
 
 def settle(
-    displacement_by: Callable[[Array], Array], close: Close, gap: Array, given: Given, start: Array, tolerance: float, *,
+    displacement_by: Callable[[Array, Mask], Array], close: Close, gap: Array, given: Given, start: Array, tolerance: float, *,
     reduction: float, most_sets: int, most_iterations: int, wandering: float = np.inf,
     hand_over: Callable[[Array, Mask, Mask], Array] | None = None,
 ) -> Settled:
@@ -119,11 +119,13 @@ def settle(
         elif not contact.any():
             contact = gap < given.depth
             converged = not contact.any()
-        displacement = displacement_by(pressure)
+        displacement = displacement_by(pressure, contact)
     return Settled(pressure, displacement, approach, error, contact, sets, iterations, converged)
 
 
-def _first(displacement_by: Callable[[Array], Array], gap: Array, given: Given, start: Array) -> tuple[Mask, Array, Array]:
+def _first(
+    displacement_by: Callable[[Array, Mask], Array], gap: Array, given: Given, start: Array
+) -> tuple[Mask, Array, Array]:
     """The first active set, its pressure and displacement. For an approach the pressure is scaled such that the gap vanishes in
     its mean over the pressure; where such a pressure would pull, the first set is the overlap of the undeformed bodies."""
     contact = start > 0.0
@@ -133,11 +135,11 @@ def _first(displacement_by: Callable[[Array], Array], gap: Array, given: Given, 
     pressure = np.where(contact, start, 0.0)
     if not isinstance(given, Approach):
         pressure = carrying(given, pressure)
-        return contact, pressure, displacement_by(pressure)
+        return contact, pressure, displacement_by(pressure, contact)
     if contact.any() and float(np.vdot(pressure, given.depth - gap)) <= 0.0:
         contact = gap < given.depth
         pressure = contact.astype(float)
-    displacement = displacement_by(pressure)
+    displacement = displacement_by(pressure, contact)
     work = float(np.vdot(pressure, displacement))
     factor = float(np.vdot(pressure, given.depth - gap)) / work if work > 0.0 else 1.0
     return contact, factor * pressure, factor * displacement

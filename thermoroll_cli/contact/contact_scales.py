@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import scipy
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.contact.active_set import Approach, Given
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
 from thermoroll_cli.halfspace.coatings import Coatings
@@ -35,15 +36,16 @@ OVERLAP_SHARE = 0.5
 @dataclass(frozen=True)
 class ContactScales:
     """Half-lengths of the contact along x and y (Hertz's semi-axes; else half of what all patches span), the `centre` of that
-    span along y and `centre_x` of that along x, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa) and
-    `approach` (m). `ends` says whether the contact reaches the lower and the upper end of a profile, where its pressure has no
-    upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has converged, and
-    `pressure_centre` is the y (m) of its centre."""
+    span along y and `centre_x` of that along x, `area` (m²), `mean_radius` of the circle of that area, `peak_pressure` (Pa),
+    `approach` (m) and `normal_force` (N). `ends` says whether the contact reaches the lower and the upper end of a profile,
+    where its pressure has no upper bound; `limits` are these ends (m); `converged` says whether the coarse pressure has
+    converged, and `pressure_centre` is the y (m) of its centre."""
 
     semi_axis_x: float
     semi_axis_y: float
     peak_pressure: float
     approach: float
+    normal_force: float
     area: float
     mean_radius: float
     centre: float = 0.0
@@ -55,7 +57,8 @@ class ContactScales:
 
     @classmethod
     def of_hertz(cls, hertz: HertzContact) -> ContactScales:
-        return cls(hertz.semi_axis_x, hertz.semi_axis_y, hertz.peak_pressure, hertz.approach, hertz.area, hertz.mean_radius)
+        return cls(hertz.semi_axis_x, hertz.semi_axis_y, hertz.peak_pressure, hertz.approach, hertz.normal_force, hertz.area,
+                   hertz.mean_radius)
 
     @property
     def reaches_an_end(self) -> bool:
@@ -76,29 +79,36 @@ def approach_weight(geometry: ContactGeometry, y: Array) -> Array:
     return np.cos(geometry.inclination(y))
 
 
+def hertz_at(geometry: ContactGeometry, contact_modulus: float, given: Given) -> HertzContact:
+    """Hertz's contact under a normal force (N) or at an approach, to which W ∝ δ^{3/2} leads."""
+    of_load = partial(hertz_contact, geometry.curvature_x, geometry.curvature_y, contact_modulus)
+    return of_load((given.depth / of_load(1.0).approach) ** 1.5 if isinstance(given, Approach) else given)
+
+
 @lru_cache(maxsize=64)
 def contact_scales(
-    geometry: ContactGeometry, contact_modulus: float, normal_force: float, coatings: Coatings | None = None,
+    geometry: ContactGeometry, contact_modulus: float, given: Given, coatings: Coatings | None = None,
     relaxing: Relaxing | None = None,
 ) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution.
+    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution under a
+    normal force (N) or at an approach.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.
     """
     bodies = _Bodies(contact_modulus, coatings, relaxing)
     if geometry.elliptic:
-        return _of_smooth(geometry, bodies, normal_force)
+        return _of_smooth(geometry, bodies, given)
     low, high = geometry.limits
     mirror = geometry.symmetric
-    depth = _overlap(geometry, bodies.softest, normal_force)
+    depth = given.depth if isinstance(given, Approach) else _overlap(geometry, bodies.softest, given)
     for _ in range(ATTEMPTS):
         y = np.linspace(low, high, OVERLAP_SAMPLES)
         inside = y[geometry.across(y) < depth]
         rear, front = geometry.along(depth, inside)
         box = _Box(0.5 * (front - rear), float(inside[0]), float(inside[-1]), 0.5 * (front + rear))
         grown = box.grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-        solution = _solve(geometry, bodies, normal_force, grown, (low, high), depth, mirror=mirror)
+        solution = _solve(geometry, bodies, given, grown, (low, high), depth, mirror=mirror)
         if solution is not None:
             break
         depth *= 1.5
@@ -106,20 +116,20 @@ def contact_scales(
         raise Unsolvable("no contact of these profiles was found: their gap is too steep", "geometry")
     # Once more with all elements on the contact: its border is known to an element.
     grown = _Box.around(solution.scales).grown(DOMAIN_OVER_CONTACT, low, high, mirror=mirror)
-    finer = _solve(geometry, bodies, normal_force, grown, (low, high), solution, mirror=mirror)
+    finer = _solve(geometry, bodies, given, grown, (low, high), solution, mirror=mirror)
     return (finer or solution).scales
 
 
-def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, normal_force: float) -> ContactScales:
+def _of_smooth(geometry: ContactGeometry, bodies: _Bodies, given: Given) -> ContactScales:
     """Scales of coated or relaxing bodies: the first domain is Hertz's contact of the surfaces' materials, relaxed, each
     further one the contact found."""
-    hertz = hertz_contact(geometry.curvature_x, geometry.curvature_y, bodies.softest, normal_force)
+    hertz = hertz_at(geometry, bodies.softest, given)
     box, limits = _Box(hertz.semi_axis_x, -hertz.semi_axis_y, hertz.semi_axis_y), (-math.inf, math.inf)
     solution, fits = None, 0
     for _ in range(4 * ATTEMPTS):
         grown = box.grown(DOMAIN_OVER_CONTACT, *limits, mirror=True)
         start = solution or hertz.approach
-        attempt = _solve(geometry, bodies, normal_force, grown, limits, start, mirror=True)
+        attempt = _solve(geometry, bodies, given, grown, limits, start, mirror=True)
         if attempt is None:
             box = _Box(1.5 * box.half_x, 1.5 * box.low, 1.5 * box.high)
             continue
@@ -193,7 +203,7 @@ def _overlap(geometry: ContactGeometry, contact_modulus: float, normal_force: fl
 
 
 def _solve(
-    geometry: ContactGeometry, bodies: _Bodies, normal_force: float, box: _Box, limits: tuple[float, float],
+    geometry: ContactGeometry, bodies: _Bodies, given: Given, box: _Box, limits: tuple[float, float],
     before: _Found | float, *, mirror: bool,
 ) -> _Found | None:
     """Scales of the contact on a coarse grid over `box`; None if it reaches a side of the box where no profile ends. `before`
@@ -205,7 +215,7 @@ def _solve(
     start = (Prolongation(before.grid, grid).from_inside(before.pressure) if isinstance(before, _Found)
              else np.sqrt(np.maximum(OVERLAP_SHARE * before - gap, 0.0)))
     solver = NormalSolver(grid, bodies.contact_modulus, bodies.coatings, tilt, bodies.relaxing)
-    solution = solver.solve(gap, normal_force, start, COARSE_TOLERANCE)
+    solution = solver.solve(gap, given, start, COARSE_TOLERANCE)
     share = solver.border(solution, mirrored=mirror)[2]
     columns, rows = (np.flatnonzero(solution.contact.any(axis=axis)) for axis in (0, 1))
     slack = 1e-9 * (limits[1] - limits[0])
@@ -233,7 +243,7 @@ def _solve(
     centre = 0.0 if mirror else float(0.5 * (low + high))
     ends = bool(first and at_end[0] and edge[0]), bool(last and at_end[1] and edge[1])
     peak = peak_value(solution.pressure / tilt)
-    scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, area,
-                           math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
+    scales = ContactScales(0.5 * float(along), 0.5 * float(high - low), peak, solution.approach, solver.load(solution.pressure),
+                           area, math.sqrt(area / math.pi), centre, ends, limits, solution.converged, float(centre_x),
                            0.0 if mirror else float(grid.y @ solution.pressure.sum(axis=0) / solution.pressure.sum()))
     return _Found(scales, grid, solution.pressure)

@@ -58,12 +58,13 @@ class HeatedContact:
 
 class HeatedContactSolver:
     """Contact under a normal force (N), or at an approach, of surfaces `gap` apart (m, (nx, ny); any constant if a load is
-    `given`), which expand by `expand`(p) (m, linear) under the heat of the pressure p.
+    `given`), which expand by `expand`(p, contact) (m, linear) under the heat of the pressure p. At an approach the expansion
+    counts from its mean over the contact.
 
     `applications` counts those of A − E.
     """
 
-    def __init__(self, normal: NormalSolver, expand: Callable[[Array], Array], gap: Array, given: Given) -> None:
+    def __init__(self, normal: NormalSolver, expand: Callable[[Array, Mask], Array], gap: Array, given: Given) -> None:
         self.applications = 0
         self._normal, self._expand, self._gap = normal, expand, gap
         self._given = given if isinstance(given, Approach) else given / normal.grid.element_area
@@ -78,14 +79,14 @@ class HeatedContactSolver:
         settled = settle(respond, close, self._gap, self._given, start,
                          tolerance, reduction=GAP_REDUCTION, most_sets=MOST_ACTIVE_SETS,
                          most_iterations=MOST_ACTIVE_SETS * MOST_ITERATIONS, wandering=WANDERING_SHARE)
-        expansion = self._expand(settled.pressure) * heat
+        expansion = self._expand(settled.pressure, settled.contact) * heat
         return HeatedContact(settled.pressure, expansion, settled.error, settled.sets, heat, settled.converged)
 
-    def _closing(self, pressure: Array, heat: float) -> Array:
+    def _closing(self, pressure: Array, contact: Mask, heat: float) -> Array:
         """(A − E) p in m."""
         self.applications += 1
         indented = self._normal.displacement(pressure)
-        return indented - heat * self._expand(pressure) if heat else indented
+        return indented - heat * self._expand(pressure, contact) if heat else indented
 
     def continued(self, pressure: Array, tolerance: float) -> HeatedContact:
         """The state at full heat: tried at once from `pressure`, else by raising the heat from zero.

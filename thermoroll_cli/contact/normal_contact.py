@@ -117,6 +117,9 @@ class NormalSolver:
         displacement = self._convolution.inverse(multiply(hat, self._kernel, out=hat))
         return displacement if self._tilt is None else displacement / self._tilt
 
+    def _respond(self, pressure: Array, _: Mask) -> Array:
+        return self.displacement(pressure)
+
     def hysteresis(self, pressure: Array) -> float:
         """∬ p ∂u_z/∂x in N: what `pressure` (Pa, (nx, ny)) loses in bodies that relax, per distance rolled."""
         if self._symmetric:
@@ -145,7 +148,7 @@ class NormalSolver:
         return without_load if at_load else inverse
 
     def closed_by_gmres(
-        self, respond: Callable[[Array], Array], gap: Array, given: Given, scale: float | None, contact: Mask, pressure: Array,
+        self, respond: Callable[[Array, Mask], Array], gap: Array, given: Given, scale: float | None, contact: Mask, pressure: Array,
         closing: Array, tolerance: float, reduction: float, most: int,
     ) -> Closed:
         """The gap on the `contact` closed by GMRES, for bodies that `respond` to pressures by no symmetric operator (m);
@@ -173,7 +176,7 @@ class NormalSolver:
         remaining, approach, error = residual(closing)
         if error <= tolerance:
             return Closed(pressure, closing, approach, error, unit, 0)
-        solution = gmres(lambda values: respond(on_grid(values)).ravel(), inside,
+        solution = gmres(lambda values: respond(on_grid(values), contact).ravel(), inside,
                          lambda values: inverse(on_grid(values))[contact], remaining, max(tolerance / error, reduction),
                          min(MOST_ITERATIONS, most))
         # One or two elements, whose pressures the load and the symmetry decide: nothing can be corrected.
@@ -186,7 +189,7 @@ class NormalSolver:
         """How the gap is closed on one active set."""
         if self._symmetric:
             return partial(self._conjugate_gradients, gap, given)
-        return partial(self.closed_by_gmres, self.displacement, gap, given, None)
+        return partial(self.closed_by_gmres, self._respond, gap, given, None)
 
     def _conjugate_gradients(
         self, gap: Array, given: Given, free: Mask, pressure: Array, displacement: Array, tolerance: float, reduction: float,
@@ -244,18 +247,15 @@ class NormalSolver:
         `pressure` is the first guess; where it is positive is the first guess of the contact. On the active set A p = δ − h
         is solved, under ∬p = W in the subspace of constant load; then p < 0 is dropped, h < 0 added, and so on.
         """
-        given = self._per_element(given)
-        settled = settle(self.displacement, self._close(gap, given), gap, given, pressure, tolerance,
+        if not isinstance(given, Approach):
+            given = given / self.grid.element_area
+        settled = settle(self._respond, self._close(gap, given), gap, given, pressure, tolerance,
                          reduction=FIRST_REDUCTION, most_sets=max_iterations, most_iterations=max_iterations,
                          hand_over=_handed_over if self._coated else None)
         displacement = self.displacement(settled.pressure)
         opening = displacement + gap - settled.approach
         return NormalSolution(settled.pressure, displacement, np.where(settled.contact, 0.0, opening), float(settled.approach),
                               settled.contact, settled.iterations, settled.converged)
-
-    def _per_element(self, given: Given) -> Given:
-        """A normal force (N) as the sum of the elements' pressures (Pa)."""
-        return given if isinstance(given, Approach) else given / self.grid.element_area
 
     def load(self, pressure: Array) -> float:
         """Normal force in N."""
@@ -267,10 +267,10 @@ class NormalSolver:
                                self._border_trust, mirrored=mirrored)
 
     def refine(
-        self, solution: NormalSolution, gap: Array, given: Given, tolerance: float = 1e-9, *, mirrored: bool = False
+        self, solution: NormalSolution, gap: Array, normal_force: float, tolerance: float = 1e-9, *, mirrored: bool = False
     ) -> RefinedContact:
         """Resolve the border inside its elements (see `border_elements`): they keep the load that the continued pressure
-        gives them, the others are solved for once more, under the normal force (N) or at the approach `given`.
+        gives them, the others are solved for once more.
 
         Errors of the element averages of a Hertz pressure are 4–5 times smaller than by collocation on whole elements; those of
         the contact area, also of contacts far from Hertz's, are about 1e-3 at N = 32 and 1e-4 at N = 128. A second pass would
@@ -279,10 +279,10 @@ class NormalSolver:
         border, load, covered = self.border(solution, mirrored=mirrored)
         free = solution.contact & ~border
         fixed = np.where(border, load, 0.0)
-        given = self._per_element(given)
-        wanted = given if isinstance(given, Approach) else given - float(fixed.sum())
+        given = normal_force / self.grid.element_area
+        wanted = given - float(fixed.sum())
         unrefined = RefinedContact(solution.pressure, covered, solution.displacement, solution.gap, solution.approach)
-        if not free.any() or (not isinstance(wanted, Approach) and wanted <= 0.0):
+        if wanted <= 0.0 or not free.any():
             return unrefined
         pressure = np.where(free, solution.pressure, 0.0)
         for _ in range(BORDER_PASSES):

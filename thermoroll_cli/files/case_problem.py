@@ -15,7 +15,7 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.relaxation import Series
-from thermoroll_cli.steady_state.given_approach import with_coarse_load
+from thermoroll_cli.steady_state.derived import pressed_to
 from thermoroll_cli.wheelset.curves import smooth
 
 
@@ -59,9 +59,8 @@ def problem_of(settings: model.Settings) -> si.Problem:
         wear=_wear(settings.wear, geometry),
         interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
-        approach=load.si("approach_um"),
     )
-    return problem if problem.approach is None else with_coarse_load(problem)
+    return problem if load.approach_um is None else pressed_to(problem, load.si("approach_um"))
 
 
 def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:

@@ -278,7 +278,8 @@ class Problem:
 
     - `lower`, `upper`: materials of the bodies (`Material`);
     - `geometry`: radii (m) and profiles (`Geometry`), or a `CurvedPatch`;
-    - `normal_force`: W in N; with a given `approach` (m) the start from which the load of that approach is found;
+    - `normal_force`: W in N; with a given `approach` (m) the load that it needs, in a problem about the one without heat and
+      shear (`pressed_to`), in a result the one found;
     - `friction`: coefficient and laws (`Friction`);
     - `motion`: speed (m/s), creepages, spin (rad/m), prescribed forces (N) (`Motion`);
     - `heating`: frictional heat, its partition, bulk temperatures (K) (`Heating`);

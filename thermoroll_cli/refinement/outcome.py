@@ -93,8 +93,10 @@ def result_of(
 ) -> Result:
     """The result of the last of `levels`; its integrals `extrapolated` from the last three, if so."""
     last = levels[-1]
-    derived = last.discretisation.derived
     coupled, isothermal = scalars_by_level(levels)
+    # At a given approach the load was found.
+    problem = replace(problem, normal_force=coupled[-1]["normal_N"])
+    derived = replace(last.discretisation.derived, problem=problem)
     final = reported if extrapolated else (lambda levels, derived: dict(levels[-1]))
     sharp = sharp_places(last.own_discretisation, last.contact)
     errors = estimates(coupled, derived, last.elements_across, plan, {*sharp.unbounded, *sharp.unresolved})
@@ -142,18 +144,6 @@ def result_of(
         patches=tuple(patches_of(last.discretisation, last.contact)) if not problem.geometry.elliptic else (),
         unbounded=tuple(sorted(sharp.unbounded)),
     )
-
-
-def at_given_approach(result: Result, exponent: float, tolerance: float) -> Result:
-    """`result` at the load that was found for a given approach, with W ~ δ^`exponent`: the error of the approach becomes one of
-    the load, and the error of the load one of everything else, in proportion at most."""
-    of_load = exponent * result.error["approach_um"]
-    error = {name: value + (of_load if value else 0.0) for name, value in result.error.items()}
-    reached = result.coupled.scalars["approach_um"] * 1e-6
-    missed = result.problem.approach is not None and abs(reached / result.problem.approach - 1.0) > tolerance
-    reason = f"the load for the approach was not found: {1e6 * reached:.6g} µm was reached" if missed else ""
-    return replace(result, error=error | {"normal_N": of_load, "approach_um": math.nan},
-                   converged=result.converged and not missed, reason=result.reason or reason)
 
 
 def _place(level: RefinementLevel) -> str:

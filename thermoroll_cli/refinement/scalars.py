@@ -93,7 +93,7 @@ def scalars_of(discretisation: Discretisation, contact: Contact, stick_share: Ar
     moment = float((x * tangential.traction[1] * cosine - y * tangential.traction[0]).sum()) * grid.element_area
     shear = np.hypot(tangential.traction[0], tangential.traction[1])
     scalars = _off_centre(discretisation, contact, float(force[0]), moment) | {
-        "normal_N": problem.normal_force,
+        "normal_N": problem.normal_force if problem.approach is None else discretisation.pressure.load(normal),
         "Q_F_W": tangential.work * problem.motion.speed,
         "gamma_c": area / cold_area,
         "gamma_st": stick_area / area,

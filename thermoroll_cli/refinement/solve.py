@@ -16,7 +16,6 @@ from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_m
 from thermoroll_cli.refinement.neighbours import SolvedBefore
 from thermoroll_cli.refinement.outcome import (
     RefinementLevel,
-    at_given_approach,
     refinement_level,
     refining_both,
     result_of,
@@ -28,7 +27,6 @@ from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions, Tolerances
 from thermoroll_cli.steady_state.fixed_point import fixed_point
-from thermoroll_cli.steady_state.given_approach import MOST_LOADS, LoadSecant
 
 LARGEST_EXTENT = 12.0
 GROWTH = 1.25
@@ -38,10 +36,6 @@ COARSE_TOLERANCE = 3.0
 2.2 times as much at worst."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
-
-
-APPROACH_TOLERANCE = 1e-7
-"""Relative difference of a found approach from the given one."""
 
 
 @contextmanager
@@ -79,20 +73,7 @@ class Solver:
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
         """As the function `solve`."""
-        solve = self._on_falling_curve if has_maximum(problem) else self._solve
-        return solve(problem, report) if problem.approach is None else self._at_approach(problem, report, solve)
-
-    def _at_approach(self, problem: Problem, report: Report | None, solve: Callable[..., Result]) -> Result:
-        """The result at the load that gives the approach of the problem: the secant method, each load from those before."""
-        assert problem.approach is not None
-        secant = LoadSecant(problem.approach)
-        for _ in range(MOST_LOADS):
-            result = solve(problem, report)
-            approach = result.coupled.scalars["approach_um"] * 1e-6
-            if not result.converged or abs(approach / problem.approach - 1.0) <= APPROACH_TOLERANCE:
-                break
-            problem = replace(problem, normal_force=secant.next(problem.normal_force, approach))
-        return at_given_approach(result, secant.exponent, APPROACH_TOLERANCE)
+        return (self._on_falling_curve if has_maximum(problem) else self._solve)(problem, report)
 
     def _on_falling_curve(self, problem: Problem, report: Report | None) -> Result:
         """A prescribed force where friction falls with slip: the maximum of the creep curve is found first."""

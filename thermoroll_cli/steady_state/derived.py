@@ -9,8 +9,9 @@ from functools import cached_property
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales
-from thermoroll_cli.exact.hertz import HertzContact, hertz_contact
+from thermoroll_cli.contact.active_set import Approach, Given
+from thermoroll_cli.contact.contact_scales import ContactScales, contact_scales, hertz_at
+from thermoroll_cli.exact.hertz import HertzContact
 from thermoroll_cli.halfspace.coatings import Coatings
 from thermoroll_cli.halfspace.elastic import ShearCompliance, coupling_constant
 from thermoroll_cli.halfspace.relaxing import Relaxing
@@ -29,20 +30,25 @@ class DerivedQuantities:
 
     problem: Problem
 
+    @property
+    def given(self) -> Given:
+        """What presses the bodies together: the normal force (N), or their approach."""
+        return self.problem.normal_force if self.problem.approach is None else Approach(self.problem.approach)
+
     @cached_property
     def hertz(self) -> HertzContact:
         """Hertz's contact of homogeneous bodies with radii. Raises ValueError for others: see `scales`."""
         p = self.problem
         if not p.has_hertz_solution:
             raise ValueError("bodies with a transverse profile or with coatings are in no Hertz contact")
-        return hertz_contact(p.geometry.curvature_x, p.geometry.curvature_y, p.contact_modulus, p.normal_force)
+        return hertz_at(p.geometry, p.contact_modulus, self.given)
 
     @cached_property
     def scales(self) -> ContactScales:
         """Size, pressure and approach of the contact: Hertz's, or those of a coarse solution for profiles and coatings."""
         p = self.problem
         if not p.has_hertz_solution:
-            return contact_scales(p.geometry, p.contact_modulus, p.normal_force, self.coatings, self.relaxing)
+            return contact_scales(p.geometry, p.contact_modulus, self.given, self.coatings, self.relaxing)
         return ContactScales.of_hertz(self.hertz)
 
     @cached_property
@@ -146,6 +152,13 @@ class DerivedQuantities:
     def kinematics(self) -> Kinematics:
         """Motion of the surfaces over each other."""
         return Kinematics(self)
+
+
+def pressed_to(problem: Problem, approach: float) -> Problem:
+    """`problem` at a given `approach` (m), with the normal force that it needs without heat and shear: exact for Hertz's
+    contact, else from a coarse solution. Raises Unsolvable where there is no contact."""
+    problem = replace(problem, approach=approach)
+    return replace(problem, normal_force=DerivedQuantities(problem).scales.normal_force)
 
 
 @dataclass(frozen=True)

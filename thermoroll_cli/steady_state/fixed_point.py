@@ -25,7 +25,8 @@ from typing import Any
 
 import numpy as np
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.contact.active_set import Approach
 from thermoroll_cli.contact.heated_contact import HeatedContact, HeatedContactSolver
 from thermoroll_cli.heat.heat_response import DividedHeat
 from thermoroll_cli.numerics.krylov import Anderson, Secants
@@ -229,7 +230,7 @@ def _changes(discretisation: Discretisation, before: Contact, after: Contact) ->
     """Change of the unknowns in an iteration; that of the expansion without its mean, which the approach absorbs."""
     changes = {name: getattr(after, name) - field for name, field in unknowns_of(before).items()}
     if "expansion" in changes:
-        changes["expansion"], _ = discretisation.pressure.without_approach(changes["expansion"], after.normal.contact)
+        changes["expansion"], _ = discretisation.pressure.without_approach(changes["expansion"], after.normal.covered)
     return changes
 
 
@@ -279,10 +280,12 @@ def _indifferent(discretisation: Discretisation, state: Contact, limit: float, c
 
 def _without_mean(discretisation: Discretisation, contact: Contact) -> Contact:
     """The same state with an expansion that is zero on average over the contact: the iteration does not determine this
-    constant, which only shifts the approach."""
+    constant, which only shifts the approach, or for a given approach nothing."""
     if contact.expansion is None:
         return contact
-    expansion, approach = discretisation.pressure.without_approach(contact.expansion, contact.normal.contact)
+    expansion, approach = discretisation.pressure.without_approach(contact.expansion, contact.normal.covered)
+    if discretisation.derived.problem.approach is not None:
+        return replace(contact, expansion=expansion)
     return replace(contact, normal=replace(contact.normal, approach=contact.normal.approach + approach), expansion=expansion)
 
 
@@ -340,17 +343,24 @@ def heated_step(discretisation: Discretisation, before: Contact, after: Contact,
     share = heat.mean_share if np.isfinite(heat.mean_share) else 0.5
     tilt = discretisation.pressure.tilt
 
-    def expand(pressure: Array) -> Array:
-        return heat.response.displacement(DividedHeat(per_pressure * pressure / tilt, share)) / tilt
+    given = discretisation.derived.given
+    at_approach = isinstance(given, Approach)
 
-    rest = after.expansion - expand(normal.pressure * tilt) * tilt
+    def expand(pressure: Array, contact: Mask) -> Array:
+        expansion = heat.response.displacement(DividedHeat(per_pressure * pressure / tilt, share))
+        return (discretisation.pressure.without_approach(expansion, contact)[0] if at_approach else expansion) / tilt
+
+    rest = after.expansion - expand(normal.pressure * tilt, contact) * tilt
     offset = before.offset
     assert offset is not None
-    undeformed, load = discretisation.pressure.undeformed_gap, discretisation.derived.problem.normal_force
-    defect = np.where(contact, normal.displacement + undeformed - offset - normal.approach * tilt, 0.0)
+    undeformed = discretisation.pressure.undeformed_gap
+    defect = normal.displacement + undeformed - offset - normal.approach * tilt
+    # The border apart it is the same everywhere: the approach is that of whole elements.
+    middle = np.unravel_index(np.argmax(normal.pressure), contact.shape)
+    defect = np.where(contact, defect, (defect / tilt)[middle] * tilt)
     by_shear = 0.0 if after.shear_displacement is None else after.shear_displacement
     gap = undeformed - rest - by_shear - defect
-    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, load)
+    solver = HeatedContactSolver(discretisation.pressure.solver, expand, gap / tilt, given)
     state = solver.continued(normal.pressure * tilt, tolerance)
     # If no contact is found even without heat, the result does not limit the heat.
     return replace(state, pressure=state.pressure / tilt, expansion=state.expansion * tilt + rest,

@@ -19,6 +19,9 @@ def iterate(discretisation: Discretisation, state: Contact, tolerances: Toleranc
     active), and pressure and tractions from which the solvers start. Returns the state with the pressure and tractions for
     these fields, and with the fields that follow from them. In the steady state both sets of fields are equal.
     """
+    if state.expansion is not None and discretisation.derived.problem.approach is not None:
+        # A given approach counts from the mean of the heated surfaces, which mixing does not keep at zero.
+        state = replace(state, expansion=discretisation.pressure.without_approach(state.expansion, state.normal.covered)[0])
     normal = discretisation.press(state.offset, state.normal, tolerances.normal)
     tangential = discretisation.roll(normal, state.tangential, tolerances.tangential, state.friction)
     rolled = replace(state, normal=normal, tangential=tangential)
@@ -34,9 +37,9 @@ def iterate(discretisation: Discretisation, state: Contact, tolerances: Toleranc
 
 def expansion_in(discretisation: Discretisation, heat: Heat, contact: Contact) -> Array:
     """Thermal expansion u_z^t of both bodies in m, (nx, ny); its mean over the contact is removed, because the approach absorbs
-    constants."""
+    constants: an approach, found or given, counts from the mean of the heated surfaces."""
     expansion = heat.expansion()
-    return discretisation.pressure.without_approach(expansion, contact.normal.contact)[0]
+    return discretisation.pressure.without_approach(expansion, contact.normal.covered)[0]
 
 
 LEAST_RESERVE = 0.002

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from thermoroll_cli.arrays import Array, Mask
+from thermoroll_cli.contact.active_set import Approach
 from thermoroll_cli.contact.contact_scales import approach_weight
 from thermoroll_cli.contact.normal_contact import NormalSolver
 from thermoroll_cli.exact.hertz import element_averages
@@ -21,8 +23,8 @@ to 500 for one that has moved half out of its domain."""
 
 
 class PressureSolver:
-    """Presses bodies of one gap under one load together, on a `grid` that spans `extent` half-lengths of the contact
-    (None: one that follows a heated contact, which may lie anywhere).
+    """Presses bodies of one gap together under one load or to one approach, on a `grid` that spans `extent` half-lengths of the
+    contact (None: one that follows a heated contact, which may lie anywhere).
 
     If there is no closed form, the isothermal pressure starts from the predicted one, `start` (Pa, (nx, ny)), or else from that
     of `coarser`, the solver of the next coarser grid."""
@@ -94,28 +96,36 @@ class PressureSolver:
     def solve(self, offset: Array | None, start: Array, tolerance: float, *, mirrored: bool) -> Pressure:
         """Contact pressure on bodies whose gap is closed by `offset` (m, (nx, ny)) beforehand: thermal expansion, normal
         displacement by shear (None: nothing). `start` (Pa) is where the solver begins; with `mirrored` all is even in y."""
-        tilt, force = self.tilt, self._derived.problem.normal_force
+        tilt, given = self.tilt, self._derived.given
         gap = (self.undeformed_gap - (0.0 if offset is None else offset)) / tilt
-        solution = self.solver.solve(gap, force, start * tilt, tolerance)
+        solution = self.solver.solve(gap, given, start * tilt, tolerance)
+        if not solution.contact.any():
+            # Heat on its way to a steady state may part the bodies at a given approach: they carry the load of the start.
+            solution = replace(self.solver.solve(gap, self.solver.load(start * tilt), start * tilt, tolerance), converged=False)
+        # Load and approach belong to each other on whole elements: their errors on both sides of the border cancel. That is
+        # four times closer.
+        force = self.solver.load(solution.pressure) if isinstance(given, Approach) else given
         refined = self.solver.refine(solution, gap, force, tolerance, mirrored=mirrored)
         pressure, covered, displacement, gap = (refined.pressure / tilt, refined.covered, refined.displacement * tilt,
                                                 refined.gap * tilt)
         if mirrored:
             # They are even but for rounding, which could otherwise add a border element on one side only.
             pressure, covered, displacement, gap = (0.5 * (f + f[:, ::-1]) for f in (pressure, covered, displacement, gap))
-        # Whole elements are counted: their errors on both sides of the border cancel in the approach, where there is no Hertz
-        # contact to compare with. That is four times closer on profiles.
-        approach = refined.approach if self._derived.problem.has_hertz_solution else solution.approach
         elliptic = self._derived.problem.geometry.elliptic
         peak = peak_value(pressure) if elliptic else peak_inside(pressure, covered, self.at_ends)
         return Pressure(
-            pressure, covered, displacement, gap, approach=approach, peak=peak, offset=offset,
+            pressure, covered, displacement, gap, approach=solution.approach, peak=peak, offset=offset,
             whole_elements=solution.pressure / tilt, iterations=solution.iterations, converged=solution.converged,
             touches_rim=self._touches_rim(pressure))
 
-    def without_approach(self, field: Array, contact: Mask) -> tuple[Array, float]:
-        """`field` (m) less its mean over the `contact`, as an approach would take it out, and that approach."""
-        approach = float(field[contact].mean() / np.broadcast_to(self.tilt, field.shape)[contact].mean())
+    def load(self, normal: Pressure) -> float:
+        """Normal force that a pressure carries in N."""
+        return float((normal.pressure * self.tilt).sum()) * self.grid.element_area
+
+    def without_approach(self, field: Array, covered: Array | Mask) -> tuple[Array, float]:
+        """`field` (m) less its mean over the `covered` parts of elements, as an approach would take it out, and that
+        approach."""
+        approach = float((field * covered).sum() / (self.tilt * covered).sum())
         return field - approach * self.tilt, approach
 
     @property
