@@ -90,8 +90,8 @@ def contact_scales(
     geometry: ContactGeometry, contact_modulus: float, given: Given, coatings: Coatings | None = None,
     relaxing: Relaxing | None = None,
 ) -> ContactScales:
-    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution under a
-    normal force (N) or at an approach.
+    """Scales of the contact of two bodies of which one has a profile or a coating or relaxes, from a coarse normal solution
+    under a normal force (N) or at an approach.
 
     The first domain is the overlap of the rigid bodies, the second one the contact found in it. Raises Unsolvable where the
     bodies never face each other.

@@ -20,7 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
-from thermoroll_cli.arrays import Array
+from thermoroll_cli.arrays import Array, Mask
 from thermoroll_cli.contact.active_set import Approach, Given, carrying, settle
 from thermoroll_cli.contact.normal_contact import MOST_ITERATIONS, NormalSolver
 

@@ -148,8 +148,8 @@ class NormalSolver:
         return without_load if at_load else inverse
 
     def closed_by_gmres(
-        self, respond: Callable[[Array, Mask], Array], gap: Array, given: Given, scale: float | None, contact: Mask, pressure: Array,
-        closing: Array, tolerance: float, reduction: float, most: int,
+        self, respond: Callable[[Array, Mask], Array], gap: Array, given: Given, scale: float | None, contact: Mask,
+        pressure: Array, closing: Array, tolerance: float, reduction: float, most: int,
     ) -> Closed:
         """The gap on the `contact` closed by GMRES, for bodies that `respond` to pressures by no symmetric operator (m);
         `closing` is their response to `pressure`. Without change of load if that is given; errors are over `scale` (m; None:

@@ -23,8 +23,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import SMALLEST_EXTENT
 from thermoroll_cli.refinement.scalars import wear_steepness, worn_per_passage
 from thermoroll_cli.refinement.solve import Solver
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.given_approach import with_coarse_load
+from thermoroll_cli.steady_state.derived import DerivedQuantities, pressed_to
 from thermoroll_cli.worn.rows import FixedRows, worn_profile
 
 STABLE_SHARE = 0.8
@@ -183,7 +182,7 @@ def _worn(problem: Problem, state: WearState) -> Problem:
     worn = replace(problem, geometry=geometry)
     if problem.approach is None:
         return worn
-    return with_coarse_load(replace(worn, approach=problem.approach + smallest_gap(planar(problem)) - smallest_gap(geometry)))
+    return pressed_to(worn, problem.approach + smallest_gap(planar(problem)) - smallest_gap(geometry))
 
 
 def _rates(wear: Wear, rows: FixedRows, result: Result) -> dict[BodyName, Array]:
