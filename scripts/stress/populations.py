@@ -34,6 +34,7 @@ from scripts.stress.random_friction import (
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
 from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact, shifted_profile
+from scripts.stress.random_relaxing import random_relaxing
 from thermoroll_cli import CaseError
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -108,6 +109,7 @@ POPULATIONS = {
     "rising friction": Population(_on_the_grid(random_rising), solved, 200),
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
     "coatings": Population(_on_the_grid(_coated), solved, 200),
+    "bodies that relax": Population(_on_the_grid(random_relaxing), solved, 200),
     "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
     "given approaches": Population(_at_an_approach, _contact, 200),
@@ -127,6 +129,7 @@ POPULATIONS = {
     "coverage of strength and wear": Population(random_strength, covered, 40, 300.0),
     "coverage of histories": Population(random_history, covered_beyond, 40, 300.0),
     "coverage of coatings": Population(random_layers, covered, 40, 300.0),
+    "coverage of bodies that relax": Population(random_relaxing, covered, 40, 300.0),
     "coverage of heat through coatings": Population(random_hot_layers, covered, 40, 300.0),
     "coverage of stresses in coatings": Population(
         lambda seed: replace(random_layers(seed), subsurface=SubsurfaceRequest()), covered, 40, 300.0),

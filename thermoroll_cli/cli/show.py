@@ -11,6 +11,7 @@ from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.tables import align, folded, with_remarks
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.files.profile_file import reading_words
+from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
@@ -106,6 +107,10 @@ def _record(case: Case, plan: Plan) -> dict[str, Any]:
     }
 
 
+def _words(record: dict[str, Any]) -> str:
+    return series_words(record) if "times" in record else reading_words(record)
+
+
 def _finite(value: Any) -> Any:
     """JSON has no infinity: "inf", as in the resolved case of a result file."""
     return "inf" if value == float("inf") else value
@@ -118,8 +123,8 @@ def _input_lines(case: Case, width: int) -> Iterator[str]:
     table += [(f"  {item.key}", item.shown, item.shown_si) for item in case.inputs if item.key != "title"]
     yield from (line[2:] for line in align(table))
     if case.profiles:
-        yield "profiles as they were read"
-        yield from with_remarks([(key, reading_words(record)) for key, record in case.profiles.items()], width)
+        yield "files as they were read"
+        yield from with_remarks([(key, _words(record)) for key, record in case.profiles.items()], width)
 
 
 def _lines(case: Case, plan: Plan, width: int) -> Iterator[str]:

@@ -29,6 +29,7 @@ from thermoroll_cli.files.case_source import (
 )
 from thermoroll_cli.files.case_wheelset import wheelset_of
 from thermoroll_cli.files.profile_file import Reading
+from thermoroll_cli.files.relaxation_file import MeasuredSeries
 from thermoroll_cli.problem import problem as si
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -54,7 +55,7 @@ class Case:
     name: str = field(compare=False)
     text: str = field(compare=False)
     settings: model.Settings
-    readings: Mapping[str, Reading] = field(default_factory=dict, compare=False)
+    readings: Mapping[str, Reading | MeasuredSeries] = field(default_factory=dict, compare=False)
 
     @classmethod
     def read(cls, path: str | os.PathLike[str], overrides: Sequence[Override] = ()) -> Case:
@@ -157,7 +158,8 @@ class Case:
         apply_overrides(content, overrides)
         source = CaseSource(self.name, self.text, content, tuple(overrides), located=False)
         settings, read = validate(source)
-        kept = {key: reading for key, reading in self.readings.items() if f"{key}.points_mm" not in values}
+        kept = {key: reading for key, reading in self.readings.items()
+                if not {f"{key}.points_mm", key.removesuffix("_file")} & {*values}}
         return replace(self, settings=settings, readings={**kept, **read})
 
     @property
@@ -190,8 +192,8 @@ class Case:
         """How each profile file was read, by the key of its table: file, format, unit, points, ranges, signs, flange."""
         records = {}
         for key, reading in self.readings.items():
-            table = attrgetter(key)(self.settings)
-            records[key] = reading.record(mirror=table.mirror, wheel=key.startswith("wheelset."))
+            mirror = isinstance(reading, Reading) and attrgetter(key)(self.settings).mirror
+            records[key] = reading.record(mirror=mirror, wheel=key.startswith("wheelset."))
         return records
 
     def to_toml(self) -> str:

@@ -21,6 +21,7 @@ from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
 from thermoroll_cli.files.profile_file import ProfileError, Reading, read_outline, read_profile
+from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
 from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import BODIES, STANDARD_ACCURACY
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -48,7 +49,7 @@ _MESSAGES = {
 """Kinds of pydantic's errors, in our words."""
 
 
-def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading]]:
+def validate(source: CaseSource) -> tuple[Settings, dict[str, Reading | MeasuredSeries]]:
     """The settings of a case with all defaults filled in, and by the keys of their tables the profiles that were read from
     files. Raises CaseError with all errors of the case."""
     checker = _Checker(source)
@@ -61,7 +62,7 @@ class _Checker:
         self.content = source.content
         self.findings: list[Finding] = []
         self.sections: dict[str, Any] = {}
-        self.readings: dict[str, Reading] = {}
+        self.readings: dict[str, Reading | MeasuredSeries] = {}
 
     def settings(self) -> Settings:
         self._unknown_in((), (key for key in self.content if key not in Settings.model_fields))
@@ -95,6 +96,7 @@ class _Checker:
         if isinstance(given, dict):
             valid = self._material(given) if name == "material" else self._table((name,), _kind(field), given)
             valid = self._with_profiles(valid) if isinstance(valid, model.GeometryTable) else valid
+            valid = self._with_series((name,), valid) if name == "material" and valid is not None else valid
             if name in OUTLINES and valid is not None:
                 valid = self._with_outlines((name,), valid, OUTLINES[name])
             if valid is not None:
@@ -146,6 +148,31 @@ class _Checker:
                 self._note((*path, "file"), str(fault), allowed=allowed, hint=fault.hint)
                 return None
         return geometry.model_copy(update=points)
+
+    def _with_series(self, path: KeyPath, table: Table) -> Table | None:
+        """The material with the series of its files, and those of its bodies and layers; None where a file has none."""
+        changes: dict[str, Any] = {}
+        for body in (body for body in BODIES if isinstance(getattr(table, body, None), Table)):
+            changes[body] = self._with_series((*path, body), getattr(table, body))
+        layers = getattr(table, "layers", None) or ()
+        own = [self._with_series((*path, "layers", number), layer) for number, layer in enumerate(layers)]
+        if layers:
+            changes["layers"] = None if None in own else own
+        source, key = getattr(table, "relaxation_file", None), (*path, "relaxation_file")
+        if source is not None and getattr(table, "relaxation", None) is not None:
+            self._note(key, "cannot be given together with relaxation", allowed="a series, or a file", at_key=True)
+            return None
+        if source is not None:
+            try:
+                read = read_series(os.path.join(os.path.dirname(self.source.name), source.file))
+                changes |= {"relaxation": [list(pair) for pair in read.series], "relaxation_file": None}
+                self.readings[".".join(map(str, key))] = read
+            except ProfileError as fault:
+                allowed = "a text file with the columns frequency_Hz, storage_GPa, loss_GPa"
+                self._note((*key, "file"), str(fault), allowed=allowed, hint=fault.hint)
+                return None
+        failed = any(value is None for name, value in changes.items() if name != "relaxation_file")
+        return None if failed else table.model_copy(update=changes)
 
     def _with_outlines(self, path: tuple[str, ...], table: Table, name: str) -> Table | None:
         """A table of a wheelset with the points of its files, and its sides with theirs; None where a file has none."""

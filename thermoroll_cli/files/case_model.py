@@ -61,6 +61,13 @@ Radius = Annotated[
 ]  # fmt: skip
 
 
+class RelaxationFile(Table):
+    """Measured moduli, to which a series is fitted."""
+
+    file: Annotated[str, Allowed("the name of a file")] = Field(
+        description="Columns frequency_Hz, storage_GPa, loss_GPa, named in the first row", max_length=1000)
+
+
 class MaterialConstants(Table):
     """Constants of one material."""
 
@@ -76,6 +83,7 @@ class MaterialConstants(Table):
         default=None, min_length=1, max_length=MOST_TIMES,
         description="[share of the modulus that relaxes, time in s]; youngs_modulus_GPa is then the instantaneous one",
     )  # fmt: skip
+    relaxation_file: RelaxationFile | None = Field(default=None, description="The same from measured moduli")
 
 
 class CoatingTable(MaterialConstants):

@@ -125,7 +125,7 @@ def _read(path: str | os.PathLike[str], *, ordered: bool = True) -> Reading:
     """All points of a file, two columns `ordered` by y."""
     name = os.path.basename(os.fspath(path))
     ending = os.path.splitext(name)[1].lower()
-    lines = _lines(path, name)
+    lines = lines_of(path, name)
     if ending in _READERS:
         reading = replace(_READERS[ending](lines, name), wheel=ending in _WHEELS)
     else:
@@ -328,9 +328,10 @@ def _in_order(points: Points) -> Points:
     return rising if rising[-1][0] > rising[0][0] else []
 
 
-def _lines(path: str | os.PathLike[str], name: str) -> list[str]:
+def lines_of(path: str | os.PathLike[str], name: str, kind: str = "a profile") -> list[str]:
+    """The lines of a text file called `name`, which should be of this `kind`. Raises ProfileError."""
     try:
-        raw = read_bytes(path, FILE_LIMIT, "a profile")
+        raw = read_bytes(path, FILE_LIMIT, kind)
     except ReadError as cause:
         raise ProfileError(f"{os.fspath(path)}: {cause}") from None
     if raw.startswith((b"PK\x03\x04", b"\xd0\xcf\x11\xe0")):

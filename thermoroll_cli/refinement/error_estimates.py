@@ -174,7 +174,7 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
         case "stick":
             return max(resolution.border if resolution.sticking else 0.0, unseen)
         case "area":
-            return 0.0 if plan.hertzian else resolution.border
+            return 0.0 if plan.hertzian else resolution.border + _whole_rows(derived, resolution.elements)
         case "peak":
             return resolution.narrow
         case "peak flux":
@@ -194,6 +194,15 @@ def _unresolved(name: str, resolution: Resolution, unseen: float, derived: Deriv
             # Measured from the border of the contact, which is known to an element.
             return 1.0 / resolution.elements
     return 0.0
+
+
+def _whole_rows(derived: DerivedQuantities, elements: float) -> float:
+    """Error of the area of a contact that relaxes: where its border is not fitted inside elements, all of its leading or of its
+    trailing edge is off by a third of them, on the same side."""
+    if derived.relaxing is None:
+        return 0.0
+    sides = (2.2 * axis / elements for axis in (derived.scales.semi_axis_x, derived.scales.semi_axis_y))
+    return BORDER / elements * (1.0 - derived.relaxing.near_border(*sides).trust)
 
 
 def unseen_stick(resolution: Resolution, levels: Levels, derived: DerivedQuantities) -> float:

@@ -1,0 +1,108 @@
+"""Measured moduli: the series that fits them, how files are read, and what is wrong with them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.cases import Case
+from tests.support.command_line import call
+from thermoroll_cli.files.case import CaseError
+from thermoroll_cli.files.profile_file import ProfileError
+from thermoroll_cli.files.relaxation_file import read_series, series_words
+from thermoroll_cli.problem.relaxation import modulus_at
+
+SERIES = ((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2))
+FREQUENCIES = np.logspace(-1.0, 5.0, 25)
+CASE = """
+[material]
+youngs_modulus_GPa = 2.4
+poisson_ratio = 0.38
+relaxation_file = { file = "dma.csv" }
+[geometry]
+lower_radius_x_mm = inf
+lower_radius_y_mm = inf
+upper_radius_x_mm = 50.0
+upper_radius_y_mm = 200.0
+[load]
+normal_N = 500.0
+friction_coefficient = 0.3
+[rolling]
+speed_m_s = 2.0
+[numerics]
+grid = 8
+"""
+
+
+def measured(header: str = "frequency_Hz,storage_GPa,loss_GPa", unit: float = 1.0, separator: str = ",") -> str:
+    rows = [header.replace(",", separator)]
+    for frequency in FREQUENCIES:
+        modulus = 2.4 * unit * modulus_at(SERIES, 2.0 * np.pi * frequency)
+        row = separator.join(f"{value:.6g}" for value in (frequency, modulus.real, modulus.imag))
+        rows.append(row.replace(".", ",") if separator == ";" else row)
+    return "\n".join(rows) + "\n"
+
+
+def test_a_series_is_found_again(tmp_path: Path) -> None:
+    (tmp_path / "dma.csv").write_text(measured())
+    found = read_series(tmp_path / "dma.csv")
+    assert found.rms < 0.02
+    assert found.modulus == pytest.approx(2.4e9, rel=0.02)
+    assert found.relaxed == pytest.approx(0.25, rel=0.02)
+    for frequency in FREQUENCIES:
+        once, again = (modulus_at(series, 2.0 * np.pi * frequency) for series in (SERIES, found.series))
+        assert abs(again / once - 1.0) < 0.06
+    assert "25 frequencies from 0.1 to 1e+05 Hz" in series_words(found.record())
+
+
+@pytest.mark.parametrize(("header", "unit", "separator"), [
+    ("frequency_Hz,storage_MPa,loss_MPa", 1e3, ","), ("frequency_Hz,storage_Pa,loss_Pa", 1e9, "\t"),
+    ("frequency_Hz,storage_GPa,loss_GPa", 1.0, ";"),
+])
+def test_units_and_separators_mean_the_same(tmp_path: Path, header: str, unit: float, separator: str) -> None:
+    one, other = tmp_path / "one.csv", tmp_path / "other.csv"
+    one.write_text(measured())
+    other.write_text(measured(header, unit, separator), encoding="cp1252")
+    first, second = read_series(one), read_series(other)
+    assert second.modulus == pytest.approx(first.modulus, rel=1e-9)
+    assert np.array(second.series) == pytest.approx(np.array(first.series), rel=1e-6)
+
+
+@pytest.mark.parametrize(("text", "message"), [
+    ("frequency_Hz,storage_GPa\n1,2\n", "no column loss_GPa"),
+    ("", "no column frequency_Hz"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,x\n", "row 2: loss is no number"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2\n", "row 2: loss is no number"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,-1\n", "must be positive"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n1,2,1\n", "has 1 frequencies"),
+    ("frequency_Hz,storage_GPa,loss_GPa\n" + "".join(f"1e{k},1e{k},1e{k}\n" for k in range(-3, 4)), "still relaxes"),
+])
+def test_what_is_wrong_with_a_file(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "dma.csv").write_text(text)
+    with pytest.raises(ProfileError, match=message):
+        read_series(tmp_path / "dma.csv")
+
+
+def test_a_case_with_a_file(tmp_path: Path) -> None:
+    (tmp_path / "case.toml").write_text(CASE)
+    (tmp_path / "dma.csv").write_text(measured())
+    shown = call("show", tmp_path / "case.toml")
+    assert shown.returncode == 0, shown.stderr
+    assert "% of it remains" in " ".join(shown.stdout.split())
+    ran = call("run", tmp_path / "case.toml", "-o", tmp_path, "--set", "output.plots=false")
+    assert ran.returncode == 0, ran.stderr
+    assert "rolling_resistance_N" in ran.stdout
+    case = Case.parse(CASE, name=str(tmp_path / "case.toml"))
+    assert case.problem.lower.relaxation == read_series(tmp_path / "dma.csv").series
+    # What the file says is part of the case from then on.
+    assert Case.parse(case.to_toml()).problem == case.problem
+
+
+def test_a_file_beside_a_series_or_missing(tmp_path: Path) -> None:
+    for change, message in ((("[geometry]", "relaxation = [[0.5, 1.0]]\n[geometry]"), "together with relaxation"),
+                            (("dma.csv", "none.csv"), "no such file")):
+        with pytest.raises(CaseError) as caught:
+            Case.parse(CASE.replace(*change), name=str(tmp_path / "case.toml"))
+        assert [message in finding.message for finding in caught.value.findings] == [True]

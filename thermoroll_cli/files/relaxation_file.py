@@ -1,0 +1,113 @@
+"""Measured moduli of a body that relaxes (dynamic mechanical analysis), and the Prony series that fits them.
+
+The file has a header row and the columns `frequency_Hz`, `storage_GPa` and `loss_GPa` (or MPa, Pa). With one time per half
+decade from beyond the highest frequency to beyond the lowest, the moduli are linear in the relaxed modulus and the share of
+each time:
+
+    E′ = E_∞ + Σ Eᵢ (ωτᵢ)²/(1 + (ωτᵢ)²),      E″ = Σ Eᵢ ωτᵢ/(1 + (ωτᵢ)²),
+
+fitted by non-negative least squares of relative deviations. Shares are relative to E_∞ + Σ Eᵢ; the scale of the data has no
+effect.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from thermoroll_cli.files.profile_file import ProfileError, lines_of
+from thermoroll_cli.problem.relaxation import Series
+
+PER_DECADE = 2
+LEAST_SHARE = 1e-5
+"""Shares below it are left out."""
+FEWEST = 3
+"""Frequencies of a file, at least."""
+UNITS = {"GPa": 1e9, "MPa": 1e6, "Pa": 1.0}
+
+
+@dataclass(frozen=True)
+class MeasuredSeries:
+    """The `series` (shares, times in s) of a `file` with a number of `frequencies` from `lowest` to `highest` (Hz), the
+    `modulus` (Pa) at once and the `relaxed` share that remains, and the `rms` of the relative deviations."""
+
+    series: Series
+    file: str
+    frequencies: int
+    lowest: float
+    highest: float
+    modulus: float
+    relaxed: float
+    rms: float
+
+    def record(self, **_: bool) -> dict[str, Any]:
+        """What `show` tells."""
+        return {"file": self.file, "frequencies": self.frequencies, "lowest_Hz": self.lowest, "highest_Hz": self.highest,
+                "times": len(self.series), "modulus_GPa": 1e-9 * self.modulus, "relaxed_share": self.relaxed,
+                "rms_deviation": self.rms}
+
+
+def series_words(record: dict[str, Any]) -> str:
+    """A record of a `MeasuredSeries` as a sentence for people."""
+    return (f"{record['file']}: {record['frequencies']} frequencies from {record['lowest_Hz']:.3g} to "
+            f"{record['highest_Hz']:.3g} Hz, {record['times']} times that deviate by {100.0 * record['rms_deviation']:.2g} % "
+            f"(rms), {record['modulus_GPa']:.4g} GPa at once, {100.0 * record['relaxed_share']:.3g} % of it remains")
+
+
+def read_series(path: str | os.PathLike[str]) -> MeasuredSeries:
+    """The series that fits the file at `path`. Raises ProfileError."""
+    name = os.path.basename(os.fspath(path))
+    frequency, storage, loss = _columns([line for line in lines_of(path, name, "measured moduli") if line.strip()], name)
+    omega = 2.0 * math.pi * frequency
+    ends = -math.log10(omega.max()) - 0.5, -math.log10(omega.min()) + 0.5
+    count = max(2, round((ends[1] - ends[0]) * PER_DECADE) + 1)
+    product = omega[:, None] * np.logspace(*ends, count)
+    weight = 1.0 / np.hypot(storage, loss)
+    matrix = np.vstack([np.column_stack([np.ones(omega.size), product**2 / (1.0 + product**2)]) * weight[:, None],
+                        np.column_stack([np.zeros(omega.size), product / (1.0 + product**2)]) * weight[:, None]])
+    wanted = np.concatenate([storage, loss]) * np.tile(weight, 2)
+    moduli, misfit = scipy.optimize.nnls(matrix, wanted)
+    modulus = float(moduli.sum())
+    shares = moduli[1:] / modulus
+    if moduli[0] < LEAST_SHARE * modulus:
+        raise ProfileError(f"{name}: at {frequency.min():g} Hz the body still relaxes, and no modulus is seen to remain",
+                           "measure lower frequencies, or give relaxation = [[share, time], …]")
+    series = tuple((float(share), float(time)) for share, time in zip(shares, np.logspace(*ends, count), strict=True)
+                   if share > LEAST_SHARE)
+    if not series:
+        raise ProfileError(f"{name}: nothing relaxes between {frequency.min():g} and {frequency.max():g} Hz",
+                           "leave relaxation_file out")
+    return MeasuredSeries(series, name, omega.size, float(frequency.min()), float(frequency.max()), modulus,
+                          float(moduli[0] / modulus), float(misfit) / math.sqrt(omega.size))
+
+
+def _columns(lines: list[str], name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Frequencies in Hz, and storage and loss moduli in Pa."""
+    separator = next((mark for mark in (";", "\t") if lines and mark in lines[0]), ",")
+    rows = list(csv.reader(lines, delimiter=separator))
+    header = [cell.strip() for cell in rows[0]] if rows else []
+    found = []
+    for wanted, units in (("frequency", {"Hz": 1.0}), ("storage", UNITS), ("loss", UNITS)):
+        named = {f"{wanted}_{unit}": factor for unit, factor in units.items()}
+        place = next(((header.index(column), factor) for column, factor in named.items() if column in header), None)
+        if place is None:
+            raise ProfileError(f"{name} has no column {wanted}_{next(iter(units))}",
+                               f"its first row names the columns; found: {', '.join(header)[:200] or 'nothing'}")
+        values = []
+        for number, row in enumerate(rows[1:], 2):
+            try:
+                values.append(float(row[place[0]].replace(",", ".") if separator != "," else row[place[0]]) * place[1])
+            except (ValueError, IndexError):
+                raise ProfileError(f"{name}, row {number}: {wanted} is no number") from None
+            if not (math.isfinite(values[-1]) and values[-1] > 0.0):
+                raise ProfileError(f"{name}, row {number}: {wanted} must be positive and finite, got {values[-1]:g}")
+        found.append(np.array(values))
+    if found[0].size < FEWEST:
+        raise ProfileError(f"{name} has {found[0].size} frequencies", f"at least {FEWEST}")
+    return found[0], found[1], found[2]
