@@ -29,7 +29,7 @@ KINDS = {
     "article_4_1": "pressure", "article_4_3_conformal": "pressure", "article_4_3_flat": "pressure",
     "article_4_3_non_conformal": "pressure", "ball_bearing": "summary", "coated_ball": "subsurface_upper",
     "coated_ball_heat": "summary", "crowned_roller": "profile", "hot_sliding": "subsurface_upper", "manchester": "section",
-    "polymer_tyre": "pressure", "twin_disc": "track", "two_point": "profile",
+    "polymer_roller": "pressure", "polymer_tyre": "pressure", "twin_disc": "track", "two_point": "profile",
     "wheel_rail_sliding": "track", "worn_rail": "profile",
 }  # fmt: skip
 """The picture that shows what a case is about, where that is not the traction."""

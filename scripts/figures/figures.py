@@ -21,6 +21,7 @@ from scripts.figures import (
     figures_numerics,
     figures_peers,
     figures_pictures,
+    figures_polymers,
     figures_recirculation,
     figures_verification,
 )
@@ -28,7 +29,7 @@ from scripts.figures.figures_drawing import ROOT
 from thermoroll_cli.plots.style import applied
 
 MODULES = (figures_frame, figures_pictures, figures_article, figures_numerics, figures_borders, figures_peers, figures_measured,
-           figures_verification, figures_recirculation, figures_creep_table)
+           figures_verification, figures_recirculation, figures_creep_table, figures_polymers)
 FIGURES = {name: draw for module in MODULES for name, draw in module.FIGURES.items()}
 
 

@@ -233,11 +233,12 @@ def _materials(problem: Problem) -> Iterator[tuple[Material | Layer, str]]:
 def _pressure(derived: DerivedQuantities) -> Iterator[str]:
     pressure = derived.scales.peak_pressure
     modulus = min(body.surface.youngs_modulus for body in (derived.problem.lower, derived.problem.upper))
-    if pressure > PRESSURE_OVER_MODULUS * modulus:
+    limit = LARGEST_STRAIN if derived.problem.relaxes else PRESSURE_OVER_MODULUS
+    if pressure > limit * modulus:
         yield (f"the pressure of {pressure * 1e-6:.4g} MPa is {100 * pressure / modulus:.2g} % of Young's modulus: beyond "
-               f"{100 * PRESSURE_OVER_MODULUS:g} % the bodies are hardly linear and elastic")
-    if pressure > PRESSURE_OVER_MODULUS * modulus or derived.scales.reaches_an_end:
-        yield from _other_frames(derived.problem, PRESSURE_OVER_MODULUS * modulus, pressure)
+               f"{100 * limit:g} % the bodies are hardly linear and elastic")
+    if pressure > limit * modulus or derived.scales.reaches_an_end:
+        yield from _other_frames(derived.problem, limit * modulus, pressure)
 
 
 WIDEST_PROFILE = 0.5
