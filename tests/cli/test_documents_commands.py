@@ -131,7 +131,7 @@ def test_tutorial(place: Path) -> None:
 
 
 def test_worked_examples(place: Path) -> None:
-    for block in blocks("examples", "sh") + blocks("article", "sh"):
+    for block in blocks("examples", "sh") + blocks("article", "sh") + blocks("polymers", "sh"):
         run(smaller(block).replace(" -o results", " --no-plots -o results"), place)
 
 
@@ -166,7 +166,7 @@ def test_scripts_of_the_other_pages(place: Path, monkeypatch: pytest.MonkeyPatch
 
 def test_tables_of_a_case(place: Path) -> None:
     """What case_tables.md shows of case files is valid."""
-    profile, layers, tracks, below, strength, wear, regimes = blocks("case_tables", "toml")
+    profile, layers, relaxing, tracks, below, strength, wear, regimes = blocks("case_tables", "toml")
     wheel = (ROOT / "cases" / "wheel_rail.toml").read_text(encoding="utf-8")
     for name, shown in (("thermal", tracks), ("subsurface", below), ("geometry", profile)):
         without = re.sub(rf"(?ms)^\[{name}\]\n.*?(?=^\[|\Z)", "", wheel) if f"\n[{name}]" in wheel else wheel
@@ -176,4 +176,6 @@ def test_tables_of_a_case(place: Path) -> None:
     coated = (ROOT / "cases" / "coated_ball.toml").read_text(encoding="utf-8")
     uncoated = re.sub(r"(?ms)^\[\[material\.upper\.layers\]\]\n.*?(?=^\[)", "", coated)
     assert len(Case.parse(f"{uncoated}\n{layers}").problem.upper.layers) == 1
+    other = re.sub(r"(?ms)^\[material\.upper\]\n.*?(?=^\[)", "", uncoated)
+    assert len(Case.parse(f"{other}\n{relaxing}").problem.upper.relaxation) == 3
     assert call("export", "--help").stdout.count("--history") and "--history Y,Z" in page("case_tables")

@@ -46,6 +46,7 @@ def test_contacts_converge_with_little_work_and_keep_the_invariants(cases: list[
     ("rising friction", range(8)),
     ("friction from zero", (500, 508, 514, 518)),  # among them some that stay below the slip from which friction rises
     ("yielding interlayers", range(8)),
+    ("bodies that relax", range(5)),  # alike and unlike, in layers, with heat, spin and forces
     ("coatings", (1, 3, 6, 7, 18)),  # thin and thick, stiff and soft ones, on one body and on both, some with heat
 ])
 def test_coarse_contacts_converge_and_keep_the_invariants(population: str, seeds: range) -> None:
