@@ -114,6 +114,7 @@ POPULATIONS = {
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
     "given approaches": Population(_at_an_approach, _contact, 200),
     "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
+    "displaced wheelsets": Population(wheelsets.displaced, wheelsets.check, 200, limit=60.0),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),
     "neighbours": Population(neighbours.neighbours, neighbours.check, 100),

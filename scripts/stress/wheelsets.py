@@ -45,6 +45,22 @@ def moved_rails(seed: int) -> Case:
     return Case.from_dict(content)
 
 
+def displaced(seed: int) -> Case:
+    """A wheelset with unequal wheels that climbs a rail, or nearly: ± 8 to 14 mm, up to 40 mrad of yaw, friction up to 1."""
+    rng = np.random.default_rng([41, seed])
+    content = _drawn(rng)
+    content["load"]["friction_coefficient"] = float(rng.uniform(0.0, 1.0))
+    content["wheelset"] |= {
+        "wheels": "both" if rng.random() < 0.7 else content["wheelset"]["wheels"],
+        "lateral_shift_mm": float(rng.choice([-1.0, 1.0]) * rng.uniform(8.0, 14.0)),
+        "yaw_mrad": float(rng.uniform(-40.0, 40.0)),
+    }
+    for side in ("left", "right"):
+        if rng.random() < 0.4:
+            content["wheelset"][side] = {"nominal_radius_mm": 460.0 + float(rng.uniform(-2.0, 2.0))}
+    return Case.from_dict(content)
+
+
 def wrong_reference(seed: int) -> dict[str, Any]:
     """A wheelset in the middle of the track whose outline has its flange back elsewhere than it says."""
     rng = np.random.default_rng([37, seed])

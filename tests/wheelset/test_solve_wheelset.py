@@ -431,3 +431,14 @@ def test_an_angular_velocity_that_is_found_has_an_error():
     assert 0.0 < fine.error["angular_velocity_rad_s"] < 1e-4
     given = solve_wheelset(case.with_values({"wheelset.angular_velocity_rad_s": 4.334}).task)
     assert "angular_velocity_rad_s" not in given.error
+
+
+@pytest.mark.parametrize(("shift", "yaw"), [(12.0, 30.0), (14.0, 40.0), (11.0, 26.0)])
+def test_a_wheelset_that_climbs_its_rail_has_an_end_and_a_mirror_image(shift, yaw):
+    """The height of one roll is no start for the next where that is deeper than any contact. The work is bounded: rounds."""
+    both = [solve(Case.parse(TEXT.replace("grid = 24", "grid = 16")).with_values({
+        "wheelset.lateral_shift_mm": sign * shift, "wheelset.yaw_mrad": sign * yaw})).summary() for sign in (1.0, -1.0)]
+    assert [one["status"] for one in both] == ["converged", "converged"]
+    assert both[0]["roll_mrad"] == pytest.approx(-both[1]["roll_mrad"], rel=1e-6)
+    assert abs(both[0]["roll_mrad"]) > 10.0
+    assert both[0]["track_force_y_right_N"] == pytest.approx(-both[1]["track_force_y_left_N"], abs=2.0)

@@ -4,24 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.roots import RisingRoot
 from thermoroll_cli.wheelset.indentation import Indentation
 from thermoroll_cli.wheelset.patch_surface import PatchSurface
+from thermoroll_cli.wheelset.placement import Position
 from thermoroll_cli.wheelset.search import Facing
 
 SAME_PATCH = 4e-3
 """Patches of two positions are the same if they lie closer than this (m) on the rail: they are tracked by place, since their
 number changes."""
 SHARE_ROUNDS = 12
-"""Rounds in which patches that press each other apart share the load."""
+"""Steps of Newton's method in which patches that press each other apart share the load: two or three are usual."""
+HARDLY = 1e-2
+"""A wheel that moves by less than this share of its overlap keeps its patches. A patch that appears within it carries no more
+than 1e-3 of the load, and gaps change by the motion along their normals but for a few per cent of it."""
 SHARED = 1e-5
 """Change of the displacement by neighbours over the overlap at which they have shared it."""
 HEIGHT_ROUNDS = 40
 BALANCED = 1e-5
 """Departure of the vertical force, relative, with which a height is found: the coarse grid moves it by ten times as much."""
+STIFFENING = 1.5
+"""Exponent of the load over the approach, of Hertz's contact."""
 DEEPEST = 1e-3
 """Largest lowering (m) of a wheel beyond first contact: deeper than any elastic contact."""
 
@@ -43,6 +51,11 @@ class Solved:
     place: float
     vertical: float
     approach: float = 1.0
+
+    def after(self, bearing: Bearing, share: float) -> Solved:
+        """A `share` of the way from what a `bearing` assumed."""
+        return Solved(self.place, bearing.vertical + share * (self.vertical - bearing.vertical),
+                      bearing.over_coarse + share * (self.approach - bearing.over_coarse))
 
 
 @dataclass(frozen=True)
@@ -66,84 +79,110 @@ class Bearing:
         return (self.vertical - cosine) * cosine / sine - sine
 
 
-@dataclass(frozen=True)
 class WheelOnRail:
-    """A right wheel over its rail, `facing` at any height, with the modulus of contact (Pa) and what is known from fine
-    grids, `solved`."""
+    """A right wheel over its rail, with the modulus of contact (Pa). Its patches are kept while it hardly moves."""
 
-    facing: Facing
-    contact_modulus: float
-    solved: tuple[Solved, ...] = ()
-    curved: bool = True
+    def __init__(self, contact_modulus: float, *, curved: bool) -> None:
+        self.contact_modulus, self.curved = contact_modulus, curved
+        self._facing: Facing | None = None
+        self._indentations: list[Indentation] = []
+        self._loads = np.zeros(0)
 
-    def bearings(self, lowered: float) -> list[Bearing]:
-        """The patches that carry load when the wheel is lower by this height (m).
+    def bearings(self, facing: Facing, lowered: float, solved: Sequence[Solved]) -> list[Bearing]:
+        """The patches that carry load when the wheel of `facing` is lower by this height (m), with what is known of them from
+        fine grids, `solved`.
 
             δ_i(W_i) + Σ_j≠i W_j/(π E* d_ij) = overlap_i
 
-        with the displacement by neighbours as of point loads. A patch that its neighbours have pressed out of its overlap
-        carries nothing."""
-        facing = self.facing.lowered(lowered)
-        patches = [PatchSurface(facing, region, self.curved) for region in facing.regions()]
-        patches = [patch for patch in patches if patch.faces]
-        indentations = [Indentation(patch, self.contact_modulus) for patch in patches]
-        known = [self._known(patch) for patch in patches]
-        apart = np.zeros(len(patches))
-        loads = np.zeros(len(patches))
+        with the displacement by neighbours as of point loads, by Newton's method with dW_i/dδ_i = 1.5 W_i/δ_i. A patch that its
+        neighbours have pressed out of its overlap carries nothing."""
+        position = replace(facing.position, z=facing.position.z + lowered)
+        moved = [indentation.moved(position) for indentation in self._indentations]
+        hardly = HARDLY * max((indentation.overlap() for indentation in self._indentations), default=-1.0)
+        if not moved or max(math.hypot(*way) for way in moved) > hardly:
+            self._find(facing, position)
+            moved = [(0.0, 0.0)] * len(self._indentations)
+        known = [_known(indentation.patch, solved) for indentation in self._indentations]
+        overlap = np.array([indentation.overlap(way) for indentation, way in zip(self._indentations, moved, strict=True)])
+        # Planes are there to compare with programs in which each patch is alone.
+        by_others = self._compliance() if self.curved else np.zeros((len(overlap), len(overlap)))
+        apart = by_others @ self._loads
         for _ in range(SHARE_ROUNDS):
-            before = apart.copy()
-            for k, (indentation, solved) in enumerate(zip(indentations, known, strict=True)):
-                # Planes are there to compare with programs in which each patch is alone.
-                apart[k] = self._displaced(patches, loads, k) if self.curved else 0.0
-                loads[k] = indentation.load(apart[k], solved.approach)
-            if len(patches) < 2 or np.abs(apart - before).max() <= SHARED * max(patch.overlap[0] for patch in patches):
+            sunk = overlap - apart
+            self._loads = np.array([
+                indentation.load(way, depth, each.approach)
+                for indentation, way, depth, each in zip(self._indentations, moved, sunk.tolist(), known, strict=True)])
+            missed = apart - by_others @ self._loads
+            if not by_others.any() or np.abs(missed).max() <= SHARED * overlap.max():
                 break
-        return [Bearing(patch, float(load), patch.overlap[0] - float(by_others), solved.vertical,
-                        solved.approach)
-                for patch, load, by_others, solved in zip(patches, loads, apart, known, strict=True) if load > 0.0]
+            stiffness = STIFFENING * self._loads / np.where(sunk > 0.0, sunk, 1.0)
+            apart = apart - np.linalg.solve(np.eye(len(overlap)) + by_others * stiffness, missed)
+        return [Bearing(indentation.patch, float(load), float(depth), each.vertical, each.approach)
+                for indentation, load, depth, each in zip(self._indentations, self._loads, sunk, known, strict=True)
+                if load > 0.0]
 
-    def _known(self, patch: PatchSurface) -> Solved:
-        place = patch.region.place
-        near = min(self.solved, key=lambda solved: abs(solved.place - place.y), default=None)
-        if near is not None and abs(near.place - place.y) < SAME_PATCH:
-            return near
-        return Solved(place.y, math.cos(place.angle))
+    def _find(self, facing: Facing, position: Position) -> None:
+        """The patches at a `position` of the wheel."""
+        if self._facing is not None and replace(self._facing.position, z=0.0) == replace(position, z=0.0):
+            facing = self._facing
+        self._facing = facing.lowered(position.z - facing.position.z)
+        patches = [PatchSurface(self._facing, region, self.curved) for region in self._facing.regions()]
+        patches = [patch for patch in patches if patch.faces]
+        before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
+        self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
+                              for patch, last in zip(patches, before, strict=True)]
+        if len(self._loads) != len(patches):
+            self._loads = np.zeros(len(patches))
 
-    def _displaced(self, patches: Sequence[PatchSurface], loads: np.ndarray, k: int) -> float:
-        here = patches[k].region.place
-        away = [math.dist((here.x, here.y, here.z), (p.region.place.x, p.region.place.y, p.region.place.z)) for p in patches]
-        return float(sum(load / (math.pi * self.contact_modulus * d)
-                         for j, (load, d) in enumerate(zip(loads, away, strict=True)) if j != k))
+    def _compliance(self) -> Array:
+        """1/(π E* d_ij) between the patches in m/N, (n, n); 0 of each to itself."""
+        places = [indentation.patch.region.place for indentation in self._indentations]
+        points = np.array([(place.x, place.y, place.z) for place in places]).reshape(-1, 3)
+        away = np.linalg.norm(points[:, None] - points, axis=-1)
+        away[np.diag_indices(len(points))] = math.inf
+        return np.asarray(1.0 / (math.pi * self.contact_modulus * away))
 
 
-def height_of(wheels: Sequence[WheelOnRail], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:
+def _known(patch: PatchSurface, solved: Sequence[Solved]) -> Solved:
+    """What is known of a patch from fine grids; without that, as without friction."""
+    place = patch.region.place
+    near = min(solved, key=lambda each: abs(each.place - place.y), default=None)
+    if near is not None and abs(near.place - place.y) < SAME_PATCH:
+        return near
+    return Solved(place.y, math.cos(place.angle))
+
+
+Placed = tuple[WheelOnRail, Facing, Sequence[Solved]]
+"""A wheel where it stands but for its height, with what is known of its patches."""
+
+
+def height_of(wheels: Sequence[Placed], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:
     """Lowering (m) with which `wheels` together carry the `vertical` force (N), and the patches of each there; `start` is a
     guess.
 
     A secant on F^⅔, which is linear for one patch, in a bracket from first contact on. Raises NoHeight."""
-    first = min(wheel.facing.clearance for wheel in wheels)
-    low, high = first, math.inf
-    before = first, -(vertical ** (2.0 / 3.0))
-    z = start if start is not None and start > first else first + _depth(vertical, wheels[0])
-    largest, highest, there = -math.inf, z, []
+    first = min(facing.clearance for _, facing, _ in wheels)
+    depth = _depth(vertical, wheels[0])
+    power = vertical ** (2.0 / 3.0)
+    begin = start if start is not None and first < start < first + DEEPEST else first + depth
+    root = RisingRoot(begin, power / depth, DEEPEST / 4.0, first, first + DEEPEST)
+    largest, highest, there = -math.inf, root.place, []
     for _ in range(HEIGHT_ROUNDS):
-        bearings = [wheel.bearings(z) for wheel in wheels]
+        z = root.place
+        bearings = [wheel.bearings(facing, z, solved) for wheel, facing, solved in wheels]
         force = sum(bearing.load * bearing.vertical for patches in bearings for bearing in patches)
         if force > largest:
             largest, highest, there = force, z, [bearing for patches in bearings for bearing in patches]
-        if abs(force - vertical) <= BALANCED * vertical or high - low < BALANCED * (z - first):
+        jumps = root.width < BALANCED * (z - first)
+        if abs(force - vertical) <= BALANCED * vertical or (jumps and largest > vertical):
             return z, bearings
-        low, high = (z, high) if force < vertical else (low, z)
-        value = math.copysign(abs(force) ** (2.0 / 3.0), force) - vertical ** (2.0 / 3.0)
-        step = -value * (z - before[0]) / (value - before[1]) if value != before[1] else math.inf
-        before = z, value
-        limit = 0.5 * (low + high) if math.isfinite(high) else low + 2.0 * (low - first)
-        z = z + step if low < z + step < min(high, first + 8.0 * (z - first)) else limit
-        if z - first > DEEPEST:
+        if jumps:
             break
+        root.move(math.copysign(abs(force) ** (2.0 / 3.0), force) - power)
     raise NoHeight(largest, highest, there)
 
 
-def _depth(vertical: float, wheel: WheelOnRail) -> float:
+def _depth(vertical: float, placed: Placed) -> float:
     """Approach of a sphere as large as the wheel."""
-    return float((9.0 * vertical**2 / (16.0 * wheel.contact_modulus**2 * wheel.facing.wheel.radius)) ** (1.0 / 3.0))
+    wheel, facing, _ = placed
+    return float((9.0 * vertical**2 / (16.0 * wheel.contact_modulus**2 * facing.wheel.radius)) ** (1.0 / 3.0))

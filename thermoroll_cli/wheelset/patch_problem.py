@@ -18,15 +18,7 @@ from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
-from thermoroll_cli.wheelset.patch_surface import CLOSE, PatchSurface
-
-COLUMNS = 257
-"""Places across at which a patch is handed to the solver, which takes cubic splines between them: 0.1 mm apart on a worn
-tread."""
-ROOM = 0.35
-"""Room beside the overlap over its width. The elastic contact lies within the overlap."""
-ALONG = np.linspace(-1.0, 1.0, 12)
-"""Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
+from thermoroll_cli.wheelset.patch_surface import CLOSE
 
 
 @dataclass(frozen=True)
@@ -53,12 +45,11 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     """`contact` with the geometry, the `load` (N) and the creepages of a patch of a right wheel."""
     patch = bearing.patch
     place = patch.region.place
-    s = _places(patch)
+    s, lowest, x_lowest, fitted = patch.table
     moves = motion_of(bearing, motion, s)
     c_x, c_s, c_phi = moves.creepages
     angle = patch.inclination(s)
     turned = angle - place.angle
-    lowest, x_lowest, fitted = _along(patch, s)
     lateral = patch.lateral(s)
     w = moves.slip.velocity(moves.points)
     along_s = np.cos(angle) * w[:, 1] + np.sin(angle) * w[:, 2]
@@ -79,24 +70,6 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
     moving = replace(contact.motion, speed=moves.slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
     return replace(contact, geometry=geometry, normal_force=load, motion=moving)
-
-
-def _places(patch: PatchSurface) -> Array:
-    low, high = patch.overlapping
-    room = ROOM * (high - low)
-    return np.linspace(max(low - room, patch.limits[0]), min(high + room, patch.limits[1]), COLUMNS)
-
-
-def _along(patch: PatchSurface, s: Array) -> tuple[Array, Array, Array]:
-    """The smallest gap on each line along rolling (m), its x, and the coefficients of its second to fourth power of the
-    distance from there."""
-    x_lowest = patch.locus_x(s)
-    half = 1.2 * math.sqrt(2.0 * patch.facing.wheel.radius * patch.overlap[0])
-    lowest = patch.gap_on_locus(s)
-    gap = np.stack([patch.gap_at(x_lowest + half * share, s) for share in ALONG]) - lowest
-    powers = np.stack([ALONG**2, ALONG**3, ALONG**4], axis=1)
-    fitted = np.linalg.lstsq(powers, gap, rcond=None)[0]
-    return lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 
 
 @dataclass(frozen=True)

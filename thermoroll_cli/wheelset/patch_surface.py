@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,6 +31,14 @@ PROBES = 201
 NEAR = 5e-4
 """The overlap is looked for within this distance (m) of the region that the search found: further off the locus has other
 branches."""
+
+COLUMNS = 257
+"""Places across at which a patch is handed to the solver, which takes cubic splines between them: 0.1 mm apart on a worn
+tread."""
+ROOM = 0.35
+"""Room beside the overlap over its width. The elastic contact lies within the overlap."""
+ALONG = np.linspace(-1.0, 1.0, 12)
+"""Places along over the half-length of the overlap at which its gap is fitted; none in the middle, where the gap is given."""
 
 
 @dataclass(frozen=True)
@@ -256,6 +265,19 @@ class PatchSurface:
     def lateral(self, s: Array) -> Array:
         """Distance (m) across from the place, along its tangent."""
         return self._base(s)[0]
+
+    @cached_property
+    def table(self) -> tuple[Array, Array, Array, Array]:
+        """Places s that are handed to the solver; the smallest gap on each line along rolling (m), its x, and the coefficients
+        of its second to fourth power of the distance from there, (3, n)."""
+        low, high = self.overlapping
+        room = ROOM * (high - low)
+        s = np.linspace(max(low - room, self.limits[0]), min(high + room, self.limits[1]), COLUMNS)
+        x_lowest, lowest = self.locus_x(s), self.gap_on_locus(s)
+        half = 1.2 * math.sqrt(2.0 * self.facing.wheel.radius * self.overlap[0])
+        gap = self.gap_at(x_lowest + half * ALONG[:, None], s) - lowest
+        fitted = np.linalg.lstsq(np.stack([ALONG**2, ALONG**3, ALONG**4], axis=1), gap, rcond=None)[0]
+        return s, lowest, x_lowest, fitted / np.array([half**2, half**3, half**4])[:, None]
 
     @property
     def rolling_radius(self) -> float:

@@ -10,27 +10,35 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
+from thermoroll_cli.numerics.roots import RisingRoot
 from thermoroll_cli.problem.problem import Numerics
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.wheelset.curves import curve
 from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight, Solved
 from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, problem_of_patch
-from thermoroll_cli.wheelset.standing import Standing, stand
+from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
 ROUGH_GRID = (24, 24)
 """On which ratios of forces, roll and angular velocity are found before the wanted grid is solved."""
-ROUGH_ROUNDS, FINE_ROUNDS = 12, 6
-ROUGH_RATIO, RATIO = 1e-3, 1e-4
+MOST_ROUNDS = 24
+ROUGH_RATIO, RATIO = 0.1, 1e-4
 """Change of the vertical force over the load from round to round, rough and fine, with which a patch is known."""
 ROUGH_DRIVE, DRIVE = 1e-3, 3e-5
 """Unbalanced torque about the axle over radius and friction limit (or traction over the limit), likewise."""
-DRIVES = 16
-"""Angular velocities tried where a wheelset stands."""
-FIRST_STEP, LARGEST_STEP = 1e-4, 4e-3
-"""First and largest step of the angular velocity, over itself."""
+LARGEST_STEP = 4e-3
+"""Largest step of the angular velocity, over itself."""
+DRIVE_SLOPE = 100.0
+"""First guess of the change of the unbalanced torque over its largest value with the angular velocity over itself."""
+FALLING = 0.5
+"""Share of the last change of the ratios from which on only half of a change is made: a flange that carries by friction answers
+its load with more than the change."""
+ANOTHER = 1e-3
+"""Change of the ratios of forces from which on the next standing is another one, for which no angular velocity is known to be
+too large or too small."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
@@ -117,15 +125,15 @@ class WheelsetSolver:
         rough = _rough(problem)
         try:
             if rough is not problem:
-                state.rounds_of(rough, ROUGH_ROUNDS, ROUGH_RATIO, ROUGH_DRIVE)
-            reason = state.rounds_of(problem, FINE_ROUNDS, RATIO, DRIVE)
+                state.rounds_of(rough, ROUGH_RATIO, ROUGH_DRIVE)
+            reason = state.rounds_of(problem, RATIO, DRIVE)
             # The height follows the approaches of the last round, which leave the load of a wheel's only patch as it is.
-            state.standing = stand(problem, state.solved, state.standing)
+            state.standing = stand(problem, state.wheels, state.solved, state.standing)
         except NoHeight as cause:
             return state.without_height(cause)
         assert state.standing is not None
-        wheelset = SolvedWheelset(problem, state.standing, state.drive.value, state.patches, reason, state.rounds, state.drift,
-                                  state.drive.slope)
+        wheelset = SolvedWheelset(problem, state.standing, state.drive.place, state.patches, reason, state.rounds, state.drift,
+                                  -state.drive.slope)
         self._before = wheelset if not reason else None
         return wheelset
 
@@ -137,39 +145,16 @@ class WheelsetSolver:
             known.remove(near)
             solver = near[1]
         else:
-            solver = Solver(self.threads)
+            # Errors of rough solutions are of no interest.
+            solver = Solver(self.threads, SolverOptions(sequence=not rough))
         known.append((place, solver))
         return solver
 
 
-class _Drive:
-    """The angular velocity (rad/s), found by a secant in a bracket: what it leaves unbalanced falls with it."""
-
-    def __init__(self, value: float) -> None:
-        self.value = value
-        self.slope = 0.0
-        self.restart()
-
-    def restart(self) -> None:
-        """Another standing, or another grid: only the slope is still known."""
-        self._low, self._high = -math.inf, math.inf
-        self._last: tuple[float, float] | None = None
-
-    def move(self, unbalanced: float) -> None:
-        """Go on from what the value leaves unbalanced."""
-        if unbalanced > 0.0:
-            self._low = self.value
-        else:
-            self._high = self.value
-        if self._last is not None and self._last[0] != self.value:
-            self.slope = (unbalanced - self._last[1]) / (self.value - self._last[0])
-        self._last = self.value, unbalanced
-        largest = LARGEST_STEP * abs(self.value)
-        step = -unbalanced / self.slope if self.slope < 0.0 else math.copysign(FIRST_STEP * abs(self.value), unbalanced)
-        wanted = self.value + min(max(step, -largest), largest)
-        if not self._low < wanted < self._high:
-            wanted = 0.5 * (self._low + self._high)
-        self.value = wanted
+def _drive_from(angular_velocity: float) -> RisingRoot:
+    """The search for the angular velocity (rad/s), which what is unbalanced falls with."""
+    size = max(abs(angular_velocity), 1e-300)
+    return RisingRoot(angular_velocity, DRIVE_SLOPE / size, LARGEST_STEP * size)
 
 
 class _Search:
@@ -183,38 +168,32 @@ class _Search:
         self.rounds, self.drift = 0, math.inf
         if before is not None:
             self._know(before.patches)
-        given = problem.motion.angular_velocity
-        self.drive = _Drive(math.nan if given is None else given)
         self.standing = None if before is None else before.standing
+        self.wheels = wheels_of(problem)
+        given = problem.motion.angular_velocity
+        turned = math.nan if before is None else before.angular_velocity * problem.motion.speed / before.problem.motion.speed
+        self.drive = _drive_from(turned if given is None else given)
 
-    def rounds_of(self, problem: WheelsetProblem, most: int, ratio: float, drive: float) -> str:
-        """Rounds until the ratios of forces and the drive no longer change; else why not."""
-        for _ in range(most):
-            self.standing = stand(self.problem, self.solved, self.standing)
-            self.drive.restart()
-            unbalanced = self._driven(problem, drive)
-            if self.drift <= ratio:
-                break
-        if self.drift > ratio:
+    def rounds_of(self, problem: WheelsetProblem, ratio: float, drive: float) -> str:
+        """Rounds until neither the ratios of forces nor what drives the wheelset change any more; else why not."""
+        for _ in range(MOST_ROUNDS):
+            before = self.drift
+            self.standing = stand(self.problem, self.wheels, self.solved, self.standing)
+            if problem.finds_speed and math.isnan(self.drive.place) and any(self.standing.bearings.values()):
+                self.drive = _drive_from(-problem.motion.speed / self._rolling_radius())
+            self._solve_patches(problem)
+            unbalanced = self._unbalanced() if problem.finds_speed else 0.0
+            if self.drift <= ratio and abs(unbalanced) <= drive:
+                return ""
+            if problem.finds_speed and math.isfinite(unbalanced):
+                self.drive.move(-unbalanced)
+            if self.drift > ANOTHER:
+                self.drive.restart()
+            if self.drift > FALLING * before:
+                self._know(self.patches, 0.5)
+        if self.drift > ratio and not self._exceeds_friction:
             return f"the load did not settle among the patches: their vertical forces still change by {self.drift:.1e}"
-        return "" if abs(unbalanced) <= drive else self._without_balance(unbalanced)
-
-    def _driven(self, problem: WheelsetProblem, tolerance: float) -> float:
-        """Solve the patches where the wheelset stands, at the angular velocity that balances it if that is to be found; what
-        remains unbalanced."""
-        assert self.standing is not None
-        if not problem.finds_speed or not any(self.standing.bearings.values()):
-            self._solve_patches(problem)
-            return 0.0
-        if math.isnan(self.drive.value):
-            self.drive.value = -problem.motion.speed / self._rolling_radius()
-        for _ in range(DRIVES):
-            self._solve_patches(problem)
-            unbalanced = self._unbalanced()
-            if abs(unbalanced) <= tolerance or math.isinf(unbalanced):
-                break
-            self.drive.move(unbalanced)
-        return unbalanced
+        return self._without_balance(unbalanced)
 
     def _rolling_radius(self) -> float:
         """Mean radius of the loaded places of the wheels in m."""
@@ -223,8 +202,8 @@ class _Search:
         return sum(bearing.patch.rolling_radius for bearing in largest) / len(largest)
 
     def _solve_patches(self, problem: WheelsetProblem) -> None:
-        motion = replace(problem.motion, angular_velocity=self.drive.value)
-        patches, drift = [], 0.0
+        motion = replace(problem.motion, angular_velocity=self.drive.place)
+        patches = []
         assert self.standing is not None
         for side, bearings in self.standing.bearings.items():
             mine = motion if side == "right" else motion.mirrored
@@ -233,24 +212,38 @@ class _Search:
                 place = bearing.patch.region.place.y
                 contact = problem_of_patch(problem.contact, bearing, mine, bearing.load)
                 result = self.solver.solver(side, place, rough=rough).solve(contact)
-                patch = SolvedPatch(side, bearing, result, forces_of(bearing, mine, result))
-                patches.append(patch)
-                drift += abs(patch.solved.vertical - bearing.vertical) * bearing.load
-                if self.problem.shares_load or len(bearings) > 1:
-                    drift += abs(patch.solved.approach / bearing.over_coarse - 1.0) * bearing.load
+                patches.append(SolvedPatch(side, bearing, result, forces_of(bearing, mine, result)))
         self.patches = tuple(patches)
-        self.drift = drift / max(sum(patch.bearing.load for patch in patches), 1e-300)
+        self.drift = self._drifted()
         self.rounds += 1
         self.report("wheelset", {"iteration": self.rounds, "residual": self.drift})
         self._know(self.patches)
 
-    def _know(self, patches: tuple[SolvedPatch, ...]) -> None:
-        self.solved = {side: tuple(patch.solved for patch in patches if patch.side == side) for side in self.problem.sides}
+    def _drifted(self) -> float:
+        """Change of the vertical forces over the load by what is new: ratios of forces, and approaches. What all patches that
+        carry a given force sink deeper together lowers the wheel and changes no load."""
+        drift, groups = 0.0, [{side} for side in self.problem.sides]
+        if not self.problem.finds_roll:
+            groups = [set(self.problem.sides)]
+        for sides in groups:
+            mine = [patch for patch in self.patches if patch.side in sides]
+            loads = np.array([patch.bearing.load for patch in mine])
+            sunk = np.array([patch.solved.approach / patch.bearing.over_coarse - 1.0 for patch in mine])
+            if mine and self.problem.vertical is not None:
+                sunk = sunk - loads @ sunk / loads.sum()
+            turned = np.array([patch.solved.vertical - patch.bearing.vertical for patch in mine])
+            drift += float(loads @ (np.abs(turned) + np.abs(sunk)))
+        return drift / max(sum(patch.bearing.load for patch in self.patches), 1e-300)
+
+    def _know(self, patches: tuple[SolvedPatch, ...], share: float = 1.0) -> None:
+        """What is known for the next standing: the ratios of `patches`, or a `share` of their change."""
+        self.solved = {side: tuple(patch.solved.after(patch.bearing, share) for patch in patches if patch.side == side)
+                       for side in self.problem.sides}
 
     def _unbalanced(self) -> float:
         """The residual of the drive over the limit of friction, positive where the wheelset must turn more slowly backwards.
         Without friction each angular velocity leaves the wheelset without torque, and none drives it."""
-        limit = sum(patch.result.problem.traction_limit for patch in self.patches)
+        limit = self._limit
         if limit == 0.0:
             return math.inf if self.problem.traction else 0.0
         if self.problem.traction is not None:
@@ -259,12 +252,19 @@ class _Search:
         radius = sum(wheel.radius for wheel in self.problem.wheels.values()) / len(self.problem.wheels)
         return sum(patch.forces.torque for patch in self.patches) / (radius * limit)
 
+    @property
+    def _limit(self) -> float:
+        """Largest force of friction of all patches in N."""
+        return sum(patch.result.problem.traction_limit for patch in self.patches)
+
+    @property
+    def _exceeds_friction(self) -> bool:
+        return self.problem.traction is not None and abs(self.problem.traction) > self._limit
+
     def _without_balance(self, unbalanced: float) -> str:
         """Why no angular velocity was found: more traction than friction transmits, or none in the range that was tried."""
-        limit = sum(patch.result.problem.traction_limit for patch in self.patches)
-        traction = self.problem.traction
-        if traction is not None and abs(traction) > limit:
-            return f"friction carries {limit:.4g} N at most, not traction_N = {traction:.4g} N"
+        if self._exceeds_friction:
+            return f"friction carries {self._limit:.4g} N at most, not traction_N = {self.problem.traction:.4g} N"
         return f"no angular velocity balances the wheelset: {abs(unbalanced):.1e} of the friction limit remain"
 
     def without_height(self, cause: NoHeight) -> SolvedWheelset:
@@ -283,7 +283,7 @@ class _Search:
             if vertical <= 0.0:
                 reason += "; friction takes more than the vertical part of the load"
         standing = self.standing or Standing(self.problem.position.roll, cause.z, {})
-        return SolvedWheelset(self.problem, standing, self.drive.value, self.patches, reason, self.rounds, self.drift)
+        return SolvedWheelset(self.problem, standing, self.drive.place, self.patches, reason, self.rounds, self.drift)
 
 
 def _rough(problem: WheelsetProblem) -> WheelsetProblem:

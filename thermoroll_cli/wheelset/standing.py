@@ -3,20 +3,20 @@ forces."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from thermoroll_cli.wheelset.one_wheel import Bearing, Solved, WheelOnRail, height_of
-from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
+from thermoroll_cli.numerics.roots import RisingRoot
+from thermoroll_cli.wheelset.one_wheel import Bearing, Placed, Solved, WheelOnRail, height_of
+from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem
 
 ROLL_ROUNDS = 30
 ROLLED = 1e-9
 """Difference of the heights of both wheels (m) at which a roll is found: 1e-9 rad, a thousandth of what a patch of 20 µm
 notices."""
-ROLL_STEP = 1e-3
-"""First guess of how far (rad) a bracket of the roll must be widened."""
+LONGEST_ROLL = 0.02
+"""Longest step of the roll (rad): flanges that climb lift a wheel by ten or twenty millimetres."""
 
 Found = TypeVar("Found")
 
@@ -30,45 +30,40 @@ class Standing:
     bearings: Mapping[SideName, Sequence[Bearing]]
 
 
-def stand(problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None = None) -> Standing:
-    """Where `problem` stands, with the ratios of forces that are known as `solved`, near the standing `before`.
+Wheels = Mapping[SideName, WheelOnRail]
+
+
+def wheels_of(problem: WheelsetProblem) -> Wheels:
+    """The wheels of `problem`, whose patches are kept from standing to standing."""
+    return {side: WheelOnRail(problem.contact.contact_modulus, curved=problem.curved) for side in problem.sides}
+
+
+def stand(
+    problem: WheelsetProblem, wheels: Wheels, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None = None
+) -> Standing:
+    """Where `problem` stands on its `wheels`, with the ratios of forces that are known as `solved`, near the standing `before`.
 
     If the roll is found, it makes the heights of both wheels equal, and each carries half of the vertical force. With a given
     roll they carry the whole force together. Raises Unsolvable where a wheel misses its rail, NoHeight where it cannot carry
     its force."""
-    if problem.vertical is None:
-        wheels = _wheels(problem, solved, problem.position.roll)
-        bearings = {side: wheel.bearings(0.0) for side, wheel in wheels.items()}
-        return Standing(problem.position.roll, problem.position.z, bearings)
     start = None if before is None else before.height
-    if not problem.finds_roll:
-        wheels = _wheels(problem, solved, problem.position.roll)
-        height, of_wheels = height_of(list(wheels.values()), problem.vertical, start)
-        return Standing(problem.position.roll, height, dict(zip(wheels, of_wheels, strict=True)))
-    return _rolled(problem, solved, before)
 
+    def placed(side: SideName, roll: float) -> Placed:
+        return wheels[side], problem.facing(side, roll), solved.get(side, ())
 
-def _wheels(
-    problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], roll: float
-) -> dict[SideName, WheelOnRail]:
-    modulus = problem.contact.contact_modulus
-    return {side: WheelOnRail(problem.facing(side, roll), modulus, solved.get(side, ()), problem.curved)
-            for side in problem.sides}
-
-
-def _rolled(
-    problem: WheelsetProblem, solved: Mapping[SideName, tuple[Solved, ...]], before: Standing | None
-) -> Standing:
-    """The roll with equal heights of both wheels, each with half of the force."""
-    start = None if before is None else before.height
-    half = 0.5 * (problem.vertical or 0.0)
+    if problem.vertical is None or not problem.finds_roll:
+        roll = problem.position.roll
+        on = [placed(side, roll) for side in problem.sides]
+        height, found = ((problem.position.z, [wheel.bearings(facing, 0.0, known) for wheel, facing, known in on])
+                         if problem.vertical is None else height_of(on, problem.vertical, start))
+        return Standing(roll, height, dict(zip(problem.sides, found, strict=True)))
+    half = 0.5 * problem.vertical
 
     def standing(roll: float) -> tuple[float, Standing]:
         nonlocal start
-        standings = {side: height_of([wheel], half, start) for side, wheel in _wheels(problem, solved, roll).items()}
-        (left, _), (right, _) = standings["left"], standings["right"]
+        (left, on_left), (right, on_right) = (height_of([placed(side, roll)], half, start) for side in SIDES)
         start = 0.5 * (left + right)
-        return left - right, Standing(roll, start, {side: bearings[0] for side, (_, bearings) in standings.items()})
+        return left - right, Standing(roll, start, {"left": on_left[0], "right": on_right[0]})
 
     return level(standing, problem.span, 0.0 if before is None else before.roll)
 
@@ -77,21 +72,11 @@ def level(difference_at: Callable[[float], tuple[float, Found]], span: float, ro
     """What is found at the roll (rad) with which the heights of both wheels are equal, from a first guess `roll`.
 
     `difference_at` gives the height of the left wheel less that of the right one (m), which grows with the roll by about the
-    `span` (m) between the rails, and what was found with it. A secant within a bracket."""
-    low, high = -math.inf, math.inf
-    last: tuple[float, float] | None = None
+    `span` (m) between the rails, and what was found with it."""
+    root = RisingRoot(roll, span, LONGEST_ROLL)
     for _ in range(ROLL_ROUNDS):
-        difference, standing = difference_at(roll)
-        if abs(difference) <= ROLLED or high - low < ROLLED:
+        difference, standing = difference_at(root.place)
+        if abs(difference) <= ROLLED or root.width < ROLLED:
             break
-        low, high = (roll, high) if difference < 0.0 else (low, roll)
-        slope = span if last is None or difference == last[1] else (difference - last[1]) / (roll - last[0])
-        last = roll, difference
-        wanted = roll - difference / slope
-        if low < wanted < high:
-            roll = wanted
-        elif math.isinf(low) or math.isinf(high):
-            roll -= math.copysign(max(ROLL_STEP, 2.0 * abs(difference) / span), difference)
-        else:
-            roll = 0.5 * (low + high)
+        root.move(difference)
     return standing
