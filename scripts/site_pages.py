@@ -15,9 +15,7 @@ import thermoroll_cli
 from thermoroll_cli import Case, solve
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.pictures import figure
-from thermoroll_cli.plots.wheelset_figures import section_figure
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
+from thermoroll_cli.problem.problem import Problem
 
 ROOT = pathlib.Path(__file__).parents[1]
 CASES = sorted((ROOT / "cases").glob("*.toml"))
@@ -55,7 +53,7 @@ def first_page() -> str:
 def reference() -> str:
     """A section for each public name of the package, from its docstring."""
     places = thermoroll_cli._PLACES
-    sections = "".join(f"::: {places[name]}.{name}\n\n" for name in sorted(places))
+    sections = "".join(f"::: {places[name]}.{name}\n\n" for name in sorted({*places} & {*thermoroll_cli.__all__}))
     return f"# Reference\n\nAll names are imported from `thermoroll_cli`; [python.md](python.md) shows their use.\n\n{sections}"
 
 
@@ -93,10 +91,10 @@ def picture(path: pathlib.Path) -> bytes:
     task = Case.read(path).with_values({"numerics.grid": GRID}).task
     file = io.BytesIO()
     with style.applied():
-        if isinstance(task, WheelsetProblem):
-            shown = section_figure(solve_wheelset(task), task.title)
-        else:
+        if isinstance(task, Problem):
             shown = figure(solve(task if kind.startswith("subsurface") else replace(task, subsurface=None)), kind)
+        else:
+            shown = figure(solve(task))
         assert shown is not None, f"{path.stem} has a picture {kind}"
         shown.savefig(file, format="png", dpi=100)
     return file.getvalue()

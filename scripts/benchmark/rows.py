@@ -157,7 +157,7 @@ def wheelset() -> Row:
     """Both wheels of the Manchester benchmark, whose place and loads are found, beside the last states of the patches."""
     task = Case.read(ROOT / "cases" / "manchester.toml").task
     assert isinstance(task, WheelsetProblem)
-    patches = [patch.result.problem for patch in solve_wheelset(task).patches]
+    patches = [patch.problem for patch in solve_wheelset(task).contacts]
     return Row(f"wheelset with {len(patches)} patches, N = 48", "its patches alone", partial(solve_wheelset, task),
                partial(_alone, patches))
 

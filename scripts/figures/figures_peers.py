@@ -40,7 +40,8 @@ def manchester(folder: pathlib.Path, grid: int) -> Numbers:
         forces = [f"{scalars[f'track_force_{name}_{side}_N']:.0f} / "
                   f"{theirs[side, shift]['contact']['force_rail_track_N'][number]:.0f}"
                   for side in ("left", "right") for number, name in enumerate("xy")]
-        hottest = [max(patch.record["temperature_rise_max_lower_K"] for patch in here[shift].patches if patch.side == side)
+        hottest = [max(patch.record["temperature_rise_max_lower_K"] for patch in here[shift].contacts
+                    if patch.record["side"] == side)
                    for side in ("left", "right")]
         rows.append([f"{shift:g}", f"{scalars['roll_mrad']:.4f} / {1e3 * inputs['roll']:.4f}",
                      f"{scalars['angular_velocity_rad_s']:.4f} / {-inputs['omega']:.4f}", *forces,

@@ -76,7 +76,7 @@ def pictures(folder: pathlib.Path, grid: int) -> Numbers:
         assert picture is not None
         write(picture, folder, f"surfaces_{name}" if kind == "profile" else "subsurface")
         numbers[name] = {key: rounded(result.coupled.scalars[key]) for key in SCALARS}
-        numbers[name]["patches"] = [{key: rounded(value) for key, value in patch.items()} for patch in result.patches]
+        numbers[name]["patches"] = [{key: rounded(value) for key, value in patch.items()} for patch in result.records]
     return numbers
 
 

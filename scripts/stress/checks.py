@@ -80,11 +80,11 @@ def bulges(result: Result) -> bool:
 
 def patches(result: Result) -> Iterator[str]:
     """All patches together carry the load, each some of it, and they lie in order."""
-    share = sum(patch["normal_N"] for patch in result.patches) / result.problem.normal_force
+    share = sum(patch["normal_N"] for patch in result.records) / result.problem.normal_force
     if abs(share - 1.0) >= LOAD:
         yield f"patches carry {share:.7f} of the load"
-    places = [patch["y_mm"] for patch in result.patches]
-    if not places or places != sorted(places) or min(patch["normal_N"] for patch in result.patches) <= 0.0:
+    places = [patch["y_mm"] for patch in result.records]
+    if not places or places != sorted(places) or min(patch["normal_N"] for patch in result.records) <= 0.0:
         yield "patches without load or order"
 
 
@@ -99,7 +99,7 @@ def same_elsewhere(pair: tuple[Problem, Problem]) -> Outcome:
 
 def narrow(result: Result) -> Iterator[str]:
     """The largest pressure is that of a patch, and has no estimate if this patch is narrower than three elements."""
-    scalars, parts = result.coupled.scalars, [patch["pressure_max_MPa"] for patch in result.patches]
+    scalars, parts = result.coupled.scalars, [patch["pressure_max_MPa"] for patch in result.records]
     if abs(scalars["pressure_max_MPa"] / max(parts) - 1.0) >= ROUNDING:
         yield f"largest pressure {scalars['pressure_max_MPa']:.6g} MPa, of the patches {max(parts):.6g} MPa"
     pressure, few = result.coupled.fields["pressure"], 3

@@ -10,8 +10,9 @@ import numpy as np
 from scripts.stress.outcome import Outcome
 from thermoroll_cli import Case, CaseError
 from thermoroll_cli.problem.geometry import Unsolvable
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
+from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 
 ROOT = pathlib.Path(__file__).parents[2]
 RAILS = (("cases/MBench_UIC60_v3.prr", 0.0), ("tests/reference/wheelset/uic60_true.prr", 0.025),
@@ -79,13 +80,15 @@ def check_reference(content: dict[str, Any]) -> Outcome:
         broken = () if keys == ["wheelset.flange_back_mm"] else (f"refused for {keys}",)
         return Outcome(reason=str(cause), excused=True, broken=broken)
     try:
-        result = solve_wheelset(case.task)
+        task = case.task
+        assert isinstance(task, WheelsetProblem)
+        result = solve_wheelset(task)
     except Unsolvable as cause:
         broken = () if cause.key == "wheelset.flange_back_mm" else (f"refused for {cause.key}: {cause}",)
         return Outcome(reason=str(cause), excused=True, broken=broken)
     found = []
-    for patch in result.patches:
-        outline = result.problem.wheels[patch.side].profile
+    for patch in result.contacts:
+        outline = task.wheels[patch.record["side"]].profile
         tip = 1e3 * max(outline, key=lambda point: point[1])[0]
         if abs(patch.record["y_wheel_mm"] - tip) < TIP:
             found.append(f"patch {patch.name} lies on the tip of the flange")
@@ -118,19 +121,19 @@ def check(case: Case) -> Outcome:
         result = solve_wheelset(task)
     except Unsolvable as cause:
         return Outcome(reason=str(cause), excused=True)
-    return Outcome(result.converged, result.reason, broken=violations(result) if result.converged else ())
+    return Outcome(result.converged, result.reason, broken=violations(task, result) if result.converged else ())
 
 
-def violations(result: WheelsetResult) -> tuple[str, ...]:
+def violations(task: WheelsetProblem, result: Result) -> tuple[str, ...]:
     """The rails carry the load, the patches are numbered across, and the heat is the power."""
     scalars, found = result.scalars, []
-    missing = abs(scalars["track_force_z_N"] / (result.problem.vertical or 1.0) - 1.0)
+    missing = abs(scalars["track_force_z_N"] / (task.vertical or 1.0) - 1.0)
     if not missing < LOAD_SHARE:
         found.append(f"the load is missed by {missing:.1e}")
     if not scalars["power_balance_error"] < POWER_SHARE:
         found.append(f"power and heat differ by {scalars['power_balance_error']:.1e}")
-    for side in result.problem.sides:
-        places = [patch.record["y_mm"] for patch in result.patches if patch.side == side]
+    for side in task.sides:
+        places = [patch.record["y_mm"] for patch in result.contacts if patch.record["side"] == side]
         if not places or places != sorted(places):
             found.append(f"patches of the {side} side without order")
     return tuple(found)

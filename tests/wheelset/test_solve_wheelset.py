@@ -7,6 +7,7 @@ import json
 import math
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,10 +21,11 @@ from thermoroll_cli.plots.wheelset_figures import patches_figure
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.result import Result
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
+from thermoroll_cli.wheelset.wheelset_result import solve_wheelset
 
 TEXT = f"""
 title = "Manchester"
@@ -62,7 +64,7 @@ def beside(case: dict, *, grid: int = 24, curved: bool = False) -> WheelsetProbl
                            curved=curved)  # fmt: skip
 
 
-def force(result: WheelsetResult) -> np.ndarray:
+def force(result: Result) -> np.ndarray:
     return np.array([result.scalars[f"track_force_{axis}_N"] for axis in "xyz"])
 
 
@@ -116,7 +118,7 @@ UIC60 = f"{ROOT}/cases/MBench_UIC60_v3.prr", 0.0
 UPRIGHT = f"{ROOT}/tests/reference/wheelset/uic60_true.prr", 0.025
 
 
-def moved_rail(rail: tuple[str, float], side: str, moved: tuple[float, float, float], shift: float) -> WheelsetResult:
+def moved_rail(rail: tuple[str, float], side: str, moved: tuple[float, float, float], shift: float) -> Result:
     """A wheel with 10 kN on a rail of its own place: shifts in mm and roll in mrad to the field side."""
     text = TEXT.replace(UIC60[0], rail[0]).replace("20e3", "10e3").replace("grid = 24", "grid = 8")
     text = text.replace("_mm = 4.0", f"_mm = {shift}")
@@ -141,7 +143,7 @@ def test_a_rail_rolls_about_its_own_origin(rail, side, moved, shift, height):
     np.testing.assert_array_equal(force(other), force(result) * [1.0, -1.0, 1.0])
 
 
-def right_wheel(**keys) -> WheelsetResult:
+def right_wheel(**keys) -> Result:
     text = TEXT.replace("[wheelset]", '[wheelset]\nwheels = "right"\nangular_velocity_rad_s = 4.33')
     return solve(Case.parse(text).with_values({f"wheelset.{key}": value for key, value in keys.items() if key != "grid"}
                                               | {"numerics.grid": keys["grid"]}))
@@ -164,7 +166,7 @@ def test_a_peak_at_the_end_of_a_plane_patch_has_no_estimate():
 
 
 def test_a_run_finds_roll_and_angular_velocity(tmp_path):
-    """Both wheels through `run`: the values of CONTACT's table, files of patches that are ordinary results, JSON and CSV."""
+    """Both wheels through `run`: the values of CONTACT's table, and one file."""
     (tmp_path / "m.toml").write_text(TEXT)
     run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--json", "-q")
     assert run.returncode == 0, run.stderr
@@ -177,19 +179,9 @@ def test_a_run_finds_roll_and_angular_velocity(tmp_path):
         ours = [record[f"track_force_{axis}_{side}_N"] for axis in "xyz"]
         assert ours == pytest.approx(theirs, abs=15.0)
     assert [(patch["side"], patch["number"]) for patch in record["patches"]] == [("left", 1), ("right", 1)]
-    for patch in record["patches"]:
-        found = read_result(tmp_path / "out" / patch["file"])
-        assert found.coupled.scalars["pressure_max_MPa"] == patch["pressure_max_MPa"]
-    assert json.loads((tmp_path / "out" / "m.json").read_text())["patches"] == record["patches"]
-    with open(tmp_path / "out" / "m.csv", encoding="utf-8") as stream:
-        assert [float(row["normal_N"]) for row in csv.DictReader(stream)] == [p["normal_N"] for p in record["patches"]]
-    assert {path.suffix for path in (tmp_path / "out").glob("m_*.png")} == {".png"}
-    plotted = call("plot", tmp_path / "out" / "m_right_1.h5", "-o", tmp_path / "out")
-    assert plotted.returncode == 0, plotted.stderr
-    again = call("run", "--from", tmp_path / "out" / "m_right_1.h5", "-o", tmp_path / "again", "--no-plots", "-q")
-    assert again.returncode == 0, again.stderr
-    assert json.loads((tmp_path / "again" / "m_right_1.json").read_text())["patches"][0]["normal_N"] == (
-        record["patches"][0]["normal_N"])
+    files = {f"m{ending}" for ending in (".h5", "_section.png", "_patches.png")}
+    assert {path.name for path in (tmp_path / "out").iterdir()} == files == {Path(file).name for file in record["files"]}
+    assert "file" not in record["patches"][0]
 
 
 @pytest.mark.parametrize(("change", "key", "words"), [
@@ -253,7 +245,8 @@ def test_profiles_in_another_frame_are_recognised(points, words, hint):
 def test_a_wheelset_shows_itself_in_a_notebook():
     """One wheel in the air: the pictures of the other one have a legend, and nothing raises."""
     result = solve(tomllib.loads(TEXT.replace("grid = 24", "grid = 16").replace("yaw_mrad", "roll_mrad = 5.0\nyaw_mrad")))
-    assert repr(result) == "<wheelset with 1 patch, converged>" and result.patches[0].name == "right_1"
+    assert repr(result).startswith("<Result 'Manchester', wheelset with 1 patch, converged, Q_F = 114")
+    assert result.patches[0].name == "right_1" and result.patches[0].record["side"] == "right"
     assert "<td>vertical force on both rails</td><td>20000</td><td>N</td>" in result._repr_html_()
     (legend,) = result.plot().legends
     assert [text.get_text() for text in legend.get_texts()] == ["rail", "wheel", "largest pressure"]
@@ -285,7 +278,9 @@ def test_a_sweep_over_the_shift(tmp_path):
     with open(tmp_path / "out" / "sweep.csv", encoding="utf-8") as stream:
         table = list(csv.DictReader(stream))
     assert float(table[1]["left_1.y_rail_mm"]) == rows[1]["patches"][0]["y_rail_mm"]
-    assert json.loads((tmp_path / "out" / "m_0002.json").read_text())["patches"][1]["side"] == "right"
+    assert float(table[1]["right_1.error.normal_N"]) == rows[1]["patches"][1]["error"]["normal_N"]
+    point = read_result(tmp_path / "out" / rows[1]["files"][0].rpartition("/")[2])
+    assert point.contacts[1].name == "right_1" and point.contacts[1].fields["pressure"].max() > 1e8
     again = call(*arguments, "--resume", "--no-plots")
     assert "2 of 2 points are finished already" in again.stderr
     plotted = call("plot", tmp_path / "out" / "sweep.csv", "-o", tmp_path / "again")
@@ -311,7 +306,7 @@ def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
     """Values with their errors, and borders without the steps of elements."""
     (tmp_path / "m.toml").write_text(TEXT.replace("grid = 24", "grid = 16"))
     run = call("run", tmp_path / "m.toml", "-o", tmp_path / "out", "--no-plots")
-    patches = json.loads((tmp_path / "out" / "m.json").read_text())["patches"]
+    patches = read_result(tmp_path / "out" / "m.h5").records
     row = next(line for line in run.stdout.splitlines() if line.split()[0] == "pressure_max_MPa" and line.count("±") == 2)
     shown = [float(number) for number in row.split()[1:-1] if number != "±"]
     for patch, value, error in zip(patches, shown[::2], shown[1::2], strict=True):
@@ -319,7 +314,7 @@ def test_tables_and_maps_of_patches_are_those_of_single_contacts(tmp_path):
         assert error == pytest.approx(patch["error"]["pressure_max_MPa"] * value, rel=0.5)
     (force_row,) = (line for line in run.stdout.splitlines() if line.split()[0] == "force_s_N")
     assert force_row.count("±") == 2
-    axes = patches_figure(solve_wheelset(beside(case_named("A2.2 right y=8.0"), grid=16)), "").axes[0]
+    axes = patches_figure(solve_wheelset(beside(case_named("A2.2 right y=8.0"), grid=16))).axes[0]
     border = axes.collections[-1].get_paths()[0].vertices
     along = np.diff(np.vstack((border, border[1])) / np.ptp(border, axis=0), axis=0)
     turns = np.diff(np.unwrap(np.arctan2(along[:, 1], along[:, 0])))
@@ -361,12 +356,13 @@ def test_a_wheelset_without_friction_rolls_freely():
 def test_a_contact_at_the_end_of_a_rail_has_a_pressure_without_bound():
     points = [[1e3 * y, 1e3 * z] for y, z in outline_points("MBench_UIC60_v3.prr") if y > -0.0135]
     text = TEXT.replace(f'{{ file = "{ROOT}/cases/MBench_UIC60_v3.prr" }}', f"{{ points_mm = {points} }}")
-    result = solve_wheelset(Case.parse(text.replace("yaw_mrad", 'wheels = "right"\nyaw_mrad'), name="case.toml").task)
+    task = Case.parse(text.replace("yaw_mrad", 'wheels = "right"\nyaw_mrad'), name="case.toml").task
+    result = solve_wheelset(task)
     assert result.converged, result.reason
     assert any("reaches the end of a profile" in warning for warning in result.warnings)
     assert math.isnan(result.error["pressure_max_MPa"]) and result.error["height_mm"] < 0.1
     # On the flank of the flange the sharp end finds no normal that it shares with the wheel.
-    problem = replace(result.problem, curved=True, vertical=5e3)
+    problem = replace(task, curved=True, vertical=5e3)
     for shift, reason in ((5e-3, "no height gives this force"), (7e-3, "the wheels carry 0 N at most")):
         beyond = solve_wheelset(replace(problem, position=replace(problem.position, y=shift)))
         assert reason in beyond.reason
@@ -417,7 +413,7 @@ def test_errors_of_patches_contain_that_of_their_loads(at_height):
         assert abs(coarse.scalars[name] - fine.scalars[name]) <= coarse.error[name] * scale, name
     for rough, good in zip(coarse.patches, fine.patches, strict=True):
         for name in ("normal_N", "force_x_N", "force_s_N", "T_gamma_N", "approach_um"):
-            scale = rough.result.problem.traction_limit if "force" in name else abs(rough.record[name])
+            scale = rough.problem.traction_limit if "force" in name else abs(rough.record[name])
             assert abs(rough.record[name] - good.record[name]) <= rough.record["error"][name] * scale, name
         assert rough.record["error"]["normal_N"] < 0.05
 

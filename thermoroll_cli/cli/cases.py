@@ -12,13 +12,9 @@ import typer
 
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.cli import options, streams
-from thermoroll_cli.files.case import Case, CaseError
+from thermoroll_cli.files.case import CaseError
 from thermoroll_cli.files.case_schema import case_schema
-from thermoroll_cli.refinement.plan import expected_temperature_warning
-from thermoroll_cli.refinement.warnings import warnings_before
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.wheelset.first_contact import wheelset_warnings
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.python_api import KINDS
 
 TEMPLATES = {
     "wheel-rail": "a wheel on a rail",
@@ -59,7 +55,8 @@ def validate(
         try:
             case = options.read_case(path, overrides)
             with options.solvable(case, str(path)):
-                warnings = warnings_of(case)
+                task = case.task
+                warnings = list(KINDS[type(task)].warnings(task))
         except CaseError as cause:
             error = cause
             errors.append(cause)
@@ -71,15 +68,6 @@ def validate(
                 streams.note(f"{path}: warning: {warning}")
     if errors:
         raise typer.Exit(streams.report_invalid(errors, ""))
-
-
-def warnings_of(case: Case) -> list[str]:
-    """Warnings of a case that can be given before it is solved. Raises Unsolvable."""
-    task = case.task
-    if isinstance(task, WheelsetProblem):
-        return list(wheelset_warnings(task))
-    derived = DerivedQuantities(task)
-    return [*warnings_before(derived), *expected_temperature_warning(derived)]
 
 
 def init(

@@ -48,7 +48,7 @@ def plot(
     verbose: options.Verbose = False,
 ) -> None:
     """Draw the pictures of results and sweeps again."""
-    from thermoroll_cli.plots.pictures import KINDS, draw
+    from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
 
     _check_no_cases(results)
@@ -63,9 +63,9 @@ def plot(
     for path, stem, result in zip(results, stems, stored, strict=True):
         try:
             if isinstance(result, Result):
-                written = draw(result, stem, kinds=options.words(fields) or tuple(KINDS), formats=endings, dpi=dpi,
+                written = draw(result, stem, kinds=options.words(fields), formats=endings, dpi=dpi,
                                normalised=normalised, cut_y=None if cut_y is None else cut_y / 1e3)  # fmt: skip
-                names = [f"{stem.name}_{kind}" for kind in KINDS]
+                names = [f"{stem.name}_{kind}" for kind in kinds_of(result)]
             else:
                 written, names = [stem.with_name(f"{stem.name}.{ending}") for ending in endings], [stem.name]
                 for picture in written:

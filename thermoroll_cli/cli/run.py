@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -13,17 +13,14 @@ import typer
 
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import Progress
-from thermoroll_cli.cli.run_wheelset import run_wheelset
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import folded, scalar_table
+from thermoroll_cli.cli.tables import assembly_tables, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
 from thermoroll_cli.files.result.hdf5 import write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
-from thermoroll_cli.refinement.plan import make_plan
-from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.python_api import KINDS, solve
 
 NO_ERRORS = "no error estimates: they need a coarser grid; set both sides of numerics.grid to 16 or more"
 
@@ -117,14 +114,13 @@ def _attempt(case: Case, wanted: RunOptions) -> int:
 
 
 def _run_case(case: Case, wanted: RunOptions) -> int:
-    problem = case.task
-    if isinstance(problem, WheelsetProblem):
-        return run_wheelset(case, problem, wanted.folder, drawing=wanted.drawing, threads=wanted.threads,
-                            as_json=wanted.as_json, quiet=wanted.quiet, verbose=wanted.verbose)
-    progress = Progress(case.name, quiet=wanted.quiet, verbose=wanted.verbose, steps=lambda: make_plan(problem).steps,
-                        at_most=problem.numerics.accuracy is not None)  # fmt: skip
+    task = case.task
+    plan = KINDS[type(task)].plan
+    progress = Progress(case.name, quiet=wanted.quiet, verbose=wanted.verbose,
+                        steps=tuple if plan is None else lambda: plan(task).steps,
+                        at_most=task.contact.numerics.accuracy is not None)  # fmt: skip
     with progress:
-        result = solve(problem, threads=wanted.threads, report=progress)
+        result = solve(task, threads=wanted.threads, report=progress).with_case(case.text, case.to_json())
     code, files = ExitCode.FINE if result.converged else ExitCode.NOT_CONVERGED, []
     try:
         files = _write_files(case, result, wanted)
@@ -133,7 +129,7 @@ def _run_case(case: Case, wanted: RunOptions) -> int:
         streams.error(f"{case.name}: {cause}")
         code = ExitCode.INPUT_OUTPUT
     if files and not wanted.quiet:
-        options.report_stale(_pictures_of(case, wanted.folder), files)
+        options.report_stale(_pictures_of(case, result, wanted.folder), files)
     if wanted.as_json:
         streams.write_json({"name": case.name, "title": case.settings.title, **result.summary(), "files": files})
         for warning in result.warnings if not wanted.quiet else ():
@@ -152,7 +148,7 @@ def _run_case(case: Case, wanted: RunOptions) -> int:
 def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
     stem = wanted.folder / case.name
     target = wanted.folder / f"{case.name}.h5"
-    write_result(target, replace(result, case_text=case.text, case_json=case.to_json()), options.command_line())
+    write_result(target, result, options.command_line())
     if wanted.drawing is None or not case.plots:
         return [target]
     from thermoroll_cli.plots.pictures import draw
@@ -160,30 +156,32 @@ def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
     return [target, *draw(result, stem, **wanted.drawing)]
 
 
-def _pictures_of(case: Case, folder: Path) -> Iterator[Path]:
+def _pictures_of(case: Case, result: Result, folder: Path) -> Iterator[Path]:
     """Every picture that a run of `case` may write; none where nothing is called like one, which costs no import."""
     if not any(folder.glob(f"{glob.escape(case.name)}_*.*")):
         return
-    from thermoroll_cli.plots.pictures import KINDS
+    from thermoroll_cli.plots.pictures import kinds_of
 
-    for name in KINDS:
+    for name in kinds_of(result):
         for image_format in options.ImageFormat:
             yield folder / f"{case.name}_{name}.{image_format.value}"
 
 
 def _report(case: Case, result: Result, verbose: bool) -> list[str]:
-    width, names = streams.width(), list(ALL_SCALARS) if verbose else listed_scalars(result.summary(), result.problem)
+    width, summary = streams.width(), result.summary()
+    names = list(ALL_SCALARS) if verbose else listed_scalars(summary, result.problem)
     title = f" ({case.settings.title})" if case.settings.title else ""
     grid = "×".join(str(side) for side in result.work.get("grid", ()))
     outcome = "converged" if result.converged else "NOT CONVERGED"
     both = result.isothermal is not result.coupled
     # A reason says already why a state on one grid alone has none.
-    without = result.converged and all(error != error for error in result.error.values())
+    without = result.converged and not result.assembly and all(error != error for error in result.error.values())
     head = folded(f"{case.name}{title}: {outcome}" + (f", grid {grid}" if grid else ""), width, indent="")
     warnings = [line for warning in result.warnings for line in folded(f"warning: {warning}", width)]
     return [
         *(head if result.converged else streams.in_colour([*head, *folded(result.reason, width)], streams.RED)),
-        *scalar_table(result.summary(), names, both=both, width=width),
+        *(assembly_tables(result, names, verbose=verbose, width=width) if result.assembly else
+          scalar_table(summary, names, both=both, width=width)),
         *(folded(NO_ERRORS, width) if without else ()),
         *streams.in_colour(warnings, streams.YELLOW),
     ]

@@ -14,9 +14,8 @@ from thermoroll_cli.files.profile_file import reading_words
 from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
-from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
-from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.python_api import KINDS
+from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",
@@ -59,10 +58,11 @@ def show(
         read = options.read_case(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
             task = read.task
-            if isinstance(task, WheelsetProblem):
-                _show_wheelset(read, facts_of(task), list(wheelset_warnings(task)), as_json=as_json)
+            kind = KINDS[type(task)]
+            if kind.plan is None:
+                _show_assembly(read, dict(kind.facts(task)), list(kind.warnings(task)), as_json=as_json)
                 return
-            plan = make_plan(task)
+            plan = kind.plan(task)
     except CaseError as invalid:
         if as_json:
             streams.write_json(options.invalid_record(str(case), invalid))
@@ -73,8 +73,8 @@ def show(
         streams.write(*_lines(read, plan, streams.width()))
 
 
-def _show_wheelset(case: Case, facts: dict[str, float], warnings: list[str], *, as_json: bool) -> None:
-    """Inputs of a wheelset, and where its wheels touch first."""
+def _show_assembly(case: Case, facts: dict[str, float], warnings: list[str], *, as_json: bool) -> None:
+    """Inputs of an assembly, and what is known of it before solving."""
     if as_json:
         streams.write_json({"name": case.name, "inputs": _inputs(case), "profiles": case.profiles, **facts,
                             "warnings": warnings})

@@ -12,12 +12,22 @@ from typing import TYPE_CHECKING, Any
 from rich.console import Console
 from rich.table import Table
 
-from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, OVER_LIMIT, UNITS
+from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
+    ALSO_LISTED,
+    DIAGRAMS,
+    IN_CONTACT,
+    OVER_LIMIT,
+    PATCH_SCALARS,
+    UNITS,
+    holds,
+    unit_of,
+)
 from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, number, repeats, scalar_text, with_error
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 if TYPE_CHECKING:
     from thermoroll_cli.problem.problem import Motion
+    from thermoroll_cli.problem.result import Result
     from thermoroll_cli.sweeps.points import Points
     from thermoroll_cli.sweeps.table import Row
 
@@ -49,6 +59,29 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
         fitting = (text for text in candidates if text and len(text) <= room)
         meanings.append(UNBOUNDED if name in summary.get("unbounded", ()) else next(fitting, brief or meaning))
     return with_remarks([(*row, meaning) for row, meaning in zip(rows, meanings, strict=True)], width)
+
+
+def assembly_tables(result: Result, names: Sequence[str], *, verbose: bool, width: int) -> Iterator[str]:
+    """Lines of three tables of an assembly: scalars of the whole among `names`, those of both sides beside each other, and
+    those of its patches."""
+    summary = result.summary()
+    names = [*names, *(name for name in ALSO_LISTED if name not in names)]
+    sided = {name: name.replace("_left", "_right") for name in names if "_left" in name}
+    sided |= {name.replace("_right", "_left"): name for name in names if "_right" in name}
+    single = [name for name in names if not {name} & {*sided, *sided.values()}]
+    yield from scalar_table(summary, single, both=False, width=width)
+    text = {name: scalar_text(name, summary) if computed(summary.get(name)) else "" for pair in sided.items() for name in pair}
+    yield from align([("", "left", "right", ""), *((left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left))
+                                                   for left, right in sided.items())])
+    rows = [("patch", *(patch.name.replace("_", " ") for patch in result.contacts), "")]
+    errors = [patch.uncertainty for patch in result.contacts]
+    for name, scalar in PATCH_SCALARS.items():
+        if any(name in patch.record and (verbose or holds(scalar.listed, patch.problem)) for patch in result.contacts):
+            there = IN_CONTACT.get(name, name)
+            cells = (with_error(patch.record[name], error.get(there, math.nan)) if name in patch.record else ""
+                     for patch, error in zip(result.contacts, errors, strict=True))
+            rows.append((name, *cells, unit_of(name)))
+    yield from align(rows if result.contacts else [])
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -108,8 +141,7 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
     at all points is shown once.
     """
-    problems = (points.point(row.number).problem for row in rows)
-    motions = [problem.contact.motion if isinstance(problem, WheelsetProblem) else problem.motion for problem in problems]
+    motions = [points.point(row.number).problem.contact.motion for row in rows]
     swept = [axis.key for axis in points.axes]
     drawn = [name for names in DIAGRAMS.values() for name in names]
     names = [name for name in (*drawn, *OVER_LIMIT) if _worth_showing(name, rows, motions, swept)]

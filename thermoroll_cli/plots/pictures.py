@@ -16,6 +16,7 @@ from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import FORMATS, applied, save
 from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
+from thermoroll_cli.plots.wheelset_figures import patches_figure, section_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
@@ -38,40 +39,67 @@ KINDS: dict[str, Draw] = {
 show: where a stage was skipped, or a field vanishes everywhere."""
 
 
-def figure(
-    result: Result, kind: str, *, normalised: bool = False, cut_y: float | None = None
-) -> Figure | None:
-    """The picture of this kind (`KINDS`, or any field of the result); None where there is nothing to show.
+ASSEMBLIES: dict[str, dict[str, Callable[[Result], Figure | None]]] = {
+    "wheelset": {"section": section_figure, "patches": patches_figure},
+}
+"""Pictures of the whole of each kind of assembly."""
+
+
+def kinds_of(result: Result) -> tuple[str, ...]:
+    """The pictures that a run draws."""
+    return tuple(ASSEMBLIES.get(result.assembly, KINDS))
+
+
+def figure(result: Result, kind: str = "", *, normalised: bool = False, cut_y: float | None = None) -> Figure | None:
+    """The picture of this kind (`KINDS`, or any field of the result; of an assembly those of `ASSEMBLIES`); by default the
+    summary, or the first of the assembly. None where there is nothing to show.
 
     `normalised` draws the article's dimensionless quantities: p/p0, |τ|/p0, q α l/k (l = 1 mm), x/a0, y/b0. `cut_y` (m) is the
     line of the picture "centreline". Raises ValueError for an unknown kind or a cut outside the domain.
     """
-    draw = _kind(kind)
+    if result.assembly:
+        kinds = ASSEMBLIES[result.assembly]
+        if kind and kind not in kinds:
+            raise ValueError(f"the picture {kind!r} is none of {', '.join(kinds)}; its patches have those of a contact")
+        with applied():
+            return kinds[kind or next(iter(kinds))](result)
+    draw = _kind(kind or "summary")
     with applied():
         return draw(frame_of(result, normalised, cut_y))
 
 
 def draw(
-    result: Result, stem: pathlib.Path, *, kinds: Sequence[str] = tuple(KINDS), formats: Sequence[str] = ("png",),
+    result: Result, stem: pathlib.Path, *, kinds: Sequence[str] = (), formats: Sequence[str] = ("png",),
     dpi: float | None = None, normalised: bool = False, cut_y: float | None = None,
 ) -> list[pathlib.Path]:
     """Write the pictures of `result` as `STEM_pressure.png`, … in each of the `formats`, and return their paths.
 
-    `kinds` and the other options are those of `figure`; `dpi` is the resolution of PNG files. Raises ValueError for an unknown
+    `kinds` (all of them if none is given) and the other options are those of `figure`; those of contacts are drawn for each
+    contact of an assembly (`STEM_left_1_pressure.png`). `dpi` is the resolution of PNG files. Raises ValueError for an unknown
     kind or format and for a cut outside the domain, OSError where a file cannot be written.
     """
     if unknown := set(formats).difference(FORMATS):
         raise ValueError(f"pictures can be {', '.join(FORMATS)}, not {', '.join(sorted(unknown))!r}")
-    drawing = {kind: _kind(kind) for kind in kinds}
+    kinds = kinds or kinds_of(result)
+    whole = ASSEMBLIES.get(result.assembly, {})
+    of_contacts = {kind: _kind(kind) for kind in kinds if kind not in whole}
     written = []
     with applied():
-        frame = frame_of(result, normalised, cut_y)
-        for kind, draw_kind in drawing.items():
-            safe_point()
-            picture = draw_kind(frame)
-            if picture is not None:
-                written += [save(picture, stem.with_name(f"{stem.name}_{kind}.{ending}"), dpi) for ending in formats]
+        for kind in (kind for kind in kinds if kind in whole):
+            written += _saved(whole[kind](result), stem, kind, formats, dpi)
+        for name, contact in [(f"_{patch.name}", patch) for patch in result.contacts] if result.assembly else [("", result)]:
+            frame = frame_of(contact, normalised, cut_y) if of_contacts else None
+            for kind, draw_kind in of_contacts.items():
+                safe_point()
+                assert frame is not None
+                written += _saved(draw_kind(frame), stem.with_name(stem.name + name), kind, formats, dpi)
     return written
+
+
+def _saved(
+    picture: Figure | None, stem: pathlib.Path, kind: str, formats: Sequence[str], dpi: float | None
+) -> list[pathlib.Path]:
+    return [save(picture, stem.with_name(f"{stem.name}_{kind}.{ending}"), dpi) for ending in formats] if picture else []
 
 
 def _kind(name: str) -> Draw:

@@ -79,7 +79,7 @@ def _draw_surfaces(axes: Axes, frame: RunFrame) -> None:
             height = geometry.section(y)[body == "upper"] + (given - smoothed) * (-1.0 if body == "upper" else 1.0)
             axes.plot(y * across.factor, height * depth.factor, "k.", markersize=2.0, zorder=1,
                       label=f"{body} body before smoothing")
-    for number, patch in enumerate(result.patches):
+    for number, patch in enumerate(result.records):
         axes.axvline(patch["y_mm"] * 1e-3 * across.factor, color="0.5", linewidth=0.8, linestyle=style.DOTTED,
                      label="_" if number else "centre of pressure of a patch")
     axes.set_ylim((low - margin) * depth.factor, (high + margin) * depth.factor)

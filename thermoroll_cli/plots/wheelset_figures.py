@@ -3,7 +3,6 @@ scale, and the quantities of a sweep over its shift."""
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -20,9 +19,7 @@ from thermoroll_cli.arrays import Array
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.maps import draw_borders, kinds_of_borders
 from thermoroll_cli.plots.run_frame import Borders, borders_of
-from thermoroll_cli.wheelset.solve_wheelset import SolvedPatch
-from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, sign_of
-from thermoroll_cli.wheelset.wheelset_result import WheelsetPatch, WheelsetResult
+from thermoroll_cli.problem.result import Result
 
 WINDOW = (56.0, -26.0, 40.0)
 """Half-width of a cross-section about the middle of the rail, and its highest and lowest z, in mm."""
@@ -41,78 +38,58 @@ WINDOWS = 2.6
 """Height over width of the pictures of a sweep, three diagrams, over that of one."""
 
 
-def draw_wheelset(
-    result: WheelsetResult, stem: pathlib.Path, title: str, *, formats: Sequence[str] = ("png",), dpi: float | None = None
-) -> list[pathlib.Path]:
-    """Write STEM_section.png and, where there are patches, STEM_patches.png, in each of the `formats`. Raises OSError."""
-    with style.applied():
-        figures = {"section": section_figure(result, title)}
-        if result.patches:
-            figures["patches"] = patches_figure(result, title)
-        return [style.save(figure, stem.with_name(f"{stem.name}_{kind}.{ending}"), dpi)
-                for kind, figure in figures.items() for ending in formats]
-
-
-def section_figure(result: WheelsetResult, title: str) -> Figure:
-    """Rails and wheels across the track, to scale, and the largest pressure on each line of rolling as a comb on the rail."""
-    sides = result.problem.sides
+def section_figure(result: Result) -> Figure:
+    """Rails and wheels across the track, to scale, seen from behind, and the largest pressure on each line of rolling as a comb
+    on the rail."""
+    sides = [name.removeprefix("rail_") for name in result.lines if name.startswith("rail_")]
     width, high, low = WINDOW
     figure = style.new_figure(style.DOUBLE, style.DOUBLE * (low - high) / (2.0 * width * len(sides)) + 26.0 * style.MM)
-    peak = max((patch.result.coupled.scalars["pressure_max_MPa"] for patch in result.patches), default=1.0)
+    peak = max((patch["pressure_max_MPa"] for patch in result.contacts), default=1.0)
     for axes, side in zip(figure.subplots(1, len(sides), squeeze=False)[0], sides, strict=True):
         _draw_section(axes, result, side, peak)
-    style.add_headline(figure, title, result.converged, f"largest pressure {peak:.0f} MPa" if result.patches else "")
+    figure.axes[0].set_ylabel("z (mm)")
+    scale = f", largest pressure {peak:.0f} MPa" if result.contacts else ""
+    style.add_headline(figure, result.problem.title, result.converged, f"seen from behind{scale}")
     # Another wheel may have no contact, and therefore no comb.
     handles = [axes.get_legend_handles_labels()[0] for axes in figure.axes]
     style.add_legend(figure, max(handles, key=len))
     return figure
 
 
-def _draw_section(axes: Axes, result: WheelsetResult, side: SideName, peak: float) -> None:
+def _draw_section(axes: Axes, result: Result, side: str, peak: float) -> None:
     width, high, low = WINDOW
-    sign, problem = sign_of(side), result.problem
-    scalars = result.scalars
-    facing = problem.facing(side, 1e-3 * scalars["roll_mrad"])
-    facing = facing.lowered(1e-3 * scalars["height_mm"] - facing.position.z)
-    rail, locus, position = 1e3 * facing.rail.samples[:2], 1e3 * facing.locus[1:3], facing.position
-    y, r = facing.wheel.samples[:2]
-    section = position.rotation @ np.array([0.0 * y, y, r]) + position.origin(facing.wheel.radius)[:, None]
-    wheel = np.where(np.isnan(locus), 1e3 * section[1:], locus)
-    axes.plot(sign * rail[0], rail[1], color=style.BEFORE, label="rail")
-    axes.plot(sign * wheel[0], wheel[1], color=style.AFTER, label="wheel")
+    rail, wheel = (1e3 * result.lines[f"{body}_{side}"] for body in ("rail", "wheel"))
+    axes.plot(*rail, color=style.BEFORE, label="rail")
+    axes.plot(*wheel, color=style.AFTER, label="wheel")
     words = []
-    for patch in (patch for patch in result.patches if patch.side == side):
-        tip = _draw_comb(axes, patch.solved, sign, peak)
-        axes.annotate(str(patch.number), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
+    for patch in (patch for patch in result.contacts if patch.record["side"] == side):
         record = patch.record
-        words.append(f"{patch.number}: {1e-3 * record['normal_N']:.4g} kN, {record['pressure_max_MPa']:.0f} MPa, "
-                     f"{record['angle_mrad']:.0f} mrad".replace("-", "−"))
-    middle = sign * 0.5 * (rail[0].min() + rail[0].max())
-    axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)",
-             ylabel="z (mm)" if side == problem.sides[0] else "")
+        tip = _draw_comb(axes, patch, peak)
+        axes.annotate(str(record["number"]), tip, ha="center", va="bottom", xytext=(0.0, 1.0), textcoords="offset points")
+        words.append(f"patch {record['number']}: {1e-3 * record['normal_N']:.3g} kN, {record['pressure_max_MPa']:.0f} MPa, "
+                     f"angle {record['angle_mrad']:.0f} mrad".replace("-", "−"))
+    middle = 0.5 * (rail[0].min() + rail[0].max())
+    axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)")
     axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact"])]))
     axes.grid(visible=True)
     style.few_ticks(axes, 6, 5)
 
 
-def _draw_comb(axes: Axes, patch: SolvedPatch, sign: float, peak: float) -> tuple[float, float]:
+def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
     """Teeth along the normals into the wheel, as long as the largest pressure of each line of rolling; the tip of the
     longest."""
-    state = patch.result.coupled
-    highest = 1e-6 * np.asarray(state.fields["pressure"]).max(axis=0)
+    highest = 1e-6 * np.asarray(patch.fields["pressure"]).max(axis=0)
     loaded = np.flatnonzero(highest > 0.0)
-    step = 0.5 * (state.y[1] - state.y[0])
+    step = 0.5 * (patch.y[1] - patch.y[0])
     # From edge to edge, with as many teeth between as can be told apart.
-    places = np.concatenate(([state.y[loaded[0]] - step], state.y[loaded], [state.y[loaded[-1]] + step]))
+    places = np.concatenate(([patch.y[loaded[0]] - step], patch.y[loaded], [patch.y[loaded[-1]] + step]))
     pressures = np.concatenate(([0.0], highest[loaded], [0.0]))
     teeth = np.linspace(places[0], places[-1], max(int(1e3 * np.ptp(places) / BETWEEN_TEETH), 1) + 1)[1:-1]
-    mirror = np.array([sign, 1.0])
 
     def ends(at: Array) -> tuple[Array, Array]:
-        surface = patch.bearing.patch
-        foot, angle = 1e3 * surface.places(-at)[:, 1:], surface.inclination(-at)
-        length = COMB * np.interp(at, places, pressures) / peak
-        return foot * mirror, (foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)) * mirror
+        y, z, angle = (np.interp(at, patch.y, line) for line in patch.lines["surface"])
+        foot, length = 1e3 * np.stack((y, z), axis=1), COMB * np.interp(at, places, pressures) / peak
+        return foot, foot + length[:, None] * np.stack((np.sin(angle), -np.cos(angle)), axis=1)
 
     axes.add_collection(LineCollection(np.stack(ends(teeth), axis=1).tolist(), colors="0.35", linewidths=0.5))
     feet, envelope = ends(places)
@@ -123,10 +100,12 @@ def _draw_comb(axes: Axes, patch: SolvedPatch, sign: float, peak: float) -> tupl
     return float(envelope[longest, 0]), float(envelope[longest, 1])
 
 
-def patches_figure(result: WheelsetResult, title: str) -> Figure:
+def patches_figure(result: Result) -> Figure | None:
     """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
-    surface."""
-    shown = [_cropped(patch) for patch in result.patches]
+    surface. None if no wheel touches its rail."""
+    if not result.contacts:
+        return None
+    shown = [_cropped(patch) for patch in result.contacts]
     widths, heights = ([float(np.ptp(axis)) + axis[1] - axis[0] for axis in axes]
                        for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))  # fmt: skip
     across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
@@ -139,7 +118,7 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
     norm = Normalize(0.0, peak)
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     left = LEFT + 0.5 * max(across - per_mm * sum(widths), 0.0)
-    for patch, (x, y, pressure, borders, place), width, height in zip(result.patches, shown, widths, heights, strict=True):
+    for patch, (x, y, pressure, borders, place), width, height in zip(result.contacts, shown, widths, heights, strict=True):
         axes = style.add_axes(figure, left, foot + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
         image = axes.imshow(pressure, norm=norm, cmap=colours.cmap, origin="lower", interpolation="bilinear", aspect="auto",
@@ -150,14 +129,14 @@ def patches_figure(result: WheelsetResult, title: str) -> Figure:
         wide = per_mm * width > 34.0 * style.MM
         axes.set(xlim=(y[0] - dy, y[-1] + dy), ylim=(x[0] - dx, x[-1] + dx))
         axes.set_xlabel("y along the surface (mm)" if wide else "y (mm)")
-        axes.set_title(f"{patch.side} {patch.number}")
+        axes.set_title(patch.name.replace("_", " "))
         _few_places(axes, "x", y, per_mm)
         _few_places(axes, "y", x, per_mm)
         left += per_mm * width + BETWEEN
     figure.axes[0].set_ylabel("x along travel (mm)" if per_mm * heights[0] > 32.0 * style.MM else "x (mm)")
     bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, foot, 3.5 * style.MM, tall)
     figure.colorbar(colours, cax=bar, label="pressure (MPa)" if tall > 32.0 * style.MM else "MPa")
-    style.add_headline(figure, title, result.converged, "from above")
+    style.add_headline(figure, result.problem.title, result.converged, "seen from above")
     style.add_legend(figure, handles)
     return figure
 
@@ -174,10 +153,10 @@ def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: floa
     getattr(axes, f"set_{name}ticks")([-end, end] if length > 10.0 * style.MM else [0.0])
 
 
-def _cropped(patch: WheelsetPatch) -> tuple[Array, Array, Array, Borders, Affine2D]:
+def _cropped(patch: Result) -> tuple[Array, Array, Array, Borders, Affine2D]:
     """x and y (mm, about the centre of pressure) and pressure (MPa) of a patch around its contact, seen from above; its
     borders in m, and the way from these to a map of it."""
-    state, sign = patch.result.coupled, sign_of(patch.side)
+    state, sign = patch.coupled, 1.0 if patch.record["side"] == "right" else -1.0
     x, y = -1e3 * state.x, -1e3 * sign * state.y
     pressure = 1e-6 * np.asarray(state.fields["pressure"])
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
@@ -200,7 +179,7 @@ def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title
     at = table[over]
     figure = style.new_figure(style.DOUBLE, 0.62 * WINDOWS * style.SINGLE)
     places, radii, forces = figure.subplots(3, 1, sharex=True)
-    for side, colour, marker in zip(SIDES, (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
+    for side, colour, marker in zip(("left", "right"), (style.BEFORE, style.AFTER), ("o", "s"), strict=True):
         names = [name.removesuffix(PLACE) for name in table if name.startswith(side) and name.endswith(PLACE)]
         largest = max((float(np.nanmax(table[f"{name}.normal_N"])) for name in names), default=1.0)
         for name in names:

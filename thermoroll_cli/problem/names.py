@@ -6,7 +6,8 @@ are in SI units.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -61,6 +62,21 @@ class Scalar:
     def unit(self) -> str:
         """As people write it, "" for a pure number."""
         return unit_of(self.name)
+
+    @property
+    def together(self) -> Callable[[Iterable[float]], float] | None:
+        """The value of all patches of an assembly from those of each; None if there is none."""
+        if self.kind in ("integral", "exchanged heat", "worn", "area", "stick") and self.unit:
+            return math.fsum
+        if self.name.startswith("shakedown_factor"):
+            return min
+        largest = "_max_" in self.name or self.scale == "stress below" or self.name.startswith("fatigue_index")
+        return max if largest else None
+
+    @property
+    def in_axes(self) -> bool:
+        """Whether its sign depends on the axes of the contact."""
+        return bool(self.vanishes) or self.scale in ("force", "moment", "resultant", "creepage", "spin")
 
 
 @dataclass(frozen=True)
@@ -375,26 +391,49 @@ SUBSURFACE_SCALARS = STRENGTH_SCALARS | BOND_SCALARS | _scalars(*(
 ))  # fmt: skip
 """Scalars of the stresses inside both bodies, in the order they are reported."""
 
+_SIDES = ("left", "right")
+
+TOGETHER = {name: scalar for name, scalar in (SCALARS | SUBSURFACE_SCALARS).items() if scalar.together is not None}
+"""Scalars of a contact that an assembly has, too: the sum, or the largest, of those of its patches."""
+
+
+ALSO_LISTED = ("T_gamma_N", "power_balance_error")
+"""Scalars that are listed besides the others for an assembly."""
+
+
+def of_side(name: str, side: str) -> str:
+    """The name of a scalar of one side: `Q_F_left_W`."""
+    end = next((end for end in UNITS if name.endswith(end)), "")
+    return f"{name.removesuffix(end)}_{side}{end}"
+
+
 WHEELSET_SCALARS = _scalars(
-    Scalar("height_mm", "place of the axle below its nominal one", "approach"),
-    Scalar("roll_mrad", "roll, right wheel down", diagram="roll (mrad)"),
-    Scalar("angular_velocity_rad_s", "angular velocity, forward", diagram="angular velocity (rad/s)"),
-    *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", diagram=diagram)
-      for side in ("left", "right")
+    Scalar("height_mm", "place of the axle below its nominal one", "approach", listed=True),
+    Scalar("roll_mrad", "roll, right wheel down", listed=True, diagram="roll (mrad)"),
+    Scalar("angular_velocity_rad_s", "angular velocity, forward", listed=True, diagram="angular velocity (rad/s)"),
+    *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", listed=True, diagram=diagram)
+      for side in _SIDES
       for axis, direction, diagram in (("x", "longitudinal", ""), ("y", "lateral", "lateral force on a rail (N)"),
                                        ("z", "vertical", ""))),
-    *(Scalar(f"track_force_{axis}_N", f"{direction} force on both rails", "vertical")
+    *(Scalar(f"track_force_{axis}_N", f"{direction} force on both rails", "vertical", listed=True)
       for axis, direction in (("x", "longitudinal"), ("y", "lateral"), ("z", "vertical"))),
-    *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail", "share")
-      for side in ("left", "right")),
-    *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle")
-      for side in ("left", "right")),
-    Scalar("approach_max_um", "largest approach of a wheel and a rail"),
-    Scalar("rolling_radius_difference_mm", "rolling radius, right less left", diagram="rolling radius difference (mm)"),
-    Scalar("temperature_rise_max_K", "maximum temperature rise of all patches",
+    *(Scalar(f"lateral_over_vertical_{side}", f"lateral over vertical force on the {side} rail", "share", listed=True)
+      for side in _SIDES),
+    *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle", listed=True)
+      for side in _SIDES),
+    Scalar("approach_max_um", "largest approach of a wheel and a rail", listed=True),
+    Scalar("rolling_radius_difference_mm", "rolling radius, right less left", listed=True,
+           diagram="rolling radius difference (mm)"),
+    Scalar("temperature_rise_max_K", "maximum temperature rise of all patches", listed=True,
            diagram=r"max. temperature rise $\Delta T$ (K)"),
+    *(Scalar(of_side(scalar.name, side), f"{scalar.meaning}, {side} wheel",
+             listed=scalar.listed or scalar.name in ALSO_LISTED)
+      for scalar in TOGETHER.values() if scalar.together is math.fsum for side in _SIDES),
 )  # fmt: skip
-"""Scalars of a wheelset besides `Q_F_W`, `T_gamma_N`, `pressure_max_MPa` and `power_balance_error`."""
+"""Scalars of a wheelset besides `TOGETHER` and `power_balance_error`."""
+
+IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
+"""Scalars of a patch in the axes of the track by their names in the contact, where these differ."""
 
 PATCH_SCALARS = _scalars(
     Scalar("x_mm", "place of the centre of pressure, along the track", listed=True),
@@ -410,14 +449,13 @@ PATCH_SCALARS = _scalars(
     Scalar("creepage_x", "longitudinal creepage", listed=True),
     Scalar("creepage_s", "lateral creepage", listed=True),
     Scalar("spin_rad_mm", "spin", listed=True),
-    *(replace(SCALARS[name], listed=listed) for name, listed in (
-        ("pressure_max_MPa", True), ("contact_area_mm2", True), ("approach_um", False), ("gamma_st", False), ("Q_F_W", False),
-        ("T_gamma_N", True), ("shear_max_MPa", False), ("temperature_rise_max_lower_K", True),
-        ("temperature_rise_max_upper_K", True), ("wear_depth_max_lower_nm", False), ("wear_depth_max_upper_nm", False))),
 )  # fmt: skip
+PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LISTED)
+                  for name, scalar in (SCALARS | SUBSURFACE_SCALARS).items()
+                  if not scalar.in_axes and name not in PATCH_SCALARS}
 """Scalars of a patch of a wheelset, in track axes, in the order they are reported."""
 
-ALL_SCALARS = SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
+ALL_SCALARS = WHEELSET_SCALARS | SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""

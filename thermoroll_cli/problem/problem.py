@@ -321,6 +321,11 @@ class Problem:
         return bool(self.lower.surface.relaxation or self.upper.surface.relaxation)
 
     @property
+    def contact(self) -> Problem:
+        """This problem, as of an assembly the one that its contacts share."""
+        return self
+
+    @property
     def has_hertz_solution(self) -> bool:
         """Whether the cold contact without shear is Hertz's: between homogeneous elastic bodies with radii."""
         return self.geometry.elliptic and not self.coated and not self.relaxes

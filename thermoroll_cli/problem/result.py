@@ -7,7 +7,7 @@ import math
 import os
 import pathlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -141,7 +141,13 @@ class Result:
     - `history`: one array (iterations,) per residual;
     - `warnings`: doubts about the problem or the result;
     - `case_text`, `case_json`: the case as read and with all defaults; empty for a bare `Problem`;
-    - `patches`: of bodies with profiles, a mapping for each patch of the coupled state, with units in the names;
+    - `patches`: of an assembly of contacts, as a wheelset, the `Result` of each; of bodies with profiles, a mapping for each
+      patch of the coupled state, with units in the names;
+    - `assembly`: the kind of assembly, "" for a contact. Its states have scalars without fields, and its `problem` is what its
+      contacts have in common;
+    - `name`, `record`: of a contact of an assembly, its name in it, and its numbers in the axes of the assembly;
+    - `lines`: of an assembly, outlines by name (m), (2, n); of its contacts, the "surface" over `y`: places (m) and inclination
+      (rad) in the axes of the assembly, (3, ny);
     - `unbounded`: scalars that grow with every refinement, at a kink or at the end of a profile;
     - `subsurface`: stresses inside the bodies (`Subsurface`); None if the problem asks for none;
     - `attributes`: of the file that the result was read from: time, versions, command line.
@@ -159,10 +165,29 @@ class Result:
     warnings: tuple[str, ...] = ()
     case_text: str = ""
     case_json: str = ""
-    patches: tuple[Mapping[str, float], ...] = ()
+    patches: tuple[Result, ...] | tuple[Mapping[str, float], ...] = ()
     unbounded: tuple[str, ...] = ()
     subsurface: Subsurface | None = None
     attributes: Mapping[str, Any] = field(default_factory=dict)
+    assembly: str = ""
+    name: str = ""
+    record: Mapping[str, Any] = field(default_factory=dict)
+    lines: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def contacts(self) -> tuple[Result, ...]:
+        """The results of an assembly's contacts; none of a contact."""
+        return tuple(patch for patch in self.patches if isinstance(patch, Result))
+
+    @property
+    def records(self) -> tuple[Mapping[str, Any], ...]:
+        """The numbers of each of the `patches`."""
+        return tuple(patch.record if isinstance(patch, Result) else patch for patch in self.patches)
+
+    def with_case(self, text: str, resolved: str) -> Result:
+        """This result, and all contacts of an assembly, with the case that it is the result of."""
+        patches = tuple(patch.with_case(text, resolved) for patch in self.contacts) or self.patches
+        return replace(self, case_text=text, case_json=resolved, patches=patches)
 
     @property
     def numbers(self) -> dict[str, float]:
@@ -218,7 +243,9 @@ class Result:
         outcome = "converged" if self.converged else f"not converged: {self.reason}"
         shown = {"Q_F_W": "Q_F = {:.4g} W", "force_x_N": "F_x = {:.4g} N", "gamma_st": "γ_st = {:.3g}"}
         numbers = [text.format(self.coupled.scalars[k]) for k, text in shown.items() if self.coupled.scalars.get(k, 0.0) != 0.0]
-        return f"<Result {title}{len(self.x)}×{len(self.y)}, {', '.join([outcome, *numbers])}>"
+        count = f"{len(self.patches)} patch{'' if len(self.patches) == 1 else 'es'}"
+        what = f"{self.assembly} with {count}" if self.assembly else f"{len(self.x)}×{len(self.y)}"
+        return f"<Result {title}{what}, {', '.join([outcome, *numbers])}>"
 
     def summary(self) -> dict[str, Any]:
         """All scalars under their public names, with `status`, `reason`, `isothermal`, `error`, `work` and `warnings`, in plain
@@ -227,11 +254,11 @@ class Result:
             "status": self.status,
             "reason": self.reason,
             **self.numbers,
-            "isothermal": dict(self.isothermal.scalars),
+            **({} if self.assembly else {"isothermal": dict(self.isothermal.scalars)}),
             "error": {**self.error, **({} if self.subsurface is None else self.subsurface.error)},
             "work": dict(self.work),
             "warnings": list(self.warnings),
-            **({"patches": [dict(patch) for patch in self.patches]} if self.patches else {}),
+            **({"patches": [dict(patch) for patch in self.records]} if self.patches or self.assembly else {}),
             **({"unbounded": list(self.unbounded)} if self.unbounded else {}),
         }
 
@@ -248,14 +275,14 @@ class Result:
         of_above("write_result")(path, self)
         return pathlib.Path(path)
 
-    def plot(self, kind: str = "summary", *, normalised: bool = False, cut_y: float | None = None) -> Any:
+    def plot(self, kind: str = "", *, normalised: bool = False, cut_y: float | None = None) -> Any:
         """A picture as a matplotlib figure; `figure.savefig` writes it. Maps are seen from below (docs/frames.md). For axes
         of your own: `result.to_xarray()["pressure"].plot(ax=axes)`.
 
         Parameters:
 
-        - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary" (the default), … as
-          `thermoroll run` draws them, or any field, as a map;
+        - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as `thermoroll run` draws them,
+          or any field, as a map; of a wheelset "section" or "patches"; by default the summary, or the section;
         - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
         - `cut_y`: the line y of the picture "centreline", in m.
 

@@ -27,8 +27,8 @@ from thermoroll_cli.files.case import Case, CaseError, Finding, Override
 from thermoroll_cli.files.case_source import CaseSource, key_path, parse_source, toml_value
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.process import safe_point
+from thermoroll_cli.python_api import Task
 from thermoroll_cli.refinement.plan import leaves_out_deformation
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 
 Value = bool | int | float | str
 
@@ -192,7 +192,7 @@ class Point:
     number: int
     name: str
     values: tuple[Value, ...]
-    problem: Problem | WheelsetProblem
+    problem: Task
     case_text: str
     case_json: str
     plots: bool
@@ -288,7 +288,7 @@ class Points:
             safe_point()
             with contextlib.suppress(CaseError, ValueError):
                 problem = self.point(number).problem
-                if not isinstance(problem, WheelsetProblem):
+                if isinstance(problem, Problem):
                     left_out.add(leaves_out_deformation(problem))
         return replace(self, settings=(*self.settings, decision)) if {True, False} <= left_out else self
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import glob
-import json
 import os
 import pathlib
 import tempfile
@@ -15,18 +14,13 @@ from typing import TYPE_CHECKING, Any, Self
 
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import ResultFileError, file_image, read_result
-from thermoroll_cli.files.result.wheelset_files import wheelset_record
-from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
-from thermoroll_cli.refinement.solve import Solver
+from thermoroll_cli.python_api import Solver, Task
 from thermoroll_cli.sweeps.points import MOST_POINTS, Axis, Point, Points, Value
 from thermoroll_cli.sweeps.table import Row, Rows, SweepTable, columns_of, failed_summary, summary_of, write_csv, write_hdf5
 from thermoroll_cli.tasks.journal import Journal, Record
 from thermoroll_cli.tasks.runner import Item, Workers, check_main_guard, run
-from thermoroll_cli.wheelset.solve_wheelset import WheelsetSolver
-from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult, solve_wheelset
 
 if TYPE_CHECKING:
     import pandas
@@ -71,13 +65,13 @@ class Batch:
     def items(self) -> Iterator[Item]:
         """Solve the pending points: a record, and the content of the result file, for each."""
         pending = {one.number: one for one in self.pending}
-        solver = _Solvers(self.threads)
+        solver = Solver(self.threads)
         for number in range(self.numbers.start, self.pending[-1].number + 1):
             point = self.points.point(number)
             result, reason = _attempt(solver, point.problem)
             if result is None:
                 # The state left by an exception is no start for the next point.
-                solver = _Solvers(self.threads)
+                solver = Solver(self.threads)
             if number not in pending:
                 continue
             one = pending[number]
@@ -86,14 +80,9 @@ class Batch:
                 continue
             yield self._record(one, summary_of(result)), self._image(one, result, point)
 
-    def _image(self, one: Pending, result: Result | WheelsetResult, point: Point) -> bytes:
-        """The content of a point's file, empty for none: a result, or a wheelset as JSON."""
-        if not one.file:
-            return b""
-        if isinstance(result, WheelsetResult):
-            record = {"name": point.name, "title": result.problem.title, **wheelset_record(result)}
-            return json.dumps(record, ensure_ascii=False, allow_nan=False).encode()
-        return file_image(replace(result, case_text=point.case_text, case_json=point.case_json), self.command_line)
+    def _image(self, one: Pending, result: Result, point: Point) -> bytes:
+        """The content of a point's file, empty for none."""
+        return file_image(result.with_case(point.case_text, point.case_json), self.command_line) if one.file else b""
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
         # The key stands first, for whoever looks for it.
@@ -111,19 +100,7 @@ class Batch:
         return self._record(self.pending[0], failed_summary(reason), solved=False)
 
 
-class _Solvers:
-    """A solver for contacts and one for wheelsets: neighbours of either kind start from each other."""
-
-    def __init__(self, threads: int) -> None:
-        self._contact, self._wheelset = Solver(threads), WheelsetSolver(threads)
-
-    def solve(self, problem: Problem | WheelsetProblem) -> Result | WheelsetResult:
-        if isinstance(problem, WheelsetProblem):
-            return solve_wheelset(problem, solver=self._wheelset)
-        return self._contact.solve(problem)
-
-
-def _attempt(solver: _Solvers, problem: Problem | WheelsetProblem) -> tuple[Result | WheelsetResult | None, str]:
+def _attempt(solver: Solver, problem: Task) -> tuple[Result | None, str]:
     try:
         return solver.solve(problem), ""
     except MemoryError:
@@ -216,7 +193,7 @@ class Sweep:
                 if not record["file"]:  # of a sweep with --scalars-only
                     continue
                 try:
-                    _check_file(self.folder / record["file"])
+                    read_result(self.folder / record["file"], with_fields=False)
                 except ResultFileError as cause:
                     note(f"{cause}; solved again")
                     continue
@@ -227,17 +204,16 @@ class Sweep:
         """Batches with points that are still to be solved. A name that a finished point has is not given again."""
         taken, free = set(finished.values()), self.points.count
         stem, _, digits = self.points.name(1).rpartition("_")
-        ending = "json" if isinstance(self.points.point(1).problem, WheelsetProblem) else "h5"
         for numbers in self.points.batches():
             pending = []
             for number in numbers:
                 key = self._keys[number - 1]
                 if key in finished:
                     continue
-                file = "" if self.scalars_only else f"{self.points.name(number)}.{ending}"
+                file = "" if self.scalars_only else f"{self.points.name(number)}.h5"
                 while file and file in taken:
                     free += 1
-                    file = f"{stem}_{free:0{len(digits)}d}.{ending}"
+                    file = f"{stem}_{free:0{len(digits)}d}.h5"
                 taken.add(file)
                 pending.append(Pending(number, key, file))
             if pending:
@@ -254,17 +230,6 @@ class Sweep:
             which = unlisted[0] + (f" … {unlisted[-1]}" if len(unlisted) > 1 else "")
             count = f"{len(unlisted)} file{'s' if len(unlisted) > 1 else ''}"
             note(f"{self.folder} has {count} of another sweep, {which}: not touched, and not in {TABLE_NAME}")
-
-
-def _check_file(path: pathlib.Path) -> None:
-    """Raises ResultFileError for a file of a point that cannot be read."""
-    if path.suffix != ".json":
-        read_result(path, with_fields=False)
-        return
-    try:
-        json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as cause:
-        raise ResultFileError(f"{path}: {cause}") from None
 
 
 def sweep(

@@ -43,7 +43,6 @@ from thermoroll_cli.problem.names import (
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.sweeps.points import Points, Value
 from thermoroll_cli.tasks.journal import Journal
-from thermoroll_cli.wheelset.wheelset_result import WheelsetResult
 
 if TYPE_CHECKING:
     import pandas
@@ -90,25 +89,29 @@ class Row:
         prefixed = {f"{state}.{name}": value for state in STATES for name, value in summary[state].items()}
         grid = "x".join(str(side) for side in summary["work"].get("grid", ()))
         patches = {f"{patch['side']}_{patch['number']}.{name}": value for patch in summary.get("patches", ()) if "side" in patch
-                   for name, value in patch.items() if isinstance(value, float)}
+                   for name, value in (*patch.items(), *((f"error.{own}", error) for own, error in patch["error"].items()))
+                   if isinstance(value, float)}
         return {**summary, **self.over, **prefixed, **patches, "unbounded": " ".join(summary["unbounded"]),
                 "warnings": "; ".join(summary["warnings"]), "work.grid": grid, "file": self.file.name if self.file else "",
                 "work.applications": summary["work"].get("applications", math.nan)}
 
 
-def summary_of(result: Result | WheelsetResult) -> dict[str, Any]:
+def summary_of(result: Result) -> dict[str, Any]:
     """The record of a result: what `Row.summary` is made of, in plain JSON types, without what was not computed."""
-    if isinstance(result, WheelsetResult):
-        return _known(result.summary())
     summary = result.summary()
     limit = summary.get("friction_limit_N", math.nan)
     summary |= {name: summary[force] / limit for name, force in OVER_LIMIT.items() if limit > 0.0 and force in summary}
-    return _known(summary)
+    known: dict[str, Any] = _known(summary)
+    return known
 
 
-def _known(values: Mapping[str, Any]) -> dict[str, Any]:
-    known = {name: _known(value) if isinstance(value, Mapping) else value for name, value in values.items()}
-    return {name: value for name, value in known.items() if not (isinstance(value, float) and math.isnan(value))}
+def _known(value: Any) -> Any:
+    """Without numbers that were not computed."""
+    if isinstance(value, list):
+        return [_known(each) for each in value]
+    if not isinstance(value, Mapping):
+        return value
+    return {name: _known(inner) for name, inner in value.items() if not (isinstance(inner, float) and math.isnan(inner))}
 
 
 def failed_summary(reason: str) -> dict[str, Any]:
@@ -175,11 +178,11 @@ def columns_of(rows: Rows, title: str = "") -> SweepColumns:
     below = [name for name in SUBSURFACE_SCALARS if name in present]
     prefixed = [f"{state}.{name}" for state in STATES for name in SCALARS] + [f"error.{name}" for name in below]
     columns: dict[str, Any] = {name: [] for name in (*keys, *TEXTS[:-1])}
-    # Scalars of a wheelset and of its patches.
-    of_wheelset = dict.fromkeys(name for row in rows if "height_mm" in row.summary for name, value in row.cells().items()
-                                if isinstance(value, float) and name not in keys)
+    # Scalars of an assembly and of its patches.
+    of_assembly = dict.fromkeys(name for row in rows if any("side" in patch for patch in row.summary.get("patches", ()))
+                                for name, value in row.cells().items() if isinstance(value, float) and name not in keys)
     # Arrays need a quarter of the memory of lists.
-    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_wheelset)}
+    columns |= {name: array("d") for name in (*SCALARS, *HERTZ_SCALARS, *OVER_LIMIT, *below, *prefixed, *of_assembly)}
     columns |= {name: [] for name in (TEXTS[-1], "work.applications", "file")}
     for row in rows:
         cells = row.cells()
@@ -236,13 +239,14 @@ def write_hdf5(path: pathlib.Path, rows: Rows, table: SweepColumns, command_line
 
 def _attributes(name: str, keys: Sequence[str]) -> dict[str, str]:
     """Meaning and units of a column. Errors are relative (`error_scale`) and have no units."""
-    state, _, own = name.rpartition(".")
+    *parts, own = name.split(".")
+    patch, state = (next((part for part in parts if (part in STATES) == known), "") for known in (False, True))
     if name in keys:
         return {"long_name": f"swept key {name}"} | ({"units": unit} if (unit := unit_of(name)) else {})
-    scalar = (PATCH_SCALARS if state and state not in STATES else ALL_SCALARS).get(own)
+    scalar = (PATCH_SCALARS if patch else ALL_SCALARS).get(own)
     if scalar is None:
         return {"long_name": "number of the point" if name == "point" else name}
-    meaning = STATES.get(state, f"patch {state}: " if state else "") + scalar.meaning
+    meaning = (f"patch {patch}: " if patch else "") + STATES.get(state, "") + scalar.meaning
     return {"long_name": meaning} if state == "error" else {"long_name": meaning, "units": scalar.unit or "1"}
 
 
@@ -277,6 +281,8 @@ def read_sweep(path: pathlib.Path) -> SweepColumns:
 def _read_csv(path: pathlib.Path) -> SweepColumns:
     with open(path, encoding="utf-8", newline="") as stream:
         header, *rows = list(csv.reader(stream))
+    if not {*TEXTS, "file"} <= {*header}:
+        raise ValueError
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
     keys = tuple(header[: header.index("status")])
     listed = math.prod(len(set(columns[key])) for key in keys) != len(rows)
@@ -286,8 +292,6 @@ def _read_csv(path: pathlib.Path) -> SweepColumns:
 def _title_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> str:
     """The title of the case, which a table of text lacks: from a result file beside it; "" without one."""
     for name in columns.get("file", ()):
-        if isinstance(name, str) and name.endswith(".json") and path.with_name(name).exists():
-            return str(json.loads(path.with_name(name).read_text(encoding="utf-8"))["title"])
         if isinstance(name, str) and name and path.with_name(name).exists():
             return read_result(path.with_name(name)).problem.title
     return ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from thermoroll_cli.arrays import Array
-from thermoroll_cli.problem.names import PATCH_SCALARS
+from thermoroll_cli.problem.names import IN_CONTACT, PATCH_SCALARS, TOGETHER, of_side
 from thermoroll_cli.problem.problem import BODIES
-from thermoroll_cli.problem.result import Named, Result
+from thermoroll_cli.problem.result import Result, State
+from thermoroll_cli.problem.scalar_errors import absolute_error, computed, error_scale
 from thermoroll_cli.wheelset.first_contact import wheelset_warnings
 from thermoroll_cli.wheelset.patch_surface import PatchSurface
 from thermoroll_cli.wheelset.shared_errors import SharedErrors, shared_errors
@@ -21,11 +22,8 @@ from thermoroll_cli.wheelset.solve_wheelset import Report, SolvedPatch, SolvedWh
 from thermoroll_cli.wheelset.wheelset_problem import SIDES, SideName, WheelsetProblem, sign_of
 
 FORCES = "xyz"
-SUMS = {"Q_F_W": "Q_F_W", "T_gamma_N": "T_gamma_N"}
-MAXIMA = {"pressure_max_MPa": "pressure_max_MPa", "approach_max_um": "approach_um"}
-"""Scalars of the whole that are the sum, or the largest, of one of its patches."""
-IN_CONTACT = {"force_s_N": "force_y_N", "moment_n_Nmm": "spin_moment_Nmm"}
-"""Scalars of a patch by their names in the contact."""
+POWERS = ("Q_F_W", "T_gamma_N")
+"""Scalars that are the power of the creep forces."""
 LARGEST_FORCE_ERROR = 1e-3
 """Departure of the vertical force from a given one: ten times the change from round to round that ends them."""
 LARGEST_POWER_ERROR = 2e-3
@@ -36,92 +34,81 @@ WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 
 
-@dataclass(frozen=True)
-class WheelsetPatch:
-    """A patch and where it lies, `solved`: its `side`, its `number` from the left of the track on that side, its `record` in
-    track axes, and its `result`, in the axes of the contact solver."""
+class WheelsetResults:
+    """Solves wheelset after wheelset, each from the last state, as results."""
 
-    side: SideName
-    number: int
-    record: Mapping[str, Any]
-    result: Result
-    solved: SolvedPatch
+    def __init__(self, threads: int = 1) -> None:
+        self._solver = WheelsetSolver(threads)
 
-    @property
-    def name(self) -> str:
-        """End of the names of its files."""
-        return f"{self.side}_{self.number}"
+    def solve(self, problem: WheelsetProblem, *, report: Report | None = None) -> Result:
+        """The result of `problem`. `report` is called with a stage and a mapping as the work goes on. Raises Unsolvable if a
+        wheel misses its rail; `reason` says everything else that goes wrong."""
+        warnings = tuple(wheelset_warnings(problem))
+        return _result_of(self._solver.solve(problem, report=report), warnings)
 
 
-@dataclass(frozen=True)
-class WheelsetResult:
-    """Outcome of a wheelset.
-
-    Attributes:
-
-    - `problem`: the question, in SI units;
-    - `scalars`: forces on the rails in the axes of the track, position and heat, in the units of their names;
-    - `error`: estimated errors of scalars: of forces over the vertical force, of the height over the largest approach, of
-      others over themselves;
-    - `patches`: each with its `record` in the axes of the track and its `result`;
-    - `reason`: why it has not converged, "" if it has; `warnings`;
-    - `case_text`, `case_json`: the case as read and with all defaults; empty for a bare problem.
-    """
-
-    problem: WheelsetProblem
-    scalars: Mapping[str, float]
-    error: Mapping[str, float]
-    patches: tuple[WheelsetPatch, ...]
-    reason: str = ""
-    warnings: tuple[str, ...] = ()
-    case_text: str = ""
-    case_json: str = ""
-
-    @property
-    def converged(self) -> bool:
-        return not self.reason
-
-    @property
-    def status(self) -> str:
-        return "converged" if self.converged else "not_converged"
-
-    def summary(self, files: Mapping[str, str] | None = None) -> dict[str, Any]:
-        """All scalars under their public names, and the patches with the `files` of their results by name."""
-        patches = [{"side": patch.side, "number": patch.number, "file": (files or {}).get(patch.name, ""), **patch.record}
-                   for patch in self.patches]
-        return {"status": self.status, "reason": self.reason, "warnings": list(self.warnings), **self.scalars,
-                "error": dict(self.error), "patches": patches}
+def solve_wheelset(problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None) -> Result:
+    """The result of `problem`, as by `WheelsetResults`."""
+    return WheelsetResults(threads).solve(problem, report=report)
 
 
-def solve_wheelset(
-    problem: WheelsetProblem, *, threads: int = 1, report: Report | None = None, solver: WheelsetSolver | None = None
-) -> WheelsetResult:
-    """Solve `problem`, from the last state of `solver` if it is given. `report` is called with a stage and a mapping as the
-    work goes on. Raises Unsolvable if a wheel misses its rail; `reason` says everything else that goes wrong."""
-    warnings = tuple(wheelset_warnings(problem))
-    return _result_of((solver or WheelsetSolver(threads)).solve(problem, report=report), warnings)
-
-
-def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> WheelsetResult:
+def _result_of(solved: SolvedWheelset, warnings: tuple[str, ...]) -> Result:
     """The result of a solved wheelset; not converged where it is not in balance, or where a patch is not."""
-    summed = _Whole(solved)
-    patches = []
-    for side in solved.problem.sides:
-        mine = [pair for pair in zip(solved.patches, summed.patch_errors, strict=True) if pair[0].side == side]
-        mine.sort(key=lambda pair: sign_of(pair[0].side) * pair[0].forces.centre[1])
-        patches += [WheelsetPatch(side, number, _record(patch, errors), patch.result, patch)
-                    for number, (patch, errors) in enumerate(mine, 1)]
+    shared = shared_errors(solved)
+    contacts = {side: tuple(_contacts(solved, shared, side)) for side in solved.problem.sides}
+    patches = tuple(patch for mine in contacts.values() for patch in mine)
+    summed = _Whole(solved, shared, contacts)
     reasons = [solved.reason] if solved.reason else [*summed.unbalanced]
-    reasons += [f"patch {patch.name}: {patch.result.reason}" for patch in patches if not patch.result.converged]
+    reasons += [f"patch {patch.name}: {patch.reason}" for patch in patches if not patch.converged]
     scalars = summed.scalars
-    sliding = sum(patch.result.problem.traction_limit for patch in solved.patches) * solved.problem.motion.speed
+    sliding = sum(patch.problem.traction_limit for patch in patches) * solved.problem.motion.speed
     if scalars["power_balance_error"] * scalars["Q_F_W"] > LARGEST_POWER_ERROR * max(scalars["Q_F_W"], ROLLING * sliding):
         reasons.append(f"the heat of the patches and the power of the wheelset differ by {scalars['power_balance_error']:.1e}")
-    of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches
-                          for warning in (*map(_in_own_axes, patch.result.warnings), *_turning(patch.solved),
-                                          *_divided(patch.solved)))
-    return WheelsetResult(solved.problem, Named("scalar", scalars), summed.errors, tuple(patches), "; ".join(reasons),
-                          (*warnings, *_left_out(solved), *of_patches))
+    of_patches = dict.fromkeys(f"patch {patch.name}: {warning}" for patch in patches for warning in patch.warnings)
+    state = State({}, scalars, np.zeros(0), np.zeros(0))
+    return Result(
+        problem=solved.problem.contact, coupled=state, isothermal=state, hertz={}, converged=not reasons,
+        reason="; ".join(reasons), error=summed.errors,
+        work={"grid": next((patch.work["grid"] for patch in patches), []), "rounds": solved.rounds},
+        patches=patches, assembly="wheelset",
+        warnings=(*warnings, *_left_out(solved), *of_patches), lines=_outlines(solved))
+
+
+def _contacts(solved: SolvedWheelset, shared: SharedErrors, side: SideName) -> Iterator[Result]:
+    """The results of the patches of a side, from the left of the track, with their errors and places on the track: errors are
+    a contact's own and that of its load, with which they grow at most in proportion. The power of the creep forces has also
+    that of the creepage, by the angular velocity."""
+    sign = sign_of(side)
+    mine = [pair for pair in zip(solved.patches, shared.loads, strict=True) if pair[0].side == side]
+    mine.sort(key=lambda pair: sign * pair[0].forces.centre[1])
+    for number, (patch, load) in enumerate(mine, 1):
+        result = patch.result
+        power, below = result.coupled.scalars["T_gamma_N"], result.subsurface
+        moved = abs(patch.forces.force[0]) * shared.velocity / power if power else 0.0
+        errors = {name: error + load + (moved if name in POWERS else 0.0) for name, error in result.error.items()}
+        surface, s = patch.bearing.patch, -result.y
+        places = surface.places(s)
+        whole = replace(
+            result, name=f"{side}_{number}", error=errors | {"normal_N": load},
+            subsurface=below and replace(below, error={name: error + load for name, error in below.error.items()}),
+            warnings=(*map(_in_own_axes, result.warnings), *_turning(patch), *_divided(patch)),
+            lines={"surface": np.stack([sign * places[:, 1], places[:, 2], sign * surface.inclination(s)])})
+        yield replace(whole, record={"side": side, "number": number, **_record(patch, whole)})
+
+
+def _outlines(solved: SolvedWheelset) -> dict[str, Array]:
+    """Rails and wheels across the track."""
+    lines: dict[str, Array] = {}
+    for side in solved.problem.sides:
+        facing = solved.problem.facing(side, solved.standing.roll)
+        facing = facing.lowered(solved.standing.height - facing.position.z)
+        mirror, position = np.array([[sign_of(side)], [1.0]]), facing.position
+        y, r = facing.wheel.samples[:2]
+        section = position.rotation @ np.array([0.0 * y, y, r]) + position.origin(facing.wheel.radius)[:, None]
+        locus = facing.locus[1:3]
+        lines |= {f"rail_{side}": mirror * facing.rail.samples[:2],
+                  f"wheel_{side}": mirror * np.where(np.isnan(locus), section[1:], locus)}
+    return lines
 
 
 def _left_out(solved: SolvedWheelset) -> Iterator[str]:
@@ -161,9 +148,10 @@ def _in_own_axes(warning: str) -> str:
     return warning.replace(" y = ", " y (in the axes of its result) = ")
 
 
-def _record(patch: SolvedPatch, errors: Mapping[str, float]) -> dict[str, Any]:
-    """Place, forces, creepages and the scalars of a patch in track axes, in the units of their names, and their `errors`."""
-    sign, forces, scalars = sign_of(patch.side), patch.forces, patch.result.coupled.scalars
+def _record(patch: SolvedPatch, result: Result) -> dict[str, Any]:
+    """Place, forces, creepages and the scalars of a patch with its `result` in track axes, in the units of their names, and
+    their errors."""
+    sign, forces, scalars = sign_of(patch.side), patch.forces, result.scalars
     x, y, z = forces.centre
     along, across, normal = forces.local
     rail, wheel = patch.in_profiles
@@ -175,17 +163,19 @@ def _record(patch: SolvedPatch, errors: Mapping[str, float]) -> dict[str, Any]:
         "creepage_x": forces.creepages[0], "creepage_s": sign * forces.creepages[1],
         "spin_rad_mm": 1e-3 * sign * forces.creepages[2],
     }  # fmt: skip
-    of_result = {name: scalars[name] for name in PATCH_SCALARS
-                 if name not in record and not math.isnan(scalars.get(name, math.nan))}
-    record |= of_result
-    return record | {"status": patch.result.status, "error": {name: e for name, e in errors.items() if name in record}}
+    record |= {name: scalars[name] for name in PATCH_SCALARS if name not in record and name in scalars}
+    errors = result.summary()["error"]
+    own = {name: IN_CONTACT.get(name, name) for name in record}
+    return record | {"status": result.status, "error": {name: errors[there] for name, there in own.items() if there in errors}}
 
 
 @dataclass(frozen=True)
 class _Whole:
-    """Scalars of a whole wheelset, and the errors of these and of its patches."""
+    """Scalars of a whole wheelset and their errors, from its `contacts` by side."""
 
     solved: SolvedWheelset
+    shared: SharedErrors
+    contacts: Mapping[SideName, Sequence[Result]]
 
     @property
     def patches(self) -> tuple[SolvedPatch, ...]:
@@ -210,16 +200,25 @@ class _Whole:
         total = np.sum([self.forces(side) for side in sides], axis=0)
         scalars |= {f"track_force_{axis}_N": float(f) for axis, f in zip(FORCES, total, strict=True)}
         scalars["rolling_radius_difference_mm"] = scalars["rolling_radius_right_mm"] - scalars["rolling_radius_left_mm"]
-        scalars |= {name: sum(self.of_patches(own)) for name, own in SUMS.items()}
-        rises = [rise for body in BODIES for rise in self.of_patches(f"temperature_rise_max_{body}_K") if not math.isnan(rise)]
-        scalars["temperature_rise_max_K"] = max(rises, default=math.nan)
-        scalars |= {name: max(self.of_patches(own), default=math.nan) for name, own in MAXIMA.items()}
+        scalars |= {"Q_F_W": 0.0, "T_gamma_N": 0.0, "pressure_max_MPa": math.nan}
+        scalars |= {name: values.value for name, values in self.together.items()}
+        scalars["temperature_rise_max_K"] = max((scalars[f"temperature_rise_max_{body}_K"] for body in BODIES
+                                                 if f"temperature_rise_max_{body}_K" in scalars), default=math.nan)
         heat, power = scalars["Q_F_W"], sum(patch.forces.power for patch in self.patches)
         return scalars | {"power_balance_error": abs(heat + power) / heat if heat > 0.0 else 0.0}
 
-    def of_patches(self, name: str) -> list[float]:
-        """A scalar of the contacts of all patches."""
-        return [patch.result.coupled.scalars[name] for patch in self.patches]
+    @cached_property
+    def together(self) -> dict[str, _Together]:
+        """Scalars that all patches have together, and sums over those of each wheel."""
+        summaries = {side: [patch.summary() for patch in mine] for side, mine in self.contacts.items()}
+        everyone = [summary for mine in summaries.values() for summary in mine]
+        found = {"approach_max_um": _Together.of("approach_um", max, everyone)}
+        for name, scalar in TOGETHER.items():
+            assert scalar.together is not None
+            found[name] = _Together.of(name, scalar.together, everyone)
+            if scalar.together is math.fsum:
+                found |= {of_side(name, side): _Together.of(name, math.fsum, mine) for side, mine in summaries.items()}
+        return {name: values for name, values in found.items() if not math.isnan(values.value)}
 
     def rolling_radius(self, side: SideName) -> float:
         """Distance of the patch with the largest load from the axle in m, nan without one."""
@@ -239,23 +238,6 @@ class _Whole:
                 where = f"{place.rstrip('_')} rail carries" if place else "rails carry"
                 yield f"the {where} {force:.6g} N, not {wanted:.6g} N: no height gives this force, which jumps there"
 
-    @cached_property
-    def shared(self) -> SharedErrors:
-        return shared_errors(self.solved)
-
-    @cached_property
-    def patch_errors(self) -> list[dict[str, float]]:
-        """Errors of the scalars of each patch: its own, and that of its load, with which they grow at most in proportion. The
-        power of the creep forces has also that of the creepage, by the angular velocity."""
-        ours = {contact: name for name, contact in IN_CONTACT.items()}
-        errors = []
-        for patch, load in zip(self.patches, self.shared.loads, strict=True):
-            own = {ours.get(name, name): error + load for name, error in patch.result.error.items()} | {"normal_N": load}
-            power = patch.result.coupled.scalars["T_gamma_N"]
-            moved = abs(patch.forces.force[0]) * self.shared.velocity / power if power else 0.0
-            errors.append({name: error + (moved if name in SUMS else 0.0) for name, error in own.items()})
-        return errors
-
     @property
     def force_errors(self) -> dict[str, float]:
         """Errors of the forces on the rails over the vertical one. A vertical force that is given has none."""
@@ -272,7 +254,7 @@ class _Whole:
     @property
     def errors(self) -> dict[str, float]:
         """Errors of the scalars: of forces over the vertical one, of the height over the largest approach, of lateral over
-        vertical forces as they are, of others over themselves. What is given, or not there, has none."""
+        vertical forces as they are, of others as of a contact. What is given, or not there, has none."""
         solved, scalars = self.solved, self.scalars
         if not self.patches:
             return {}
@@ -286,9 +268,25 @@ class _Whole:
             ratio, carried = scalars[f"lateral_over_vertical_{side}"], abs(scalars[f"track_force_z_{side}_N"])
             errors[f"lateral_over_vertical_{side}"] = (
                 (lateral + abs(ratio) * vertical) * abs(scalars["track_force_z_N"]) / carried if carried else math.nan)
-        for name, own in (SUMS | MAXIMA).items():
-            moved = [patch[own] * value for patch, value in zip(self.patch_errors, self.of_patches(own), strict=True)]
-            errors[name] = float(np.sum(moved) if name in SUMS else np.max(moved)) / (scalars[name] or math.nan)
-        rises = [patch[f"temperature_rise_max_{body}_K"] for patch in self.patch_errors for body in BODIES]
-        errors["temperature_rise_max_K"] = max((error for error in rises if not math.isnan(error)), default=math.nan)
-        return errors
+        errors |= {name: values.error / (error_scale(name, scalars) or math.nan) for name, values in self.together.items()
+                   if values.estimated}
+        rises = [self.together[name].error for body in BODIES if (name := f"temperature_rise_max_{body}_K") in self.together]
+        hottest = scalars["temperature_rise_max_K"] or math.nan
+        return errors | {"temperature_rise_max_K": max(rises, default=math.nan) / hottest}
+
+
+@dataclass(frozen=True)
+class _Together:
+    """A scalar of several contacts together, nan if none has it, and its error in the scalar's unit, if it is `estimated`."""
+
+    value: float
+    error: float
+    estimated: bool
+
+    @classmethod
+    def of(cls, name: str, together: Callable[[Iterable[float]], float], summaries: Sequence[Mapping[str, Any]]) -> _Together:
+        mine = [summary for summary in summaries if computed(summary.get(name))]
+        errors = [absolute_error(name, summary) for summary in mine]
+        largest = math.nan if any(map(math.isnan, errors)) else (math.fsum if together is math.fsum else max)([0.0, *errors])
+        return cls(together(summary[name] for summary in mine) if mine else math.nan, largest,
+                   any(name in summary["error"] for summary in mine))

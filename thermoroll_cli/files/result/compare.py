@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,19 +72,29 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     differs. nan equals nan. The isothermal state is compared where it is a state of its own in either result.
     """
     rows = [Pair("status", "text", a.status, b.status, 0.0 if a.status == b.status else math.inf)]
+    if a.assembly != b.assembly:
+        rows.append(Pair("assembly", "text", a.assembly, b.assembly, math.inf))
     rows += [_text_row(name, getattr(a, name), getattr(b, name)) for name in ("unbounded", "warnings")]
-    one, other = _numbers(a), _numbers(b)
+    one, other = a.numbers, b.numbers
     rows += _scalar_rows("", one, other, one, other)
     rows += _patch_rows(a, b)
+    notes = []
+    for name in _union({patch.name: patch for patch in a.contacts}, {patch.name: patch for patch in b.contacts}, ()):
+        left, right = ([patch for patch in whole.contacts if patch.name == name] for whole in (a, b))
+        if left and right:
+            inner = compare_results(left[0], right[0], rtol)
+            rows += [replace(row, name=f"{name}.{row.name}") for row in inner.rows]
+            notes += [f"{name}: {note}" for note in inner.notes if not note.startswith("not compared, ")]
+        else:
+            rows.append(Pair(name, "text", None, None, math.inf, _missing(bool(left))))
     both = a.isothermal is not a.coupled or b.isothermal is not b.coupled
     if both:
         rows += _scalar_rows("isothermal.", a.isothermal.scalars, b.isothermal.scalars, one, other)
-    notes = []
     for missing in (_missing(True), _missing(False)):
         names = [row.name for row in rows if row.note == missing]
         notes += [f"not compared, {missing}: {', '.join(names)}"] if names else []
     states = [("", a.coupled, b.coupled), ("isothermal.", a.isothermal, b.isothermal)]
-    for prefix, here, there in states if both else states[:1]:
+    for prefix, here, there in () if a.assembly or b.assembly else states if both else states[:1]:
         if _same_grid(here, there):
             rows += _field_rows(prefix, here, there.fields)
             continue
@@ -98,11 +108,6 @@ def compare_results(a: Result, b: Result, rtol: float = 1e-6) -> Comparison:
     return Comparison(tuple(rows), rtol, tuple(notes))
 
 
-def _numbers(result: Result) -> dict[str, float]:
-    """The scalars of the coupled state, of the inputs and of the stresses below the surface."""
-    return {**result.coupled.scalars, **result.hertz, **({} if result.subsurface is None else result.subsurface.scalars)}
-
-
 def _text_row(name: str, a: Iterable[str], b: Iterable[str]) -> Pair:
     left, right = ("; ".join(texts) for texts in (a, b))
     return Pair(name, "text", left, right, 0.0 if left == right else math.inf)
@@ -111,11 +116,13 @@ def _text_row(name: str, a: Iterable[str], b: Iterable[str]) -> Pair:
 def _patch_rows(a: Result, b: Result) -> Iterator[Pair]:
     """The patches of both, one by one; each quantity over its larger magnitude, a place over the mean semi-axis and a
     force over the patch's load at least."""
+    if a.contacts or b.contacts:
+        return
     if len(a.patches) != len(b.patches):
         yield Pair("patches", "scalar", len(a.patches), len(b.patches), math.inf, "another number of patches")
         return
-    arm = max(_finite(mean_semi_axis(_numbers(each))) for each in (a, b))
-    for number, (left, right) in enumerate(zip(a.patches, b.patches, strict=True), 1):
+    arm = max(_finite(mean_semi_axis(each.numbers)) for each in (a, b))
+    for number, (left, right) in enumerate(zip(a.records, b.records, strict=True), 1):
         for name in _union(left, right, left):
             here, there = (float(patch.get(name, math.nan)) for patch in (left, right))
             least = arm if name.endswith("_mm") else float(left["normal_N"]) if name.endswith("_N") else 0.0

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
+import math
 import os
 import pathlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,7 +37,7 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     mirror them at the diagonal, so the mesh is a structured one with the explicit points of `/mesh`, the element centres.
     Tractions and slip are vectors, too, in the plane of the contact. A state without thermal deformation that has points of its
     own (`/mesh_isothermal`) is a grid of its own, and so is each body with fields on all layers: the lower body at z < 0, its
-    stresses in its own frame (z into the body).
+    stresses in its own frame (z into the body). Contacts of an assembly are grids in axes of their own.
 
     Returns the files written. Raises ResultFileError if there is no result to point to, WriteError if `out` cannot be written.
     """
@@ -41,24 +45,32 @@ def export_xdmf(result_path: Path, out: Path) -> list[pathlib.Path]:
     hdf5 = os.path.relpath(os.path.realpath(result_path), os.path.dirname(os.path.realpath(out)))
     root = ElementTree.Element("Xdmf", Version="2.0")
     domain = ElementTree.SubElement(root, "Domain")
-    for group, prefix, state in _states(result):
-        if not prefix or result.own_grids:
-            title, mesh = ("contact without thermal deformation", "/mesh_isothermal") if prefix else ("contact", "/mesh")
-            grid = _add_grid(domain, title, (state.x.size, state.y.size), f"{hdf5}:{mesh}/points")
-        for name, values in state.fields.items():
-            _add_field(grid, prefix + name, values, f"{hdf5}:{group}/{name}")
-        for family in ("shear", "slip"):
-            if f"{family}_x" in state.fields:
-                _add_vector(grid, prefix + family, state.fields[f"{family}_x"].shape, f"{hdf5}:{group}/{family}")
-    for body, stresses in result.bodies.items():
-        if stresses.fields:
-            shape = next(iter(stresses.fields.values())).shape
-            grid = _add_grid(domain, f"{body} body", shape, f"{hdf5}:/mesh/subsurface_{body}")
-            for name, values in stresses.fields.items():
-                _add_field(grid, name, values, f"{hdf5}:/subsurface/{body}/{name}")
+    for patch in result.contacts:
+        _add_contact(domain, patch, f"{patch.name}: ", f"{hdf5}:/patches/{patch.name}")
+    if not result.assembly:
+        _add_contact(domain, result, "", f"{hdf5}:")
     ElementTree.indent(root)
     write_bytes(out, ElementTree.tostring(root, encoding="utf-8", xml_declaration=True) + b"\n")
     return [pathlib.Path(out)]
+
+
+def _add_contact(domain: ElementTree.Element, result: Result, name: str, where: str) -> None:
+    """The grids of a contact, which is called `name` and stored below `where`."""
+    for group, prefix, state in _states(result):
+        if not prefix or result.own_grids:
+            title, mesh = ("contact without thermal deformation", "/mesh_isothermal") if prefix else ("contact", "/mesh")
+            grid = _add_grid(domain, name + title, (state.x.size, state.y.size), f"{where}{mesh}/points")
+        for field, values in state.fields.items():
+            _add_field(grid, prefix + field, values, f"{where}{group}/{field}")
+        for family in ("shear", "slip"):
+            if f"{family}_x" in state.fields:
+                _add_vector(grid, prefix + family, state.fields[f"{family}_x"].shape, f"{where}{group}/{family}")
+    for body, stresses in result.bodies.items():
+        if stresses.fields:
+            shape = next(iter(stresses.fields.values())).shape
+            grid = _add_grid(domain, f"{name}{body} body", shape, f"{where}/mesh/subsurface_{body}")
+            for field, values in stresses.fields.items():
+                _add_field(grid, field, values, f"{where}/subsurface/{body}/{field}")
 
 
 def _add_grid(domain: ElementTree.Element, title: str, shape: tuple[int, ...], points: str) -> ElementTree.Element:
@@ -99,12 +111,36 @@ def export_csv(result_path: Path, out: Path) -> list[pathlib.Path]:
     """Write one line per grid point to `out`, along y first: x_mm, y_mm and every field, with the unit in the column's name and
     10 significant digits; a value that was not computed is `nan`.
 
+    An assembly becomes a table of its patches, with their errors in columns `error.NAME`, and such a file for each of them,
+    NAME_left_1.csv.
+
     Columns of the isothermal state start with `isothermal_`; they are left out where both states are the same, and stand in a
     file of their own beside `out`, NAME_isothermal.csv, where that state has points of its own.
 
     Returns the files written. Raises ResultFileError, WriteError.
     """
     result, path = read_result(result_path), pathlib.Path(out)
+    if not result.assembly:
+        return _export_points(result, path)
+    write_bytes(path, _patch_table(result.records).encode())
+    return [path, *(file for patch in result.contacts
+                    for file in _export_points(patch, path.with_name(f"{path.stem}_{patch.name}{path.suffix}")))]
+
+
+def _patch_table(patches: Sequence[Mapping[str, Any]]) -> str:
+    """A line for each patch, with its errors in columns error.NAME."""
+    rows = [patch | {f"error.{name}": error for name, error in patch["error"].items() if not math.isnan(error)}
+            for patch in map(dict, patches)]
+    columns = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "error"]
+    text = io.StringIO()
+    writer = csv.DictWriter(text, columns or ["side", "number"], restval="", extrasaction="ignore", lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+def _export_points(result: Result, path: pathlib.Path) -> list[pathlib.Path]:
+    """The points of a contact."""
     tables: dict[pathlib.Path, dict[str, AnyArray]] = {}
     for _, prefix, state in _states(result):
         target = path.with_name(f"{path.stem}_isothermal{path.suffix}") if prefix and result.own_grids else path
@@ -125,9 +161,19 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
     temperature rise of each body stored, with the unit in the column's name (`lower_stress_xx_MPa`, …). Stresses are in the
     body's own frame, z into the body; values between depths and rows are of cubic splines, at an interface those above it.
 
+    Contacts of an assembly have a file each, NAME_left_1_history.csv.
+
     Raises ResultFileError where the file holds no stresses there, ValueError for a line outside the domain, WriteError.
     """
-    result = read_result(result_path)
+    result, path = read_result(result_path), pathlib.Path(out)
+    if not result.assembly:
+        return _export_line(result_path, result, path, y, z)
+    stem = path.name.removesuffix("_history.csv")
+    return [file for patch in result.contacts
+            for file in _export_line(result_path, patch, path.with_name(f"{stem}_{patch.name}_history.csv"), y, z)]
+
+
+def _export_line(result_path: Path, result: Result, out: pathlib.Path, y: float, z: float) -> list[pathlib.Path]:
     if not result.bodies:
         raise ResultFileError(f"{result_path}: no stresses below the surface in it; the case has no table [subsurface]")
     columns: dict[str, AnyArray] = {}
@@ -144,8 +190,8 @@ def export_history(result_path: Path, out: Path, y: float, z: float) -> list[pat
         columns |= {"x_mm": x * 1e3, "time_s": (x - x[0]) / result.problem.motion.speed}
         ordered = (SUBSURFACE_FIELDS[name] for name in dict.fromkeys((*STRESSES, *SUBSURFACE_FIELDS)) if name in line)
         columns |= dict(_column(field, line[field.name], f"{body}_") for field in ordered)
-    _write_csv(pathlib.Path(out), columns)
-    return [pathlib.Path(out)]
+    _write_csv(out, columns)
+    return [out]
 
 
 def _line(result: Result, stresses: BodyStresses, y: float, z: float) -> Mapping[str, AnyArray] | None:

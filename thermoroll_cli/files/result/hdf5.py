@@ -29,9 +29,9 @@ from thermoroll_cli.arrays import AnyArray
 from thermoroll_cli.atomic import write_bytes
 from thermoroll_cli.numerics.convolution import fftw
 from thermoroll_cli.problem.names import (
+    ALL_SCALARS,
     FIELDS,
     HERTZ_SCALARS,
-    SCALARS,
     STRENGTH_FIELDS,
     SUBSURFACE_FIELDS,
     SUBSURFACE_SCALARS,
@@ -40,8 +40,10 @@ from thermoroll_cli.problem.names import (
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import BodyStresses, Peak, Result, State, Subsurface
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Raised whenever a reader of the previous layout would misread a file."""
+READABLE = (2, FORMAT_VERSION)
+"""Formats that are read: the second one has contacts as the third."""
 
 PROGRAM = "thermoroll"
 
@@ -88,30 +90,10 @@ def file_image(result: Result, command_line: str, *, more: Callable[[h5py.File],
     """
     def fill(file: h5py.File) -> None:
         stamp(file, FORMAT_VERSION, command_line=command_line, title=result.problem.title)
-        file.attrs["converged"] = bool(result.converged)
-        problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
         # Datasets, because an attribute is held in memory whole and case files may be of any size.
-        texts = {"case_text": result.case_text, "case_json": result.case_json, "problem_json": json.dumps(problem)}
-        for name, text in texts.items():
+        for name, text in (("case_text", result.case_text), ("case_json", result.case_json)):
             create(file, f"input/{name}", fixed_text(text))
-        _write_state(file.create_group("fields"), result.coupled)
-        _write_mesh(file.create_group("mesh"), result.coupled)
-        if result.isothermal is result.coupled:
-            file["isothermal"] = file["fields"]
-        else:
-            _write_state(file.create_group("isothermal"), result.isothermal)
-        if result.own_grids:
-            _write_mesh(file.create_group("mesh_isothermal"), result.isothermal)
-        for body, stresses in result.bodies.items():
-            _write_body(file, body, stresses, result.coupled)
-        _write_summary(file.create_group("summary"), result.summary())
-        histories = file.create_group("history")
-        for name, values in result.history.items():
-            residuals = np.asarray(values, dtype=np.float64).ravel()
-            # Each history has a length of its own, so each has a dimension of its own.
-            iterations = dimension_scale(histories, name + ITERATION, np.arange(residuals.size), units="1",
-                                         long_name="iteration")
-            create(histories, name, residuals, [iterations])
+        _write_result(file, result)
         more(file)
 
     return image_of(fill)
@@ -137,6 +119,46 @@ def stamp(file: h5py.File, version: int, **texts: str) -> None:
           hdf5_version=h5py.version.hdf5_version, platform=f"{platform.system()} {platform.release()} {platform.machine()}")
 
 
+def _write_result(group: h5py.Group, result: Result) -> None:
+    """All of a result but its case; the contacts of an assembly as groups of the same layout."""
+    group.attrs["converged"] = bool(result.converged)
+    problem = dataclasses.asdict(result.problem) | {"title": storable(result.problem.title)}
+    create(group, "input/problem_json", fixed_text(json.dumps(problem)))
+    if result.assembly:
+        label(group, assembly=result.assembly)
+    else:
+        _write_fields(group, result)
+    if result.record:
+        label(group, record=json.dumps(result.record))
+    for name, line in result.lines.items():
+        create(group, f"lines/{name}", line)
+    for patch in result.contacts:
+        _write_result(group.create_group(f"patches/{patch.name}"), patch)
+    summary = result.summary()
+    if result.contacts:
+        del summary["patches"]
+    _write_summary(group.create_group("summary"), summary)
+    histories = group.create_group("history")
+    for name, values in result.history.items():
+        residuals = np.asarray(values, dtype=np.float64).ravel()
+        # Each history has a length of its own, so each has a dimension of its own.
+        iterations = dimension_scale(histories, name + ITERATION, np.arange(residuals.size), units="1", long_name="iteration")
+        create(histories, name, residuals, [iterations])
+
+
+def _write_fields(group: h5py.Group, result: Result) -> None:
+    _write_state(group.create_group("fields"), result.coupled)
+    _write_mesh(group.create_group("mesh"), result.coupled)
+    if result.isothermal is result.coupled:
+        group["isothermal"] = group["fields"]
+    else:
+        _write_state(group.create_group("isothermal"), result.isothermal)
+    if result.own_grids:
+        _write_mesh(group.create_group("mesh_isothermal"), result.isothermal)
+    for body, stresses in result.bodies.items():
+        _write_body(group, body, stresses, result.coupled)
+
+
 def _write_state(group: h5py.Group, state: State) -> None:
     scales = _plane_scales(group, state)
     for name, values in state.fields.items():
@@ -160,7 +182,7 @@ def _points(*axes: AnyArray) -> AnyArray:
     return np.stack(np.meshgrid(*(np.asarray(axis, dtype=np.float32) for axis in axes), indexing="ij"), axis=-1)
 
 
-def _write_body(file: h5py.File, body: str, stresses: BodyStresses, state: State) -> None:
+def _write_body(file: h5py.Group, body: str, stresses: BodyStresses, state: State) -> None:
     group = file.create_group(f"subsurface/{body}")
     scales = dict(zip("xy", _plane_scales(group, state), strict=True))
     depths = np.asarray(stresses.depths, dtype=np.float64)
@@ -253,14 +275,16 @@ def read_result(path: str | os.PathLike[str], *, with_fields: bool = True) -> Re
 
     Raises ResultFileError (an OSError), with a plain message, for a file that is missing, unreadable, foreign, truncated,
     damaged or of another version."""
-    with opened(path, "result", FORMAT_VERSION) as file:
-        return _read(file, with_fields)
+    with opened(path, "result", *READABLE) as file:
+        texts = {name: file[f"input/{name}"].asstr()[()] for name in ("case_text", "case_json")}
+        result = _read(file, with_fields).with_case(texts["case_text"], texts["case_json"])
+        return dataclasses.replace(result, attributes={name: _python(value) for name, value in file.attrs.items()})
 
 
 @contextlib.contextmanager
-def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5py.File]:
-    """The HDF5 file of this `kind` at `path`, to be read inside. Raises ResultFileError for another file, and for
-    every error inside: the exception that damage causes depends on which byte is wrong."""
+def opened(path: str | os.PathLike[str], kind: str, *versions: int) -> Iterator[h5py.File]:
+    """The HDF5 file of this `kind` at `path`, of one of the `versions`, to be read inside. Raises ResultFileError for another
+    file, and for every error inside: the exception that damage causes depends on which byte is wrong."""
     path = pathlib.Path(path)
     if fault := _fault(path):
         raise ResultFileError(f"{path}: {fault}")
@@ -272,10 +296,10 @@ def opened(path: str | os.PathLike[str], kind: str, version: int) -> Iterator[h5
             stored = _python(file.attrs.get("kind", "result"))
             if stored != kind:
                 raise ResultFileError(f"{path}: a {PROGRAM} {stored}, not a {kind}")
-            if (written := int(file.attrs["format_version"])) != version:
+            if (written := int(file.attrs["format_version"])) not in versions:
                 by = _python(file.attrs.get("program_version", "unknown"))
-                raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads format "
-                                      f"{version} only")
+                known = f"format {' and '.join(map(str, versions))} only"
+                raise ResultFileError(f"{path}: {kind} format {written}, written by {PROGRAM} {by}; this version reads {known}")
             yield file
     except ResultFileError:
         raise
@@ -300,41 +324,53 @@ def _fault(path: pathlib.Path) -> str:
         return f"cannot be read ({cause.strerror or cause})"
     if not start:
         return "the file is empty"
+    if start[:1] == b"{":
+        return "JSON, as earlier versions wrote for wheelsets: solve the case again"
     return "" if start == b"\x89HDF\r\n\x1a\n" else "not an HDF5 file"
 
 
-def _read(file: h5py.File, with_fields: bool) -> Result:
-    summary = _read_attributes(file["summary"])
+def _read(group: h5py.Group, with_fields: bool) -> Result:
+    summary = _read_attributes(group["summary"])
     # In the order of the declarations: HDF5 has its attributes by alphabet.
     numbers = {name: value for name, value in summary.items() if isinstance(value, int | float)}
+    assembly = _python(group.attrs.get("assembly", ""))
     hertz = {name: numbers.pop(name) for name in HERTZ_SCALARS if name in numbers}
-    below = {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers}
-    error = _read_attributes(file["summary/error"])
-    error_below = {name: error.pop(name) for name in SUBSURFACE_SCALARS if name in error}
-    coupled = isothermal = _read_state(file["fields"], numbers, with_fields)
-    if file["isothermal"] != file["fields"]:
-        isothermal = _read_state(file["isothermal"], _read_attributes(file["summary/isothermal"]), with_fields)
-    bodies = {body: _read_body(group) for body, group in file["subsurface"].items()} if with_fields and below else {}
+    below = {} if assembly else {name: numbers.pop(name) for name in SUBSURFACE_SCALARS if name in numbers}
+    error = _read_attributes(group["summary/error"])
+    error_below = {} if assembly else {name: error.pop(name) for name in SUBSURFACE_SCALARS if name in error}
+    if assembly:
+        coupled = isothermal = State({}, _ordered(numbers), np.zeros(0), np.zeros(0))
+    else:
+        coupled = isothermal = _read_state(group["fields"], numbers, with_fields)
+        if group["isothermal"] != group["fields"]:
+            isothermal = _read_state(group["isothermal"], _read_attributes(group["summary/isothermal"]), with_fields)
+    bodies = {body: _read_body(part) for body, part in group["subsurface"].items()} if with_fields and below else {}
     # Scales are recognised by their names: asking HDF5 would read references, which carry no checksum.
-    history = {name: item[()] for name, item in file["history"].items() if not name.endswith(ITERATION)} if with_fields else {}
-    texts = {name: file[f"input/{name}"].asstr()[()] for name in ("case_text", "case_json", "problem_json")}
+    history = {name: item[()] for name, item in group["history"].items() if not name.endswith(ITERATION)} if with_fields else {}
+    contacts = [dataclasses.replace(_read(part, with_fields), name=name) for name, part in group.get("patches", {}).items()]
     return Result(
-        problem=_problem_adapter().validate_json(texts.pop("problem_json")),
+        problem=_problem_adapter().validate_json(group["input/problem_json"].asstr()[()]),
         coupled=coupled,
         isothermal=isothermal,
         hertz=hertz,
-        converged=bool(file.attrs["converged"]),
+        converged=bool(group.attrs["converged"]),
         reason=summary["reason"],
         error=error,
         work=summary.get("work", {}),
         history=history,
         warnings=tuple(summary.get("warnings", ())),
-        patches=tuple(summary.get("patches", ())),
+        patches=tuple(contacts) or tuple(summary.get("patches", ())),
         unbounded=tuple(summary.get("unbounded", ())),
         subsurface=Subsurface(bodies, below, error_below) if below else None,
-        attributes={name: _python(value) for name, value in file.attrs.items()},
-        **texts,
+        assembly=assembly,
+        record=json.loads(_python(group.attrs.get("record", "{}"))),
+        lines={name: item[()] for name, item in group.get("lines", {}).items()} if with_fields else {},
     )
+
+
+def _ordered(scalars: Mapping[str, float]) -> dict[str, float]:
+    """`scalars` in the order of their declarations."""
+    return {name: scalars[name] for name in ALL_SCALARS if name in scalars} | dict(scalars)
 
 
 @functools.cache
@@ -351,7 +387,7 @@ def _read_state(group: h5py.Group, scalars: Mapping[str, float], with_fields: bo
     for name, values in fields.items():
         if values.shape != (x.size, y.size):
             raise ValueError(f"field {name} has shape {values.shape}, its coordinates {(x.size, y.size)}")
-    return State(fields, {name: scalars[name] for name in SCALARS if name in scalars} | dict(scalars), x, y)
+    return State(fields, _ordered(scalars), x, y)
 
 
 def _read_body(group: h5py.Group) -> BodyStresses:
