@@ -70,7 +70,7 @@ def _draw_section(axes: Axes, result: Result, side: str, peak: float) -> None:
                      f"angle {record['angle_mrad']:.0f} mrad".replace("-", "−"))
     middle = 0.5 * (rail[0].min() + rail[0].max())
     axes.set(xlim=(middle - width, middle + width), ylim=(low, high), aspect="equal", xlabel="y (mm)")
-    axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact"])]))
+    axes.set_title("\n".join([f"{side} wheel", *(words or ["no contact" if result.converged else "no patch was solved"])]))
     axes.grid(visible=True)
     style.few_ticks(axes, 6, 5)
 

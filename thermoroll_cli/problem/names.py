@@ -455,7 +455,7 @@ PATCH_SCALARS |= {name: replace(scalar, listed=scalar.listed or name in ALSO_LIS
                   if not scalar.in_axes and name not in PATCH_SCALARS}
 """Scalars of a patch of a wheelset, in track axes, in the order they are reported."""
 
-ALL_SCALARS = WHEELSET_SCALARS | SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS
+ALL_SCALARS = SCALARS | HERTZ_SCALARS | SUBSURFACE_SCALARS | WHEELSET_SCALARS
 
 OVER_LIMIT = {"force_x_over_friction_limit": "force_x_N", "force_y_over_friction_limit": "force_y_N"}
 """Creep forces over μW, as railway engineers plot them: column of a sweep → scalar in N."""

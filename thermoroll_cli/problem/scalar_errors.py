@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS, holds
+from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS, WHEELSET_SCALARS, holds
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
@@ -97,8 +97,8 @@ SYMMETRY_NOISE = 1e-6
 
 
 def listed_scalars(summary: Mapping[str, Any], problem: Problem) -> list[str]:
-    """Names of the computed scalars in a short table (`Scalar.listed`)."""
-    return [name for name, scalar in ALL_SCALARS.items()
+    """Names of the computed scalars in a short table (`Scalar.listed`), those of an assembly alone first."""
+    return [name for name, scalar in (WHEELSET_SCALARS | ALL_SCALARS).items()
             if computed(summary.get(name)) and holds(scalar.listed, problem)]
 
 
