@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tests.support.cases import findings, parse
 from tests.support.scenes import MECHANICAL, reference, solved
 from thermoroll_cli.exact.hertz import hertz_contact
 from thermoroll_cli.exact.hunter import hunter
+from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
@@ -20,6 +22,7 @@ from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 
 STEEL = Material(210e9, 0.3)
+CASES = Path(__file__).parents[2] / "cases"
 GLASSY = Material(2.6e9, 0.3)
 TREAD = Material(2.4e9, 0.38, relaxation=((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2)))
 SPEED = 2.0
@@ -212,6 +215,15 @@ def test_the_work_is_that_of_elastic_bodies() -> None:
     assert work["relaxing"] <= 2.0 * work["elastic"]
 
 
+def test_beyond_what_converges_the_reason_says_so() -> None:
+    """A relaxed compliance a thousand times the instantaneous one, rolled through in the worst length."""
+    body, both = one_time(1000.0, 1.5e-3), Geometry(0.1, 0.1, 0.1, 0.1)
+    load = 4.0 / 3.0 * 0.5e-3 * body.plane_strain_modulus * 5e-3**3 / 0.05
+    result = solved(roller(body, body, friction=0.0, load=load, geometry=both, speed=1.0, grid=(64, 64)))
+    assert not result.converged
+    assert "relax to 1e+03 times their instantaneous compliance" in result.reason
+
+
 CASE = """
 [material.lower]
 youngs_modulus_GPa = 210.0
@@ -244,6 +256,21 @@ def test_case_files() -> None:
     half = 0.5e-3 * facts["contact_length_mm"]
     lengths = [facts[f"retardation_length_{n}_upper_over_a"] for n in (1, 2, 3)]
     assert lengths == pytest.approx([SPEED * time / half for _, time in TREAD.retardation], rel=1e-6)
+
+
+def test_friction_that_falls_with_slip() -> None:
+    """Laws of friction ask for the compliance of a single element."""
+    law = "[creepage]\nlongitudinal = 0.02\n[friction]\nlaw = \"exponential\"\nlimit_coefficient = 0.1\nhalf_slip_m_s = 0.02\n"
+    found = scalars(parse(CASE + law).problem)
+    assert 50.0 < found["force_x_N"] < 150.0
+    assert found["falling_friction_criterion"] > 0.0
+
+
+def test_wheelsets_are_elastic() -> None:
+    text = (CASES / "manchester.toml").read_text().replace("[material]\n", "[material]\nrelaxation = [[0.5, 1.0]]\n")
+    with pytest.raises(CaseError) as caught:
+        Case.parse(text, name=str(CASES / "manchester.toml"))
+    assert [finding.key for finding in caught.value.findings] == ["material.relaxation"]
 
 
 @pytest.mark.parametrize(("relaxation", "message"), [

@@ -231,8 +231,9 @@ def half_plane_symbol(table: Array, padded: tuple[int, int], parity: int = 1) ->
     half[: part.shape[0], : n + 1], half[: part.shape[0], -n:] = part[:, n:], part[:, :n]
     if parity > 0:
         return np.asarray(fft(dct(half, type=1, axis=0), axis=1))
-    half[1:-1] = dst(half[1:-1], type=1, axis=0)
     half[[0, -1]] = 0.0
+    if hy > 1:
+        half[1:-1] = dst(half[1:-1], type=1, axis=0)
     return np.asarray(-1j * fft(half, axis=1))
 
 

@@ -107,6 +107,20 @@ def _elements(contact: Contact) -> int:
     return int(np.count_nonzero(contact.normal.contact))
 
 
+MOST_RELAXED = 100.0
+"""Relaxed over instantaneous compliance up to which pressures have been found at any speed."""
+
+
+def _relaxes_much(derived: DerivedQuantities) -> str:
+    """Further advice for bodies that relax beyond that."""
+    if derived.relaxing is None:
+        return ""
+    ratio = derived.relaxing.surface_modulus / derived.relaxing.relaxed_modulus(derived.relaxing.surface_modulus)
+    return "" if ratio <= MOST_RELAXED else (
+        f", another rolling.speed_m_s, or a relaxation that leaves more of the modulus: these surfaces relax to {ratio:.3g} "
+        f"times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found at all speeds")
+
+
 def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, contact: Contact) -> list[str]:
     problem, grid = derived.problem, discretisation.grid
     normal, tangential = contact.normal, contact.tangential
@@ -121,7 +135,7 @@ def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, 
         reasons.append("negative pressure")
     if not normal.converged:
         reasons.append(f"the pressure has not converged after {normal.iterations} iterations: try a finer or coarser "
-                       "numerics.grid")
+                       f"numerics.grid{_relaxes_much(derived)}")
     if not tangential.converged:
         reasons.append(f"tractions stopped at a residual of {tangential.residual:.1e}: try a finer or coarser numerics.grid")
     bound = contact.traction_bound(problem.friction.coefficient)
