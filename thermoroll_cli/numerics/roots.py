@@ -8,13 +8,16 @@ import math
 class RisingRoot:
     """Where to look next for the root of a rising function, from the values at the places before.
 
-    It begins at `place` with an assumed `slope`; no step is longer than `longest`. Values may jump: then the bracket from `low`
-    to `high` closes around the jump."""
+    It begins at `place` with an assumed `slope`, or where a place and its value are `known` with the secant through them; no step
+    is longer than `longest`. Values may jump: then the bracket from `low` to `high` closes around the jump."""
 
-    def __init__(self, place: float, slope: float, longest: float, low: float = -math.inf, high: float = math.inf) -> None:
+    def __init__(
+        self, place: float, slope: float, longest: float, low: float = -math.inf, high: float = math.inf,
+        known: tuple[float, float] | None = None,
+    ) -> None:
         self.place, self.slope, self._longest = place, slope, longest
         self._low, self._high = low, high
-        self._last: tuple[float, float] | None = None
+        self._last = known
 
     @property
     def width(self) -> float:

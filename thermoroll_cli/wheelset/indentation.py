@@ -15,7 +15,7 @@ from thermoroll_cli.wheelset.placement import Position
 
 COARSE_GRID = (32, 64)
 """Elements along and across on the overlap."""
-BOX_SAMPLES = (33, 65)
+BOX_SAMPLES = (17, 33)
 """Places along and across at which the overlap is looked for."""
 TOLERANCE = 1e-5
 """Residual gap over the elastic displacement: the error of the coarse grid is a hundred times larger."""

@@ -165,7 +165,7 @@ def height_of(wheels: Sequence[Placed], vertical: float, start: float | None = N
     depth = _depth(vertical, wheels[0])
     power = vertical ** (2.0 / 3.0)
     begin = start if start is not None and first < start < first + DEEPEST else first + depth
-    root = RisingRoot(begin, power / depth, DEEPEST / 4.0, first, first + DEEPEST)
+    root = RisingRoot(begin, power / depth, DEEPEST / 4.0, first, first + DEEPEST, (first, -power))
     largest, highest, there = -math.inf, root.place, []
     for _ in range(HEIGHT_ROUNDS):
         z = root.place

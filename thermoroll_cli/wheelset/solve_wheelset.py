@@ -22,7 +22,7 @@ from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, proble
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
-ROUGH_GRID = (24, 24)
+ROUGH_GRID = (16, 16)
 """On which ratios of forces, roll and angular velocity are found before the wanted grid is solved."""
 MOST_ROUNDS = 24
 ROUGH_RATIO, RATIO = 0.1, 1e-4
