@@ -22,6 +22,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import absolute_error
 from thermoroll_cli.python_api import solve
 from thermoroll_cli.wheelset.placement import Position, RailSide, WheelSide
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
@@ -438,3 +439,12 @@ def test_a_wheelset_that_climbs_its_rail_has_an_end_and_a_mirror_image(shift, ya
     assert both[0]["roll_mrad"] == pytest.approx(-both[1]["roll_mrad"], rel=1e-6)
     assert abs(both[0]["roll_mrad"]) > 10.0
     assert both[0]["track_force_y_right_N"] == pytest.approx(-both[1]["track_force_y_left_N"], abs=2.0)
+
+
+def test_roll_and_rolling_radii_have_errors_that_cover_a_finer_grid():
+    coarse, fine = (solve(Case.parse(TEXT.replace("grid = 24", f"grid = {n}"))).summary() for n in (16, 48))
+    for name in ("roll_mrad", "rolling_radius_left_mm", "rolling_radius_right_mm", "rolling_radius_difference_mm"):
+        missed = abs(coarse[name] - fine[name])
+        assert missed <= absolute_error(name, coarse) < 0.02
+    given = solve(Case.parse(TEXT.replace("vertical_N", "roll_mrad = -0.25\nvertical_N"))).summary()
+    assert "roll_mrad" not in given["error"]

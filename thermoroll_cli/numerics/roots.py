@@ -8,8 +8,8 @@ import math
 class RisingRoot:
     """Where to look next for the root of a rising function, from the values at the places before.
 
-    It begins at `place` with an assumed `slope`, or where a place and its value are `known` with the secant through them; no step
-    is longer than `longest`. Values may jump: then the bracket from `low` to `high` closes around the jump."""
+    It begins at `place` with an assumed `slope`, or with the secant through a place and its value that are `known`; no step is
+    longer than `longest`. Values may jump: then the bracket from `low` to `high` closes around the jump."""
 
     def __init__(
         self, place: float, slope: float, longest: float, low: float = -math.inf, high: float = math.inf,

@@ -409,7 +409,7 @@ def of_side(name: str, side: str) -> str:
 
 WHEELSET_SCALARS = _scalars(
     Scalar("height_mm", "place of the axle below its nominal one", "approach", listed=True),
-    Scalar("roll_mrad", "roll, right wheel down", listed=True, diagram="roll (mrad)"),
+    Scalar("roll_mrad", "roll, right wheel down", "share", listed=True, diagram="roll (mrad)"),
     Scalar("angular_velocity_rad_s", "angular velocity, forward", listed=True, diagram="angular velocity (rad/s)"),
     *(Scalar(f"track_force_{axis}_{side}_N", f"{direction} force on the {side} rail", "vertical", listed=True, diagram=diagram)
       for side in _SIDES
@@ -422,7 +422,7 @@ WHEELSET_SCALARS = _scalars(
     *(Scalar(f"rolling_radius_{side}_mm", f"distance of the {side} patch with the largest load from the axle", listed=True)
       for side in _SIDES),
     Scalar("approach_max_um", "largest approach of a wheel and a rail", listed=True),
-    Scalar("rolling_radius_difference_mm", "rolling radius, right less left", listed=True,
+    Scalar("rolling_radius_difference_mm", "rolling radius, right less left", "share", listed=True,
            diagram="rolling radius difference (mm)"),
     Scalar("temperature_rise_max_K", "maximum temperature rise of all patches", listed=True,
            diagram=r"max. temperature rise $\Delta T$ (K)"),

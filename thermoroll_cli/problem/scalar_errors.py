@@ -27,6 +27,7 @@ def error_scale(name: str, summary: Mapping[str, Any]) -> float:
     | `contact_force_y_N`, `contact_force_z_N` | their resultant |
     | `track_force_*_N`; `height_mm` | the vertical force on the track; the largest approach |
     | `gamma_st`, `power_balance_error`, `lateral_over_vertical_*`; `stick_area_mm2` | 1 (absolute); the contact area |
+    | `roll_mrad`, `rolling_radius_difference_mm` | 1 (absolute) |
     | stresses below the surface; places and depths | the largest pressure; the smaller Hertz semi-axis |
     | anything else | its value |
 

@@ -15,10 +15,11 @@ STIFFENING = 1.5
 
 @dataclass(frozen=True)
 class SharedErrors:
-    """Error of the `height` (m), those of the `loads` of all patches over themselves, and that of the angular `velocity` over
-    itself: 0 if it is given."""
+    """Errors of the `height` (m) and, if it is found, of the `roll` (rad), which is that of the heights of both wheels over the
+    span; of the `loads` of all patches over themselves, and of the angular `velocity` over itself. 0 of what is given."""
 
     height: float
+    roll: float
     loads: tuple[float, ...]
     velocity: float
 
@@ -45,7 +46,8 @@ def shared_errors(solved: SolvedWheelset) -> SharedErrors:
             loads[i] = stiffness[i] * (others if finds_height else approach[i]) / patches[i].bearing.load
             if finds_height:
                 loads[i] += _unbalanced(patches[i])
-    return SharedErrors(max(heights), tuple(loads), _velocity(solved, loads))
+    roll = sum(heights) / solved.problem.span if solved.problem.finds_roll else 0.0
+    return SharedErrors(max(heights), roll, tuple(loads), _velocity(solved, loads))
 
 
 def _velocity(solved: SolvedWheelset, loads: Sequence[float]) -> float:

@@ -16,7 +16,7 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import error_scale
 from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.discretisation import SolverOptions
-from thermoroll_cli.wheelset.curves import curve
+from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight, Solved
 from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, problem_of_patch
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
@@ -72,6 +72,11 @@ class SolvedPatch:
         """Distance of the centre of pressure from the axle in m, on the undeformed wheel."""
         facing = self.bearing.patch.facing
         return float(facing.wheel.samples[1][self._nearest(facing.locus[1:3])[0]])
+
+    @property
+    def rolling_radius_error(self) -> float:
+        """Error of the rolling radius in m: along the wheel, that of the centre of pressure and half a step of samples."""
+        return abs(math.sin(self.forces.angle)) * (1e-3 * self.error_of("contact_y_mm") + 0.5 * STEP)
 
     def error_of(self, name: str) -> float:
         """Estimated error of a scalar of the contact in its own unit, at the load it has."""

@@ -222,8 +222,12 @@ class _Whole:
 
     def rolling_radius(self, side: SideName) -> float:
         """Distance of the patch with the largest load from the axle in m, nan without one."""
-        mine = [patch for patch in self.patches if patch.side == side]
-        return max(mine, key=lambda patch: patch.bearing.load).rolling_radius if mine else math.nan
+        largest = self.largest(side)
+        return math.nan if largest is None else largest.rolling_radius
+
+    def largest(self, side: SideName) -> SolvedPatch | None:
+        """The patch with the largest load of a side."""
+        return max((patch for patch in self.patches if patch.side == side), key=lambda patch: patch.bearing.load, default=None)
 
     @property
     def unbalanced(self) -> Iterator[str]:
@@ -261,6 +265,12 @@ class _Whole:
         errors = self.force_errors
         if solved.problem.vertical is not None:
             errors["height_mm"] = 1e6 * self.shared.height / scalars["approach_max_um"]
+        if solved.problem.finds_roll:
+            errors["roll_mrad"] = 1e3 * self.shared.roll
+        radii = {side: largest.rolling_radius_error for side in solved.problem.sides if (largest := self.largest(side))}
+        errors |= {f"rolling_radius_{side}_mm": error / self.rolling_radius(side) for side, error in radii.items()}
+        if len(radii) == len(SIDES):
+            errors["rolling_radius_difference_mm"] = 1e3 * sum(radii.values())
         if solved.problem.finds_speed:
             errors["angular_velocity_rad_s"] = self.shared.velocity
         for side in solved.problem.sides:
