@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,10 +12,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from thermoroll_cli.halfspace.elastic import ShearCompliance
+from thermoroll_cli.halfspace.coatings import Coatings
+from thermoroll_cli.halfspace.elastic import (
+    ShearCompliance,
+    coupling_constant,
+    coupling_tables,
+    normal_table,
+    shear_tables,
+)
 from thermoroll_cli.halfspace.relaxing import POINT_LOADS, Relaxing, filter_of, one_sided_means, weights
 from thermoroll_cli.numerics.convolution import half_plane_symbol, quadrant_symbol
-from thermoroll_cli.problem.problem import Material
+from thermoroll_cli.problem.problem import Layer, Material
 from thermoroll_cli.problem.relaxation import modulus_at, relaxed_share, retardation
 
 TREAD = Material(2.4e9, 0.38, relaxation=((0.30, 1e-4), (0.25, 1e-3), (0.20, 1e-2)))
@@ -106,6 +114,45 @@ def test_both_bodies_share_equal_lengths() -> None:
     for single, double in zip(one.memories, two.memories, strict=True):
         assert double.normal == pytest.approx(2.0 * single.normal)
         assert double.coupling == 0.0
+
+
+def tables_of(body: Material, other: Material, place: tuple[int, int, float, float]) -> dict[str, np.ndarray]:
+    """All influence tables of a coated lower body on another, at offsets ≥ 0."""
+    coatings = Coatings.of(body, other)
+    assert coatings is not None
+    surfaces = [(part.shear_modulus, part.poisson_ratio) for part in (body.surface, other.surface)]
+    shear = shear_tables(*place, ShearCompliance.of(*surfaces))
+    constant = coupling_constant(*surfaces)
+    coupled = [constant * table for table in coupling_tables(*place)]
+    return {"nn": normal_table(*place, coatings.surface_modulus) + coatings.normal_table(*place),
+            **{name: own + more for name, own, more in zip(("xx", "yy", "xy", "x", "y"), (*shear, *coupled),
+                                                         (*coatings.shear_tables(*place), *coatings.coupling_tables(*place)),
+                                                         strict=True)}}
+
+
+@pytest.mark.parametrize(("thickness", "tolerance"), [(3e-4, 0.02), (1e-3, 4e-3), (8e-3, 4e-3)])
+def test_layers_that_have_relaxed_are_softer_layers(thickness: float, tolerance: float) -> None:
+    """At rest memory adds what a layer of the relaxed modulus has more than one of the instantaneous: in all tables, with all
+    signs, of the lower and of the upper body. The thinnest layer is as thick as an element."""
+    layer = Layer(thickness, 50e6, 0.4, relaxation=((0.4, 1e-3), (0.2, 1e-2)))
+    once, after = (replace(STEEL, layers=(replace(layer, youngs_modulus=modulus, relaxation=()),)) for modulus in (50e6, 20e6))
+    place, (rows, columns) = (24, 20, 2e-4, 3e-4), (24, 20)
+    for swapped in (False, True):
+        bodies = (STEEL, replace(STEEL, layers=(layer,)))
+        relaxing = Relaxing.of(*(bodies if swapped else bodies[::-1]), 1e-9)
+        assert relaxing is not None
+        added = {"nn": relaxing.normal_table(*place),
+                 **dict(zip(("xx", "yy", "xy"), relaxing.shear_tables(*place), strict=True)),
+                 **dict(zip(("x", "y"), relaxing.coupling_tables(*place), strict=True))}
+        first, last = (tables_of(body, STEEL, place) for body in (once, after))
+        for name, table in added.items():
+            sign = -1.0 if swapped and name in ("x", "y") else 1.0
+            expected, scale = sign * (last[name] - first[name]), np.abs(last[name] - first[name]).max()
+            # An approach absorbs a constant of the normal displacement.
+            missed = table[rows - 1 :] - expected
+            missed -= missed.mean() if name in ("nn", "xx", "yy") else 0.0
+            assert np.abs(missed).max() < tolerance * scale, name
+            assert table.shape == (2 * rows - 1, columns)
 
 
 def test_borders_feel_the_modulus_of_an_element() -> None:
