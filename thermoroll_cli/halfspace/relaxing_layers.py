@@ -104,7 +104,7 @@ class RelaxingLayers:
         theta_x, theta_y = (np.asarray(2.0 * np.pi * theta, dtype=np.float64) for theta in
                             (np.fft.fftfreq(px)[:, None], np.fft.rfftfreq(py)[None, :]))
         thinnest, step = min(layer.thickness for layer in self.body.layers), 2.0 * math.pi / (px * dx)
-        aliases = [min(MOST_ALIASES, math.floor(3.0 * d / (math.pi * thinnest))) for d in (dx, dy)]
+        aliases = [min(MOST_ALIASES, math.floor(6.0 * d / (math.pi * thinnest))) for d in (dx, dy)]
         sums: dict[str, AnyArray] = {}
         for along in range(-aliases[0], aliases[0] + 1):
             for across in range(-aliases[1], aliases[1] + 1):
