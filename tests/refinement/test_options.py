@@ -13,8 +13,8 @@ from tests.support.scenes import article_4_1, on_grid, reference_problem
 from thermoroll_cli.numerics.grid import Domain
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import grid_sequence
+from thermoroll_cli.refinement.refine import carried, first_guess
 from thermoroll_cli.refinement.solve import Solver, solve
-from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.rolling.rolling_gradient import RollingOptions
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
@@ -71,7 +71,8 @@ def test_options_of_the_rolling_solver_reach_newton() -> None:
     for factor in (RollingOptions.relaxation, 3.0):
         options = SolverOptions(rolling=RollingOptions(relaxation=factor))
         discretisation = Discretisation(DerivedQuantities(problem), (48, 48), 2.2, options=options)
-        work[factor] = fixed_point(discretisation, Starts(discretisation).isothermal(), options.tolerances).applications
+        start = first_guess(discretisation, None, hot=False)
+        work[factor] = fixed_point(discretisation, start, options.tolerances).applications
     assert work[3.0] > 1.2 * work[RollingOptions.relaxation]
 
 
@@ -82,10 +83,10 @@ def test_a_state_is_its_own_turn() -> None:
     """What a turn makes of the converged state is that state, and what is returned goes together."""
     problem = article_4_1(24)
     discretisation = Discretisation(DerivedQuantities(problem), (24, 24), 2.2)
-    starts, tolerances = Starts(discretisation), SolverOptions().tolerances
-    isothermal = fixed_point(discretisation, starts.isothermal(), tolerances)
+    tolerances = SolverOptions().tolerances
+    isothermal = fixed_point(discretisation, first_guess(discretisation, None, hot=False), tolerances)
     assert not isothermal.acts_back and isothermal.converged and isothermal.residual == 0.0
-    coupled = fixed_point(discretisation, starts.coupled(isothermal.contact, discretisation), tolerances)
+    coupled = fixed_point(discretisation, first_guess(discretisation, isothermal.contact, hot=True), tolerances)
     assert coupled.converged and coupled.acts_back and coupled.residual == coupled.history[-1] <= tolerances.coupling
     after = iterate(discretisation, coupled.contact, tolerances)
     approach = discretisation.derived.hertz.approach
@@ -97,9 +98,8 @@ def test_the_best_state_is_returned_with_its_residual_where_iterations_run_out(m
     monkeypatch.setattr("thermoroll_cli.steady_state.fixed_point.MOST_ITERATIONS", 3)
     options = SolverOptions()
     discretisation = Discretisation(DerivedQuantities(article_4_1(24)), (24, 24), 2.2, options=options)
-    starts = Starts(discretisation)
-    isothermal = fixed_point(discretisation, starts.isothermal(), options.tolerances).contact
-    stopped = fixed_point(discretisation, starts.coupled(isothermal, discretisation), options.tolerances)
+    isothermal = fixed_point(discretisation, first_guess(discretisation, None, hot=False), options.tolerances).contact
+    stopped = fixed_point(discretisation, first_guess(discretisation, isothermal, hot=True), options.tolerances)
     assert not stopped.converged and stopped.iterations == len(stopped.history) == 3
     assert stopped.residual in stopped.history and stopped.residual > options.tolerances.coupling
     result = solve(article_4_1(16), options=options)
@@ -113,11 +113,11 @@ def test_a_contact_between_the_elements_of_a_larger_domain_starts_without_heat()
     derived = DerivedQuantities(article_4_1(24))
     discretisation, a = Discretisation(derived, (24, 24), 2.2), derived.hertz.semi_axis_x
     small = Discretisation(derived, (24, 24), 2.2, followed=Domain(0.01 * a, 0.01 * a, 0.0, 0.0))
-    contact = fixed_point(small, Starts(small).isothermal(), SolverOptions().tolerances).contact
+    contact = fixed_point(small, first_guess(small, None, hot=False), SolverOptions().tolerances).contact
     inside = np.zeros(small.grid.shape)
     inside[11:13, 11:13] = 1e9
     contact = replace(contact, normal=replace(contact.normal, pressure=inside), expansion=inside * 1e-15)
-    start = Starts.moved(discretisation, small, contact)
+    start = first_guess(discretisation, carried(discretisation, small, contact), hot=True)
     assert np.array_equal(start.normal.pressure, discretisation.isothermal_pressure.pressure)
 
 

@@ -15,8 +15,8 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.plan import make_plan
+from thermoroll_cli.refinement.refine import first_guess
 from thermoroll_cli.refinement.solve import solve
-from thermoroll_cli.refinement.starts import Starts
 from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
@@ -90,8 +90,8 @@ def test_bulge_below_tolerance() -> None:
     assert "deformation" in skipped.work["skipped"]
     # The same fixed point iterated for nothing.
     discretisation = Discretisation(DerivedQuantities(problem), (32, 32), problem.numerics.extent)
-    start = fixed_point(discretisation, Starts(discretisation).isothermal(), Tolerances()).contact
-    state = fixed_point(discretisation, Starts(discretisation).coupled(start, discretisation), Tolerances())
+    start = fixed_point(discretisation, first_guess(discretisation, None, hot=False), Tolerances()).contact
+    state = fixed_point(discretisation, first_guess(discretisation, start, hot=True), Tolerances())
     assert state.converged and state.acts_back
     # Against the same solver without the bulge: Hertz's closed form differs from both by the discretisation.
     cold = discretisation.press(np.zeros(discretisation.grid.shape), start.normal, 1e-7)

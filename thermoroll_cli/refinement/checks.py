@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from thermoroll_cli.problem.contact import Contact
 from thermoroll_cli.problem.problem import BODIES
+from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.scalars import power_balance_error
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import SteadyState
 from thermoroll_cli.steady_state.heated_bodies import LEAST_SPEED, heated_bodies
 from thermoroll_cli.steady_state.iteration import friction_of, transmissible_force
@@ -31,12 +32,11 @@ SLOWEST, SPEEDS = 50.0, 14
 """Range and number of the speeds in the sweep that a message proposes: each state starts from those below it."""
 
 
-def failures(
-    derived: DerivedQuantities, discretisation: Discretisation, isothermal: SteadyState, heated: Discretisation,
-    coupled: SteadyState | None,
-) -> list[str]:
-    """Reasons why the result cannot be trusted; empty when it can. The `coupled` state lives on `heated`."""
-    reasons = [f"isothermal state: {r}" for r in _state_failures(derived, discretisation, isothermal.contact)]
+def failures(cold: Level, hot: Level | None) -> list[str]:
+    """Reasons why the states without thermal deformation and with it (None: there is none) cannot be trusted; empty when they
+    can."""
+    isothermal, derived = cold.state, cold.here.derived
+    reasons = [f"isothermal state: {reason}" for reason in _state_failures(cold)]
     if not derived.scales.converged:
         reasons.append("the coarse pressure from which the domain follows has not converged: check the profiles")
     if isothermal.acts_back and not isothermal.converged and not isothermal.touches_rim:
@@ -44,38 +44,41 @@ def failures(
         coupling = "coupling of friction and temperature" if falls else "coupling of pressure and shear"
         reasons.append(f"{coupling} stopped after {isothermal.iterations} iterations at a residual of "
                        f"{isothermal.residual:.1e} of the approach: try a finer or coarser numerics.grid")
-    if isothermal.touches_rim or (coupled is not None and coupled.touches_rim and heated.followed is None):
+    if cold.touches_rim or (hot is not None and hot.touches_rim):
         reasons.append("the contact still touches the rim of the domain: set a larger numerics.extent")
-    of_heat = _heat_failures(isothermal, heated, coupled)
+    if hot is None:
+        return reasons
+    of_heat = [] if hot.touches_rim else list(_heat_failures(cold, hot))
     if of_heat:
         top = derived.problem.motion.speed
         reasons += [*of_heat, "for the largest speed that has a steady state: thermoroll sweep CASE --over "
                               f"rolling.speed_m_s={top / SLOWEST:.4g}:{top:.4g}:{SPEEDS}:log"]
     # Other faults of an iteration that has not converged only follow from that.
-    if coupled is not None and (coupled.converged or not of_heat):
-        reasons += [f"coupled state: {r}" for r in _state_failures(derived, heated, coupled.contact)]
+    if hot.state.converged or not of_heat:
+        reasons += [f"coupled state: {reason}" for reason in _state_failures(hot)]
     return reasons
 
 
-def _heat_failures(isothermal: SteadyState, heated: Discretisation, coupled: SteadyState | None) -> list[str]:
-    """In which ways the coupled iteration on `heated` failed for its heat, and not for its domain; empty where it did not."""
-    if coupled is None or (coupled.touches_rim and heated.followed is None):
-        return []
+def _heat_failures(cold: Level, hot: Level) -> Iterator[str]:
+    """In which ways the coupled iteration failed for its heat, and not for its domain."""
+    coupled = hot.state
     if coupled.touches_rim:
-        tried = heated.options.most_moves
-        return [f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which "
-                "does not show that there is none; lower the speed or the creepage"]
+        tried = hot.here.options.most_moves
+        yield (f"the heated contact has left each of {tried} domains that followed it: no steady state was found, which does "
+               "not show that there is none; lower the speed or the creepage")
+        return
     if not coupled.converged:
-        return [_not_coupled(coupled)]
-    reasons = []
-    unresolved = power_balance_error(coupled.contact.tangential, heated.grid.element_area)
-    if unresolved * min(_expansion_over_approach(heated, coupled), 1.0) > UNRESOLVED_HEAT:
-        reasons.append(f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
-                       "than an element: set a finer numerics.grid, or lower the speed or the creepage")
-    if _shrunk(isothermal, coupled):
-        reasons.append(f"the heated contact has shrunk to {_elements(coupled.contact)} elements, too few to trust: set a "
-                       "finer numerics.grid")
-    return reasons
+        yield _not_coupled(coupled)
+        return
+    unresolved = power_balance_error(hot.contact.tangential, hot.here.grid.element_area)
+    if unresolved * min(_expansion_over_approach(hot), 1.0) > UNRESOLVED_HEAT:
+        yield (f"{100.0 * unresolved:.0f} % of the heat that shapes the contact is made in slip zones narrower "
+               "than an element: set a finer numerics.grid, or lower the speed or the creepage")
+    # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
+    left, before = (float(level.contact.normal.covered.sum()) for level in (hot, cold))
+    if left < min(FEWEST_ELEMENTS, 0.5 * before):
+        yield (f"the heated contact has shrunk to {int(np.count_nonzero(hot.contact.normal.contact))} elements, too few to "
+               "trust: set a finer numerics.grid")
 
 
 def _not_coupled(coupled: SteadyState) -> str:
@@ -90,21 +93,10 @@ def _not_coupled(coupled: SteadyState) -> str:
             "finer or coarser numerics.grid, or lower the speed or the creepage")
 
 
-def _shrunk(isothermal: SteadyState, coupled: SteadyState) -> bool:
-    """Whether so little is left of the contact that the grid no longer shows it."""
-    # Areas, because few elements are counted too coarsely; a coarse grid may have had but a handful from the beginning.
-    left, before = float(coupled.contact.normal.covered.sum()), float(isothermal.contact.normal.covered.sum())
-    return left < min(FEWEST_ELEMENTS, 0.5 * before)
-
-
-def _expansion_over_approach(heated: Discretisation, coupled: SteadyState) -> float:
+def _expansion_over_approach(level: Level) -> float:
     """Variation of the thermal expansion over the contact, over the approach."""
-    expansion, normal = coupled.contact.expansion, coupled.contact.normal
-    return 0.0 if expansion is None else float(np.ptp(expansion[normal.contact])) / heated.derived.scales.approach
-
-
-def _elements(contact: Contact) -> int:
-    return int(np.count_nonzero(contact.normal.contact))
+    expansion, inside = level.contact.expansion, level.contact.normal.contact
+    return 0.0 if expansion is None else float(np.ptp(expansion[inside])) / level.here.derived.scales.approach
 
 
 MOST_RELAXED = 100.0
@@ -121,9 +113,10 @@ def _relaxes_much(derived: DerivedQuantities) -> str:
         f"times their instantaneous compliance, and above {MOST_RELAXED:g} pressures are not found at all speeds")
 
 
-def _state_failures(derived: DerivedQuantities, discretisation: Discretisation, contact: Contact) -> list[str]:
-    problem, grid = derived.problem, discretisation.grid
-    normal, tangential = contact.normal, contact.tangential
+def _state_failures(level: Level) -> list[str]:
+    discretisation, contact = level.here, level.contact
+    derived, grid = discretisation.derived, discretisation.grid
+    problem, normal, tangential = derived.problem, contact.normal, contact.tangential
     reasons: list[str] = []
     everything = (normal.pressure, normal.displacement, tangential.traction, tangential.slip, tangential.heat)
     if not all(np.isfinite(f).all() for f in everything):

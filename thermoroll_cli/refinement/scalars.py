@@ -21,6 +21,7 @@ from thermoroll_cli.rolling.rolling_gradient import RollingGradient
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import peclet_numbers
+from thermoroll_cli.steady_state.iteration import expansion_in
 
 OUT, STICK, SLIP = 0, 1, 2
 ROUNDING = 1e-12
@@ -168,6 +169,18 @@ def power_balance_error(tangential: Traction, element_area: float) -> float:
         return 0.0
     slipped = float((tangential.traction * tangential.slip).sum()) * element_area
     return abs(slipped - tangential.work) / abs(tangential.work)
+
+
+def reported_state(discretisation: Discretisation, contact: Contact, *, heated: bool) -> State:
+    """Fields and scalars of a state, with heat (`heated`) or without; without thermal deformation with the expansion that its
+    heat would cause."""
+    heating, expansion = discretisation.derived.problem.heating, contact.expansion
+    if heating.heat and not heated:
+        # Everything stays cold: known without asking a kernel.
+        expansion = np.zeros(discretisation.grid.shape)
+    elif expansion is None and heated and heating.deformation:
+        expansion = expansion_in(discretisation, discretisation.heat(contact), contact)
+    return state_of(discretisation, contact, temperatures=heating.heat, expansion=expansion)
 
 
 def state_of(discretisation: Discretisation, contact: Contact, *, temperatures: bool, expansion: Array | None) -> State:

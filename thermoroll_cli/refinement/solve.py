@@ -2,50 +2,28 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
+from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
-from thermoroll_cli.refinement.neighbours import SolvedBefore
-from thermoroll_cli.refinement.outcome import (
-    RefinementLevel,
-    refinement_level,
-    refining_both,
-    result_of,
-    scalars_by_level,
-)
+from thermoroll_cli.refinement.outcome import refining_both, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
-from thermoroll_cli.refinement.starts import Starts, followed_state, next_discretisation
+from thermoroll_cli.refinement.refine import refine
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
-from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions, Tolerances
-from thermoroll_cli.steady_state.fixed_point import fixed_point
+from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
 LARGEST_EXTENT = 12.0
 GROWTH = 1.25
 """Factor by which the domain grows when the contact reaches its rim."""
-COARSE_TOLERANCE = 3.0
-"""Factor by which coarser grids are solved less closely; neither finest grid nor estimates notice. Without: 2 to 4 % more work,
-2.2 times as much at worst."""
 
 Report = Callable[[str, Mapping[str, Any]], None]
 
 
-@contextmanager
-def timed(seconds: dict[str, float], stage: str) -> Iterator[None]:
-    """Adds the wall seconds of what is inside to those of a `stage`."""
-    start = time.perf_counter()
-    try:
-        yield
-    finally:
-        seconds[stage] = seconds.get(stage, 0.0) + time.perf_counter() - start
 
 
 def solve(
@@ -68,7 +46,7 @@ class Solver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
         self.options = options or SolverOptions()
-        self._solved: list[tuple[Problem, list[RefinementLevel]]] = []  # the last two, newest first
+        self._last: tuple[list[Level], list[Level]] = ([], [])  # of the last problem that was solved
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -89,86 +67,66 @@ class Solver:
 
     def _solve(self, problem: Problem, report: Report | None) -> Result:
         """The result begun with neighbours, if there are any; if that fails, without them: no problem does worse than alone."""
-        result = self._attempt(problem, report)
-        if not result.converged and self._solved:
-            self._solved = []
-            result = self._attempt(problem, report)
+        result = self._attempt(problem, report or (lambda stage, info: None))
+        if not result.converged and self._last[0]:
+            self._last = [], []
+            result = self._attempt(problem, report or (lambda stage, info: None))
         return result
 
-    def _attempt(self, problem: Problem, report: Report | None) -> Result:
+    def _attempt(self, problem: Problem, report: Report) -> Result:
         plan = make_plan(problem, alone=not self.options.sequence)
-        while True:
-            levels, seconds = self._grid_sequence(problem, plan, report or (lambda stage, info: None))
-            last = levels[-1]
-            if not last.touches_rim or plan.extent > LARGEST_EXTENT:
+        cold, hot = self._levels(plan, report)
+        while hot[-1].touches_rim or cold[-1].touches_rim:
+            if plan.extent > LARGEST_EXTENT:
                 break
             grown = plan.extent * GROWTH
             plan = replace(plan, extent=grown, warnings=[
                 *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
+            cold, hot = self._levels(plan, report)
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
-        all_converged = all(level.coupled is None or level.coupled.converged for level in refining_both(levels)[-3:])
-        result = result_of(problem, plan, levels, seconds, extrapolated=self.options.extrapolated and all_converged)
-        result = with_subsurface(result, plan, levels)
+        all_converged = hot is cold or all(level.state.converged for level in refining_both(hot)[-3:])
+        result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
+        result = with_subsurface(result, plan, hot)
         if result.converged:
-            self._solved = [(problem, levels), *self._solved[:1]]
+            self._last = cold, hot
         return result
 
-    def _grid_sequence(self, problem: Problem, plan: Plan, report: Report) -> tuple[list[RefinementLevel], dict[str, float]]:
-        """Both states on each grid of the plan, coarse to fine, until one is accurate enough or too small; seconds by stage."""
-        derived = plan.derived
-        seconds: dict[str, float] = {}
-        levels: list[RefinementLevel] = []
-        coarser = neighbours = None
-        before_this = SolvedBefore(problem, self._solved)
+    def _levels(self, plan: Plan, report: Report) -> tuple[list[Level], list[Level]]:
+        """The states without and with thermal deformation, which may be the same, on each grid of the plan, coarse to fine,
+        until one is accurate enough or its domain too small."""
+        cold: list[Level] = []
+        hot: list[Level] = [] if plan.runs("deformation") else cold
+        last_cold, last_hot = self._last
         for shape in plan.grids:
-            before = counted.transforms
-            neighbours = before_this.neighbours(shape, plan.extent, coarser, neighbours)
-            shared = None if neighbours is None else neighbours.last.discretisation
-            predicted = (None if neighbours is None
-                         else neighbours.predicted(derived, derived.grid(shape, plan.extent), coupled=False))
-            discretisation = (Discretisation(derived, shape, plan.extent, self.threads, self.options,
-                                             coarser=None if coarser is None else coarser.discretisation,
-                                             start=None if predicted is None else predicted.pressure(),
-                                             tables=None if shared is None else shared.responses.tables)
-                              if shared is None or not shared.has_kernels_of(derived, shape, plan.extent)
-                              else shared.for_problem(derived))
-            starts = Starts(discretisation, coarser, neighbours, predicted)
-            tolerances = tolerances_on(shape, plan, derived, self.options)
-            with timed(seconds, "isothermal"):
-                isothermal = fixed_point(discretisation, starts.isothermal(), tolerances,
-                                         learnt=starts.learnt(discretisation, coupled=False))
-            report("tangential", {"grid": list(shape), "applications": isothermal.applications,
-                                  "residual": isothermal.contact.tangential.residual})
-            followed = None
-            if plan.runs("deformation"):
-                with timed(seconds, "coupling"):
-                    followed = followed_state(starts, next_discretisation(starts), isothermal, tolerances)
-                report("coupling", {"grid": list(shape), "iteration": followed.state.iterations,
-                                    "residual": followed.state.residual})
-            with timed(seconds, "temperature"):
-                levels.append(refinement_level(discretisation, isothermal, followed, plan, before))
-            if levels[-1].touches_rim or (shape != plan.grids[-1] and _accurate_enough(problem, levels, plan)):
+            here = self._discretisation(plan, shape, cold)
+            cold.append(refine(plan, here, cold, last_cold))
+            report("tangential", {"grid": list(shape), "applications": cold[-1].state.applications,
+                                  "residual": cold[-1].contact.tangential.residual})
+            if hot is not cold:
+                hot.append(refine(plan, here, hot, last_hot, cold[-1]))
+                report("coupling", {"grid": list(shape), "iteration": hot[-1].state.iterations,
+                                    "residual": hot[-1].state.residual})
+            if cold[-1].touches_rim or hot[-1].touches_rim or (shape != plan.grid and _accurate_enough(plan, hot)):
                 break
-            coarser = levels[-1]
-        return levels, seconds
+        return cold, hot
+
+    def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
+        """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
+        derived, coarser = plan.derived, cold[-1].here if cold else None
+        before = next((level.here for level in self._last[0] if level.here.grid.shape == shape
+                       and level.here.extent == plan.extent), None)
+        if before is None:
+            return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser)
+        if before.has_kernels_of(derived, shape, plan.extent):
+            return before.for_problem(derived)
+        start = before.isothermal_pressure.start * (derived.scales.peak_pressure / before.derived.scales.peak_pressure)
+        return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser, start=start,
+                              tables=before.responses.tables)
 
 
-def tolerances_on(
-    shape: tuple[int, int], plan: Plan, derived: DerivedQuantities, options: SolverOptions
-) -> Tolerances:
-    """How closely the fixed point is solved on one grid of the plan: looser on grids that only lead to a finer one, and to its
-    error estimates. If an accuracy is asked for, any grid may turn out to be the last, and its residual must not show in
-    the estimates."""
-    # Pressure and shear that act on each other cost more iterations from a looser start than it saves.
-    closely = shape == plan.grids[-1] or derived.problem.numerics.accuracy is not None or derived.kinematics.feeds_back
-    return options.tolerances if closely else options.tolerances.times(COARSE_TOLERANCE)
-
-
-def _accurate_enough(problem: Problem, levels: list[RefinementLevel], plan: Plan) -> bool:
-    wanted = problem.numerics.accuracy
-    # Estimates of the state that is asked for; the isothermal one beside it has its own.
-    scalars, _ = scalars_by_level(levels)
+def _accurate_enough(plan: Plan, levels: list[Level]) -> bool:
+    wanted, scalars = plan.derived.problem.numerics.accuracy, scalars_by_level(levels)
     if wanted is None or len(scalars) < 3:
         return False
-    errors = estimates(scalars, levels[-1].discretisation.derived, levels[-1].elements_across, plan)
+    errors = estimates(scalars, plan.derived, levels[-1].elements_across, plan)
     return not missed_accuracy(errors, scalars[-1], wanted)

@@ -17,7 +17,8 @@ from thermoroll_cli.problem.names import SUBSURFACE_SCALARS
 from thermoroll_cli.problem.problem import BODIES, Problem, SubsurfaceRequest
 from thermoroll_cli.problem.result import Peak, Result, Subsurface
 from thermoroll_cli.refinement.error_estimates import errors_with_rivals, stress_estimates
-from thermoroll_cli.refinement.outcome import RefinementLevel, refining_both
+from thermoroll_cli.refinement.level import Level
+from thermoroll_cli.refinement.outcome import refining_both
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.subsurface_plan import depths_of, few_depths, hot_bodies
 from thermoroll_cli.steady_state.derived import DerivedQuantities
@@ -72,7 +73,7 @@ def body_load(
                    speed=(moving.speed_x, moving.speed_y))
 
 
-def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -> Result:
+def with_subsurface(result: Result, plan: Plan, levels: list[Level]) -> Result:
     """`result` with the stresses inside the bodies, if its problem asks for them and its fields are finite."""
     request = result.problem.subsurface
     if request is None or not all(np.isfinite(values).all() for values in result.coupled.fields.values()):
@@ -85,15 +86,15 @@ def with_subsurface(result: Result, plan: Plan, levels: list[RefinementLevel]) -
 
 
 def _below_the_surface(
-    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: Sequence[RefinementLevel]
+    request: SubsurfaceRequest, summary: Mapping[str, Any], plan: Plan, levels: Sequence[Level]
 ) -> Subsurface:
     """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
 
     The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
-    derived, elements = levels[-1].discretisation.derived, levels[-1].elements_across
+    derived, elements = levels[-1].here.derived, levels[-1].elements_across
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    collected = [_collect(level.own_discretisation, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
+    collected = [_collect(level.here, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
                  for level in levels]
     finest = collected[-1]
     peaks = [_peaks(collectors) for collectors in collected]
@@ -101,7 +102,7 @@ def _below_the_surface(
     scalars, every_second = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
     results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
     width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    grid = levels[-1].own_discretisation.grid
+    grid = levels[-1].here.grid
     near = min(grid.dx, grid.dy)
     cut_off = _cut_off(finest, width, near)
     largest = [name for name in scalars if name in cut_off and name.endswith("_MPa")
