@@ -12,6 +12,8 @@ from scripts.benchmark.cases import FIRST_ORDER, NO_CONTINUATION, UNPRECONDITION
 from tests.support.scenes import article_4_1, on_grid, reference_problem
 from thermoroll_cli.numerics.grid import Domain
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.level import Level
+from thermoroll_cli.refinement.neighbours import predicted
 from thermoroll_cli.refinement.plan import grid_sequence
 from thermoroll_cli.refinement.refine import carried, first_guess
 from thermoroll_cli.refinement.solve import Solver, solve
@@ -128,6 +130,39 @@ def test_a_sweep_starts_from_the_previous_problem() -> None:
     solver.solve(first)
     warm, alone = solver.solve(second), solve(second)
     for level, cold in zip(warm.work["levels"], alone.work["levels"], strict=True):
-        assert level["applications"] <= cold["applications"]
-    assert warm.work["levels"][0]["coupling_iterations"] <= alone.work["levels"][0]["coupling_iterations"]
+        assert level["applications"] <= cold["applications"] and level["transforms"] < 0.8 * cold["transforms"]
     assert force(warm) == pytest.approx(force(alone), abs=1e-5)
+
+
+@pytest.fixture(scope="module")
+def neighbours() -> list[list[Level]]:
+    """Levels of the coupled states of two neighbouring problems."""
+    solver, levels = Solver(), []
+    for speed in (150.0, 165.0):
+        solver.solve(article_4_1(32, speed=speed))
+        levels.append(solver.last[1])
+    return levels
+
+
+def test_the_coarser_grid_corrects_the_start_from_the_last_problem(neighbours: list[list[Level]]) -> None:
+    """The start of the finest grid is several times closer to the state with what the coarser grid has found of the change."""
+    before, now = neighbours
+    here, state = now[-1].here, now[-1].contact
+    wrong = []
+    for coarse in ((None, None), (now[-2], before[-2])):
+        start = predicted(here, before[-1], *coarse)
+        assert start is not None
+        wrong.append([float(abs(one - other).max()) for one, other in (
+            (start.expansion, state.expansion), (start.normal.pressure, state.normal.pressure),
+            (start.tangential.traction, state.tangential.traction))])
+    alone, corrected = np.array(wrong)
+    assert (corrected < [0.4, 0.8, 0.8] * alone).all()
+
+
+def test_what_a_coarser_grid_has_learnt_saves_iterations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its secants, and its first residual in place of the largest one."""
+    work = [solve(article_4_1(64)).work["levels"][-1]]
+    monkeypatch.setattr("thermoroll_cli.refinement.refine.learnt", lambda *known: None)
+    work.append(solve(article_4_1(64)).work["levels"][-1])
+    assert work[0]["coupling_iterations"] < work[1]["coupling_iterations"]
+    assert work[0]["coupled_applications"] < 0.8 * work[1]["coupled_applications"]

@@ -105,7 +105,7 @@ def test_a_bad_start_is_no_reason_to_fail(case: Path, folder: Path, monkeypatch:
     calls: Counter[str] = Counter()
 
     def bad_when_warm(self: Solver, *given: Any) -> Any:
-        warm = bool(self._solved)
+        warm = bool(self.last[0])
         calls["warm" if warm else "cold"] += 1
         result = good(self, *given)
         return replace(result, converged=False, reason="lost") if warm else result

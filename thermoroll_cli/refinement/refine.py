@@ -47,8 +47,7 @@ def refine(
     guess = first_guess(here, guess, hot=cold is not None)
     tolerances, balanced = tolerances_on(plan, here), coarse is not None and cold is not None and coarse.stays_balanced
     residual = PREDICTED if coarse is not None and source is before else None
-    learnt = None if source is None else _learnt(source, here, guess, balanced, residual)
-    state = fixed_point(here, guess, tolerances, balanced=balanced, learnt=learnt)
+    state = fixed_point(here, guess, tolerances, balanced=balanced, learnt=learnt(source, here, guess, balanced, residual))
     shrunk = settled = False
     for _ in range(here.options.most_moves if cold is not None else 0):
         # A contact that turns out larger than it seemed keeps the room that it then gets.
@@ -101,12 +100,12 @@ def carried(here: Discretisation, source: Discretisation, contact: Contact) -> C
     return Contact(guess, Traction.guess(traction, contact.tangential.creepage), **fields)
 
 
-def _learnt(source: Level, here: Discretisation, guess: Contact, balanced: bool, residual: float | None) -> Learnt | None:
-    """Knowledge about the iteration from `guess` on `here`, of the level that this comes from; `residual` is that of the guess,
-    if it is known."""
-    state = source.state
-    if not state.converged or state.iterations > MIXING_DEPTH:
+def learnt(source: Level | None, here: Discretisation, guess: Contact, balanced: bool, residual: float | None) -> Learnt | None:
+    """What the level that `guess` comes from knows about the iteration from it on `here`; `residual` is that of the guess, if
+    it is known."""
+    if source is None or not source.state.converged or source.state.iterations > MIXING_DEPTH:
         return None
+    state = source.state
     secants, alike = None, unknowns_of(state.contact).keys() == unknowns_of(guess).keys()
     if state.secants is not None and state.balanced == balanced and alike:
         prolong = Prolongation(source.here.grid, here.grid)

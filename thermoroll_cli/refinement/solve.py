@@ -46,7 +46,8 @@ class Solver:
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
         self.threads = threads
         self.options = options or SolverOptions()
-        self._last: tuple[list[Level], list[Level]] = ([], [])  # of the last problem that was solved
+        self.last: tuple[list[Level], list[Level]] = ([], [])
+        """Levels of the last problem that was solved, without and with thermal deformation."""
         self._followed: dict[Problem, float] = {}  # creep forces where friction falls with slip
 
     def solve(self, problem: Problem, *, report: Report | None = None) -> Result:
@@ -68,8 +69,8 @@ class Solver:
     def _solve(self, problem: Problem, report: Report | None) -> Result:
         """The result begun with neighbours, if there are any; if that fails, without them: no problem does worse than alone."""
         result = self._attempt(problem, report or (lambda stage, info: None))
-        if not result.converged and self._last[0]:
-            self._last = [], []
+        if not result.converged and self.last[0]:
+            self.last = [], []
             result = self._attempt(problem, report or (lambda stage, info: None))
         return result
 
@@ -88,7 +89,7 @@ class Solver:
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
         result = with_subsurface(result, plan, hot)
         if result.converged:
-            self._last = cold, hot
+            self.last = cold, hot
         return result
 
     def _levels(self, plan: Plan, report: Report) -> tuple[list[Level], list[Level]]:
@@ -96,7 +97,7 @@ class Solver:
         until one is accurate enough or its domain too small."""
         cold: list[Level] = []
         hot: list[Level] = [] if plan.runs("deformation") else cold
-        last_cold, last_hot = self._last
+        last_cold, last_hot = self.last
         for shape in plan.grids:
             here = self._discretisation(plan, shape, cold)
             cold.append(refine(plan, here, cold, last_cold))
@@ -113,7 +114,7 @@ class Solver:
     def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
         """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
         derived, coarser = plan.derived, cold[-1].here if cold else None
-        before = next((level.here for level in self._last[0] if level.here.grid.shape == shape
+        before = next((level.here for level in self.last[0] if level.here.grid.shape == shape
                        and level.here.extent == plan.extent), None)
         if before is None:
             return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser)

@@ -33,7 +33,7 @@ from thermoroll_cli.refinement.plan import leaves_out_deformation
 Value = bool | int | float | str
 
 LARGEST_BATCH = 20
-"""Points that are solved one after the other, each from the two before it: the first two of a batch gain little. Fewer leave
+"""Points that are solved one after the other, each from the one before it: the first of a batch gains nothing. Fewer leave
 work for more processes, and less to solve again where a sweep is resumed."""
 
 MOST_POINTS = 100_000
