@@ -12,7 +12,8 @@ from thermoroll_cli.files.result.hdf5 import read_result
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement import solve as refinement
-from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning, make_plan
+from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
+from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.warnings import warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions

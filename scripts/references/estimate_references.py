@@ -23,7 +23,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import EXTRAPOLATED
-from thermoroll_cli.refinement.plan import bulge_bound
+from thermoroll_cli.refinement.expected_heat import bulge_bound
 from thermoroll_cli.refinement.solve import solve
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres
+from tests.support.scenes import MECHANICAL, STEEL, article_4_1, on_grid, rolling, spheres, twin_disc
 from thermoroll_cli.halfspace.elastic import ShearCompliance
 from thermoroll_cli.heat.heat_response import DividedHeat, HeatedBody, HeatResponse
 from thermoroll_cli.numerics.grid import Grid
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import STANDARD_ACCURACY, Heating, Material, Motion, Problem
 from thermoroll_cli.problem.result import Result
+from thermoroll_cli.refinement.expected_heat import bulge_bound, deformation_effect
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.refinement.refine import first_guess
 from thermoroll_cli.refinement.solve import solve
@@ -104,6 +105,24 @@ def test_bulge_below_tolerance() -> None:
 
 def test_bulge_above_tolerance_is_not_skipped() -> None:
     assert make_plan(article_4_1(32)).runs("deformation")
+
+
+@pytest.mark.parametrize("upper", [STEEL, replace(STEEL, poisson_ratio=0.45), replace(STEEL, expansion=2e-5)])
+@pytest.mark.parametrize("bulk", [0.0, 40.0])
+def test_the_bulge_is_estimated_before_anything_is_solved(upper: Material, bulk: float) -> None:
+    """To a tenth where the contact slides as a whole; what conduction adds is added in full."""
+    heating = Heating(partition="matched", bulk_lower=bulk)
+    problem = replace(twin_disc(32, motion=Motion(2.0, 0.05)), upper=upper, heating=heating)
+    bulge = 1e-6 * solve(problem).isothermal.scalars["thermal_displacement_max_um"]
+    assert 0.9 * bulge < bulge_bound(DerivedQuantities(problem)) < (1.1 if not bulk else 1.6) * bulge
+
+
+def test_the_effect_of_the_bulge_is_bounded_where_the_contact_slides_in_part() -> None:
+    """At little heat, made on one side: the bound of what it changes is not twice as large as what it does."""
+    problem = article_4_1(64, speed=10.0)
+    result = solve(problem)
+    change = max(abs(result.coupled.scalars[name] / result.isothermal.scalars[name] - 1.0) for name in ("gamma_p", "gamma_c"))
+    assert change < deformation_effect(DerivedQuantities(problem)) < 2.0 * change
 
 
 # --- equal bodies ----------------------------------------------------------------------------------------------------

@@ -15,7 +15,8 @@ from thermoroll_cli.files.relaxation_file import series_words
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.scalar_errors import number
 from thermoroll_cli.python_api import KINDS
-from thermoroll_cli.refinement.plan import Plan, expected_temperature_warning
+from thermoroll_cli.refinement.expected_heat import expected_temperature_warning
+from thermoroll_cli.refinement.plan import Plan
 
 MEANINGS = {
     "contact_length_mm": "of the contact along rolling, coarsely",

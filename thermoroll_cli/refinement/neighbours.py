@@ -25,10 +25,10 @@ from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.fixed_point import UNKNOWNS, Fields, unknowns_of
 
 
-def on_grid_of(here: Discretisation, levels: Sequence[Level]) -> Level | None:
-    """The one of the `levels` of another problem that has the grid of `here`."""
-    return next((level for level in levels if level.here.followed is None and level.here.grid.shape == here.grid.shape
-                 and level.here.extent == here.extent), None)
+def on_grid(levels: Sequence[Level], shape: tuple[int, int], extent: float) -> Level | None:
+    """The one of the `levels` of another problem on a grid of `shape` over `extent`, on no domain that follows a contact."""
+    return next((level for level in levels if level.here.grid.shape == shape and level.here.extent == extent
+                 and level.here.followed is None), None)
 
 
 def predicted(here: Discretisation, last: Level | None, coarse: Level | None, coarse_last: Level | None) -> Contact | None:

@@ -1,25 +1,16 @@
-"""Decided before the grids are solved: which stages run or are skipped and why, on which grids, at what cost.
-
-The size of thermal effects comes from a preview: a contact that slides everywhere, on a grid of 16 by 16 elements.
-"""
+"""Decided before the grids are solved: which stages run or are skipped and why, on which grids, at what cost."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 
-import numpy as np
-
-from thermoroll_cli.arrays import Array
-from thermoroll_cli.heat.frictional_heat import divide
-from thermoroll_cli.heat.heat_response import ThermalResponse
 from thermoroll_cli.problem.problem import Problem, SubsurfaceRequest
+from thermoroll_cli.refinement.expected_heat import deformation_effect, even_share
 from thermoroll_cli.refinement.subsurface_plan import subsurface_plan
-from thermoroll_cli.refinement.warnings import LARGEST_RISE, NO_SOLID, relaxation_facts, track_facts, warnings_before
+from thermoroll_cli.refinement.warnings import relaxation_facts, track_facts, warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
-from thermoroll_cli.steady_state.discretisation import Discretisation
 from thermoroll_cli.steady_state.heated_bodies import crown_bound, crown_matters, peclet_numbers
 from thermoroll_cli.steady_state.solvable import check
 from thermoroll_cli.steady_state.traction import check_yield
@@ -33,40 +24,16 @@ SMALLEST_EXTENT = 2.1
 """The Hertz contact spans 2 semi-axes; a domain must leave a little room around it. Without: 24 of 40
 random cases with an extent of 1.2 to 2.05 lose a part of their load."""
 
-BULGE_EFFECT = 1.5
-"""Reported scalars change by up to 1.3 times the bulge's share of the approach (γ_p of the article's case), so
-that without it the estimate is short of that."""
-
 
 def stages(derived: DerivedQuantities) -> dict[str, str | None]:
     """For each stage why it is skipped: "" where it runs, None where it does not concern the problem."""
-    problem, kinematics, cold = derived.problem, derived.kinematics, _cold(derived)
-    heating, hertzian = problem.heating, problem.has_hertz_solution and not kinematics.feeds_back
-    mirrored = kinematics.has_traction and kinematics.mirror_on(grid_sequence(problem)[-1][1], heated=False) is not None
-    sideways = "" if kinematics.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
-    tracks = heating.lower_track is not None or heating.upper_track is not None
-    return {
-        "elastic coupling": "" if kinematics.feeds_back else _uncoupled(derived),
-        "normal (isothermal)": "smooth bodies without thermal bulge: Hertz's closed form is exact" if hertzian
-        else None if problem.has_hertz_solution else "",
-        "tangential": "no creepage, spin, force or differential slip: everything sticks without traction"
-        if not kinematics.moves else "" if problem.friction.coefficient else "no friction: the surfaces slide freely",
-        "tangential, y < 0": "the mirror image of y > 0" + sideways if mirrored else None,
-        "differential slip": "" if kinematics.differential_slip.active else kinematics.differential_slip.why_not,
-        "heat": cold,
-        "partition": None if cold or heating.partition != "matched" else _even_partition(derived),
-        "warm friction": None if not problem.friction.slope
-        else "" if problem.friction_varies and kinematics.has_traction else "no friction and heat that could change it",
-        "deformation": _deformation(derived),
-        "recirculation": None if not tracks else "no heat" if cold else "",
-        "thermal crown": None if not tracks or cold else "" if crown_matters(derived)
-        else f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that",
-        "wear": None if problem.wear is None else "" if kinematics.moves else "nothing slips",
-    }
+    return {stage: reason(derived) for stage, reason in STAGES.items()}
 
 
-def _uncoupled(derived: DerivedQuantities) -> str:
+def _elastic_coupling(derived: DerivedQuantities) -> str:
     lower, upper = derived.problem.lower, derived.problem.upper
+    if derived.kinematics.feeds_back:
+        return ""
     if derived.dissimilar:
         return "no friction: there is no shear to act on the pressure"
     if (lower.youngs_modulus, lower.poisson_ratio) == (upper.youngs_modulus, upper.poisson_ratio):
@@ -74,38 +41,108 @@ def _uncoupled(derived: DerivedQuantities) -> str:
     return "the elastic constants differ, but Dundurs' second constant is zero: pressure and shear do not act on each other"
 
 
-def _cold(derived: DerivedQuantities) -> str:
-    """Why there is no heat; empty where there is."""
+def _isothermal_pressure(derived: DerivedQuantities) -> str | None:
+    if not derived.problem.has_hertz_solution:
+        return ""
+    return None if derived.kinematics.feeds_back else "smooth bodies without thermal bulge: Hertz's closed form is exact"
+
+
+def _tangential(derived: DerivedQuantities) -> str:
+    if not derived.kinematics.moves:
+        return "no creepage, spin, force or differential slip: everything sticks without traction"
+    return "" if derived.problem.friction.coefficient else "no friction: the surfaces slide freely"
+
+
+def _other_side(derived: DerivedQuantities) -> str | None:
+    kinematics = derived.kinematics
+    if not kinematics.has_traction or kinematics.mirror_on(grid_sequence(derived.problem)[-1][1], heated=False) is None:
+        return None
+    sideways = "" if kinematics.heat_mirrors else ", without heat: with heat the bodies' sideways motion is felt"
+    return "the mirror image of y > 0" + sideways
+
+
+def _differential_slip(derived: DerivedQuantities) -> str | None:
+    slip = derived.kinematics.differential_slip
+    return "" if slip.active else slip.why_not
+
+
+def _heat(derived: DerivedQuantities) -> str:
     if not derived.problem.heating.heat:
         return "switched off or no thermal constants: purely mechanical"
     return "" if derived.kinematics.has_traction or derived.problem.heating.conducts else "nothing rubs: no frictional heat"
 
 
-def _even_partition(derived: DerivedQuantities) -> str:
-    share = _even_share(derived)
+def _partition(derived: DerivedQuantities) -> str | None:
+    if _heat(derived) or derived.problem.heating.partition != "matched":
+        return None
+    share = even_share(derived)
     return "" if share is None else f"both surfaces respond alike: equally warm with a share of {share:g} everywhere"
 
 
+def _warm_friction(derived: DerivedQuantities) -> str | None:
+    if not derived.problem.friction.slope:
+        return None
+    varies = derived.problem.friction_varies and derived.kinematics.has_traction
+    return "" if varies else "no friction and heat that could change it"
+
+
 def _deformation(derived: DerivedQuantities) -> str:
-    """Why thermal deformation is left out; empty where it is not."""
-    if _cold(derived):
+    problem = derived.problem
+    if _heat(derived):
         return "no heat"
-    if not derived.problem.heating.deformation:
+    if not problem.heating.deformation:
         return "switched off"
-    if derived.problem.heating.deformation == "always":
+    if problem.heating.deformation == "always":
         return ""
-    bodies = derived.problem.lower, derived.problem.upper
+    bodies = problem.lower, problem.upper
     if not any(body.expansion or any(layer.expansion for layer in body.layers) for body in bodies):
         return "the bodies do not expand"
-    negligible, effect = derived.problem.numerics.negligible, deformation_effect(derived)
+    negligible, effect = problem.numerics.negligible, deformation_effect(derived)
     return "" if effect >= negligible else (
         f"thermal expansion changes scalars by less than {effect:.1e}, which is below {negligible:g}: left out")
+
+
+def _recirculation(derived: DerivedQuantities) -> str | None:
+    heating = derived.problem.heating
+    if heating.lower_track is None and heating.upper_track is None:
+        return None
+    return "no heat" if _heat(derived) else ""
+
+
+def _thermal_crown(derived: DerivedQuantities) -> str | None:
+    if _recirculation(derived) != "":
+        return None
+    return "" if crown_matters(derived) else (
+        f"its curvature is {crown_bound(derived):.1e} of the gap's at most: pressures change by less than that")
+
+
+def _wear(derived: DerivedQuantities) -> str | None:
+    if derived.problem.wear is None:
+        return None
+    return "" if derived.kinematics.moves else "nothing slips"
+
+
+STAGES: dict[str, Callable[[DerivedQuantities], str | None]] = {
+    "elastic coupling": _elastic_coupling,
+    "normal (isothermal)": _isothermal_pressure,
+    "tangential": _tangential,
+    "tangential, y < 0": _other_side,
+    "differential slip": _differential_slip,
+    "heat": _heat,
+    "partition": _partition,
+    "warm friction": _warm_friction,
+    "deformation": _deformation,
+    "recirculation": _recirculation,
+    "thermal crown": _thermal_crown,
+    "wear": _wear,
+}
+"""Stages above the surface, each with the reason why it is skipped (see `stages`)."""
 
 
 def leaves_out_deformation(problem: Problem) -> bool | None:
     """Whether thermal deformation is left out because its effect is small; None where nothing is to be decided."""
     derived = DerivedQuantities(problem)
-    if problem.heating.deformation is not True or _cold(derived):
+    if problem.heating.deformation is not True or _heat(derived):
         return None
     return bool(_deformation(derived))
 
@@ -130,84 +167,8 @@ def first_of_both(grids: Sequence[tuple[int, int]]) -> int:
         first -= 1
     return first
 
-
-def deformation_effect(derived: DerivedQuantities) -> float:
-    """Bound of the relative change of any scalar by thermal deformation."""
-    return BULGE_EFFECT * bulge_bound(derived) / derived.scales.approach
-
-
-@lru_cache(maxsize=4)
-def bulge_bound(derived: DerivedQuantities) -> float:
-    """Estimate from above of the thermal expansion's variation over the contact in m: that of the heat of `_sliding`."""
-    heating = derived.problem.heating
-    discretisation, response, flux = _sliding(derived)
-    inside = discretisation.isothermal_pressure.contact
-    bulge = divide(replace(heating, bulk_lower=0.0, bulk_upper=0.0), response, flux, inside).expansion()
-    if not heating.conducts:
-        return float(np.ptp(bulge[inside]))
-    # Friction that turns out smaller must not have hidden what conduction does.
-    conducted = divide(heating, response, np.zeros(flux.shape), inside).expansion()
-    return float(np.ptp(bulge[inside]) + np.ptp(conducted[inside]))
-
-
-def expected_temperature_warning(derived: DerivedQuantities) -> list[str]:
-    """A doubt about the temperature to be expected, within a factor of about two where creepage rules, too small where spin
-    does.
-
-    The heat of `_sliding` is reduced to ξFV with the force F = μW [1 − (1 − ξ/ξ_s)³] of Johnson's creep curve for a circle."""
-    if _cold(derived) or not derived.kinematics.has_traction:
-        return []
-    problem, saturation, limit = derived.problem, derived.saturation_creepage, derived.problem.traction_limit
-    motion = problem.motion
-    creepage = math.hypot(motion.creepage_x or 0.0, motion.creepage_y or 0.0, 0.5 * motion.spin * derived.scales.mean_radius)
-    if problem.prescribed_force:
-        found = saturation * (1.0 - (1.0 - min(problem.prescribed_force / limit, 1.0)) ** (1.0 / 3.0))
-        creepage = math.hypot(creepage, found)
-    force = limit * (1.0 - (1.0 - min(creepage / saturation, 1.0)) ** 3)
-    discretisation, response, flux = _sliding(derived)
-    if not flux.any():
-        return []
-    flux *= creepage * force * motion.speed / (float(flux.sum()) * discretisation.grid.element_area)
-    heating = replace(problem.heating, bulk_lower=0.0, bulk_upper=0.0)
-    heat = divide(heating, response, flux, discretisation.isothermal_pressure.contact)
-    rise = float(max(rises.max() for rises in heat.temperatures()))
-    if rise <= LARGEST_RISE:
-        return []
-    return [f"the surfaces are expected to get about {float(f'{rise:.1g}'):g} K hotter: {NO_SOLID}"]
-
-
-def _sliding(derived: DerivedQuantities) -> tuple[Discretisation, ThermalResponse, Array]:
-    """A coarse grid, and the thermal response and the heat flux (W/m²) of a contact that slides everywhere.
-
-    It slides at its slip without traction, which the elastic slip exceeds only locally. Prescribed forces leave the creepage
-    open: full sliding needs a few times the saturation creepage at most."""
-    problem, motion = derived.problem, derived.problem.motion
-    discretisation = _preview(derived)
-    normal = discretisation.isothermal_pressure
-    rigid = discretisation.driving_slip(normal)
-    for i, force in enumerate((motion.force_x, motion.force_y)):
-        if force is not None:
-            rigid[i] += 3.0 * derived.saturation_creepage
-    flux = problem.friction.highest * normal.pressure * np.hypot(rigid[0], rigid[1]) * motion.speed
-    creepage = motion.creepage_x or 0.0, motion.creepage_y or 0.0
-    return discretisation, discretisation.heat_response(creepage, rigid), flux
-
-
-def _preview(derived: DerivedQuantities) -> Discretisation:
-    """A grid coarse enough for estimates."""
-    return Discretisation(derived, (2 * COARSEST, 2 * COARSEST), SMALLEST_EXTENT)
-
-
-def _even_share(derived: DerivedQuantities) -> float | None:
-    """Share of the lower body with which both surfaces get equally warm everywhere; None if that takes a solution."""
-    motion = derived.problem.motion
-    if derived.problem.heating.conducts:
-        return None
-    if derived.problem.heating.peclet == "rolling" and (motion.force_x, motion.force_y) != (None, None):
-        return None
-    discretisation = _preview(derived)
-    creepage = (motion.creepage_x or 0.0, motion.creepage_y or 0.0)
-    return discretisation.heat_response(creepage, np.zeros((2, *discretisation.grid.shape))).matched_share
+LARGEST_EXTENT, GROWTH = 12.0, 1.25
+"""Domain in semi-axes beyond which it grows no more, and the factor by which it does when the contact reaches its rim."""
 
 
 @dataclass(frozen=True)
@@ -238,6 +199,16 @@ class Plan:
         """Stages on grids in the order in which `solve` reports them (fewer where an accuracy is reached earlier)."""
         stages = ("tangential", "coupling") if self.runs("deformation") else ("tangential",)
         return [(stage, grid) for grid in self.grids for stage in stages]
+
+    @property
+    def widest(self) -> bool:
+        return self.extent > LARGEST_EXTENT
+
+    def wider(self) -> Plan:
+        """The same on a larger domain, with a warning."""
+        grown = self.extent * GROWTH
+        warning = f"the contact reached the rim of the domain: extent grown to {grown:g}"
+        return replace(self, extent=grown, warnings=[*self.warnings, warning])
 
     def runs(self, stage: str) -> bool:
         return stage in self.run
@@ -275,7 +246,7 @@ def make_plan(problem: Problem, *, alone: bool = False) -> Plan:
 def _left_out(derived: DerivedQuantities, skipped: Mapping[str, str]) -> dict[str, float]:
     """Bound of the effect of each stage that could change a scalar but is left out."""
     heating, bounds = derived.problem.heating, {"differential slip": derived.kinematics.differential_slip.left_out}
-    if heating.deformation and _deformation(derived) and not _cold(derived):
+    if heating.deformation and _deformation(derived) and not _heat(derived):
         bounds["deformation"] = deformation_effect(derived)
     elif heating.deformation and skipped.get("thermal crown"):
         bounds["thermal crown"] = crown_bound(derived)

@@ -12,7 +12,7 @@ from thermoroll_cli.numerics.convolution import counted
 from thermoroll_cli.numerics.grid import Prolongation
 from thermoroll_cli.problem.contact import Contact, Traction
 from thermoroll_cli.refinement.level import Level, begun_on, better_domain
-from thermoroll_cli.refinement.neighbours import on_grid_of, predicted
+from thermoroll_cli.refinement.neighbours import on_grid, predicted
 from thermoroll_cli.refinement.plan import Plan
 from thermoroll_cli.refinement.scalars import reported_state
 from thermoroll_cli.steady_state.discretisation import Discretisation, Tolerances
@@ -38,9 +38,9 @@ def refine(
     With thermal deformation, if the state without it is given (`cold`, on the same grid). The state starts from what the last
     problem predicts, else from the coarser grid, else from the `cold` one, else from Hertz's pressure and full stick."""
     begun, transforms = time.perf_counter(), counted.transforms
-    coarse, before = levels[-1] if levels else None, on_grid_of(usual, last)
+    coarse, before = levels[-1] if levels else None, on_grid(last, usual.grid.shape, plan.extent)
     here, source = usual, before
-    guess = predicted(usual, before, coarse, None if coarse is None else on_grid_of(coarse.here, last))
+    guess = predicted(usual, before, coarse, None if coarse is None else on_grid(last, coarse.here.grid.shape, plan.extent))
     if guess is None:
         here, source = begun_on(usual, coarse), coarse
         guess = None if (known := coarse or cold) is None else carried(here, known.here, known.contact)

@@ -11,19 +11,14 @@ from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement.error_estimates import estimates, missed_accuracy
 from thermoroll_cli.refinement.level import Level
 from thermoroll_cli.refinement.limit import beyond_maximum, creep_maximum, has_maximum, with_maximum
+from thermoroll_cli.refinement.neighbours import on_grid
 from thermoroll_cli.refinement.outcome import refining_both, result_of, scalars_by_level
 from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.refine import refine
 from thermoroll_cli.refinement.subsurface_stage import with_subsurface
 from thermoroll_cli.steady_state.discretisation import Discretisation, SolverOptions
 
-LARGEST_EXTENT = 12.0
-GROWTH = 1.25
-"""Factor by which the domain grows when the contact reaches its rim."""
-
 Report = Callable[[str, Mapping[str, Any]], None]
-
-
 
 
 def solve(
@@ -40,7 +35,7 @@ def solve(
 
 
 class Solver:
-    """Solves problem after problem: each starts from what the last two predict, and uses the kernels of the last where grids
+    """Solves problem after problem: each starts from what the last one predicts, and uses the kernels of the last where grids
     are the same. Neighbouring points of a sweep, or steps of wear, take half of the work of a first one."""
 
     def __init__(self, threads: int = 1, options: SolverOptions | None = None) -> None:
@@ -76,14 +71,11 @@ class Solver:
 
     def _attempt(self, problem: Problem, report: Report) -> Result:
         plan = make_plan(problem, alone=not self.options.sequence)
-        cold, hot = self._levels(plan, report)
-        while hot[-1].touches_rim or cold[-1].touches_rim:
-            if plan.extent > LARGEST_EXTENT:
-                break
-            grown = plan.extent * GROWTH
-            plan = replace(plan, extent=grown, warnings=[
-                *plan.warnings, f"the contact reached the rim of the domain: extent grown to {grown:g}"])
+        while True:
             cold, hot = self._levels(plan, report)
+            if plan.widest or not (cold[-1].touches_rim or hot[-1].touches_rim):
+                break
+            plan = plan.wider()
         # A coarser grid on which no steady state was found says nothing about the order in which errors fall.
         all_converged = hot is cold or all(level.state.converged for level in refining_both(hot)[-3:])
         result = result_of(plan, cold, hot, extrapolated=self.options.extrapolated and all_converged)
@@ -114,10 +106,10 @@ class Solver:
     def _discretisation(self, plan: Plan, shape: tuple[int, int], cold: Sequence[Level]) -> Discretisation:
         """The next grid after those of the levels `cold`, with kernels and tables of the last problem where they serve."""
         derived, coarser = plan.derived, cold[-1].here if cold else None
-        before = next((level.here for level in self.last[0] if level.here.grid.shape == shape
-                       and level.here.extent == plan.extent), None)
-        if before is None:
+        last = on_grid(self.last[0], shape, plan.extent)
+        if last is None:
             return Discretisation(derived, shape, plan.extent, self.threads, self.options, coarser=coarser)
+        before = last.here
         if before.has_kernels_of(derived, shape, plan.extent):
             return before.for_problem(derived)
         start = before.isothermal_pressure.start * (derived.scales.peak_pressure / before.derived.scales.peak_pressure)
