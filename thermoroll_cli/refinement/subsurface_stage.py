@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -91,53 +92,67 @@ def _below_the_surface(
     """Stresses and temperatures in the bodies asked for, with scalars and their error estimates.
 
     The last of the `levels` is reported, the others are for its estimates; `summary` has the scalars of the surface."""
-    derived, elements = levels[-1].here.derived, levels[-1].elements_across
+    derived, finest_grid = plan.derived, levels[-1].here.grid
     hot = hot_bodies(request, derived, heated=plan.runs("heat"))
     depths: dict[str, Array] = {body: depths_of(request, derived, body, heated=bool(hot)) for body in request.bodies}
-    collected = [_collect(level.here, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1])
-                 for level in levels]
-    finest = collected[-1]
-    peaks = [_peaks(collectors) for collectors in collected]
-    by_grid = [_scalars(*each) for each in zip(peaks, collected, strict=True)]
-    scalars, every_second = by_grid[-1], _scalars(_peaks(finest, every=2), finest, every=2)
-    results = {body: collector.result(peaks[-1]["von_mises", body]) for body, collector in finest.items()}
-    width = min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
-    grid = levels[-1].here.grid
-    near = min(grid.dx, grid.dy)
-    cut_off = _cut_off(finest, width, near)
-    largest = [name for name in scalars if name in cut_off and name.endswith("_MPa")
-               and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
-    warnings = [f"may be larger below the last depth computed, and have no error estimate: {', '.join(largest)}; set a larger "
-                "subsurface.depth_mm"] if largest else []
-    sparse = [body for body in finest if few_depths(depths[body], width)]
-    warnings += [f"{len(depths[body])} depths of the {body} body are far apart, which makes the error estimates of its "
-                 "stresses wide: set more subsurface.layers" for body in sparse]
-    warnings += [
-        f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses lack "
-        "what earlier passes have left"
-        for body in recirculating(derived) if body in hot
-    ]
-    warnings += [
-        f"the largest shear stress of the interfaces of the {body} body lies at the border of the domain: set a larger "
-        "numerics.extent"
-        for body, collector in finest.items() if collector.cut_off()
-    ]
-    at_surface = _at_surface(peaks[-1], finest, near)
-    error = stress_estimates(by_grid, every_second, summary, at_surface, elements, derived, sum(plan.left_out.values()),
-                             cut_off | _without_peak(finest))
-    for value, places, rivals in _rivals(collected, near):
+    near, width = min(finest_grid.dx, finest_grid.dy), min(derived.scales.semi_axis_x, derived.scales.semi_axis_y)
+    grids = [StressesOnGrid(_collect(level.here, level.contact, request, depths, thermal=bool(hot), last=level is levels[-1]),
+                            near, width) for level in levels]
+    finest = grids[-1]
+    scalars, error = finest.scalars(), _errors(grids, summary, levels[-1].elements_across, plan)
+    for body in finest.collectors:
+        found, uncertain = _strength(request, derived.problem, body, scalars, error, summary)
+        scalars, error = scalars | found, error | uncertain
+    results = {body: collector.result(finest.peaks["von_mises", body]) for body, collector in finest.collectors.items()}
+    warmed = [body for body in recirculating(derived) if body in hot]
+    return Subsurface(results, scalars, error, tuple(_warnings(finest, warmed)))
+
+
+def _errors(grids: Sequence[StressesOnGrid], summary: Mapping[str, Any], elements: float, plan: Plan) -> dict[str, float]:
+    """Error estimates of the scalars of the last of the `grids`."""
+    finest, derived = grids[-1], plan.derived
+    error = stress_estimates(
+        [grid.scalars() for grid in grids], finest.scalars(every=2), summary, finest.at_surface(), elements, derived,
+        sum(plan.left_out.values()), finest.cut_off | finest.without_peak())
+    for value, places, rivals in _rivals(grids):
         places = {axis: place for axis, place in places.items() if place in error}
         error |= errors_with_rivals(value, places, error, rivals, summary, elements, derived)
-    for body in finest:
-        strength = getattr(request, f"{body}_strength")
-        if strength is not None and strength.shear_yield is not None:
-            name = f"shakedown_k_{body}_MPa"
-            layers = getattr(derived.problem, body).layers
-            of_surface = strength.shear_yield if not layers else layers[0].shear_yield or math.nan
-            found, uncertain = strength_scalars(body, strength.shear_yield * 1e-6, derived.problem.normal_force, scalars[name],
-                                                error[name], summary, of_surface * 1e-6)
-            scalars, error = scalars | found, error | uncertain
-    return Subsurface(results, scalars, error, tuple(warnings))
+    return error
+
+
+def _strength(
+    request: SubsurfaceRequest, problem: Problem, body: str, scalars: Mapping[str, float], error: Mapping[str, float],
+    summary: Mapping[str, Any],
+) -> tuple[dict[str, float], dict[str, float]]:
+    """What the shear yield of a `body` makes of its `scalars`, and the errors; nothing without one."""
+    strength, layers = getattr(request, f"{body}_strength"), getattr(problem, body).layers
+    if strength is None or strength.shear_yield is None:
+        return {}, {}
+    of_surface = strength.shear_yield if not layers else layers[0].shear_yield or math.nan
+    name = f"shakedown_k_{body}_MPa"
+    return strength_scalars(body, strength.shear_yield * 1e-6, problem.normal_force, scalars[name], error[name], summary,
+                            of_surface * 1e-6)
+
+
+def _warnings(finest: StressesOnGrid, warmed: Iterable[str]) -> Iterator[str]:
+    """Doubts about stresses below the surface; the bodies `warmed` have heat of earlier passes."""
+    cut_off = finest.cut_off
+    largest = [name for name in finest.scalars() if name in cut_off and name.endswith("_MPa")
+               and not {name.removeprefix("elastic_"), name.replace("_below_", "_")} & cut_off - {name}]
+    if largest:
+        yield (f"may be larger below the last depth computed, and have no error estimate: {', '.join(largest)}; set a larger "
+               "subsurface.depth_mm")
+    for body, collector in finest.collectors.items():
+        if few_depths(collector.depths, finest.width):
+            yield (f"{len(collector.depths)} depths of the {body} body are far apart, which makes the error estimates of its "
+                   "stresses wide: set more subsurface.layers")
+    for body in warmed:
+        yield (f"below the surface of the {body} body there is the heat of this pass alone: temperatures and thermal stresses "
+               "lack what earlier passes have left")
+    for body, collector in finest.collectors.items():
+        if collector.cut_off():
+            yield (f"the largest shear stress of the interfaces of the {body} body lies at the border of the domain: set a "
+                   "larger numerics.extent")
 
 
 def stresses_by_depth(
@@ -207,83 +222,91 @@ def _alike(loads: dict[str, SurfaceLoad]) -> Iterable[list[str]]:
     return groups.values()
 
 
-Peaks = dict[tuple[str, str], Peak]
-"""By stress ("elastic_…": without thermal stresses) and body."""
+@dataclass(frozen=True)
+class StressesOnGrid:
+    """Stresses below the surface on one grid, and what is largest among them.
+
+    `near` (m) is the depth down to which a place counts as the surface, an element; `width` (m) the smaller semi-axis."""
+
+    collectors: Collectors
+    near: float
+    width: float
+
+    @cached_property
+    def peaks(self) -> dict[tuple[str, str], Peak]:
+        """By stress ("elastic_…": without thermal stresses) and body."""
+        return self._peaks(1)
+
+    def _peaks(self, every: int) -> dict[tuple[str, str], Peak]:
+        """Those of every so many depths."""
+        peaks: dict[tuple[str, str], Peak] = {}
+        for body, collector in self.collectors.items():
+            total = collector.peaks(collector.total, every)
+            elastic = collector.peaks(collector.elastic, every) if collector.thermal else total
+            named = {**collector.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
+            peaks |= {(stress, body): peak for stress, peak in named.items()}
+        return peaks
+
+    def scalars(self, every: int = 1) -> dict[str, float]:
+        """The scalars, of every so many depths."""
+        scalars: dict[str, float] = {}
+        for body, collector in self.collectors.items():
+            if collector.strength is not None:
+                scalars |= collector.strength.scalars(body, every)
+        for (stress, body), peak in (self.peaks if every == 1 else self._peaks(every)).items():
+            scalars |= scalars_of(stress, body, peak)
+        return scalars
+
+    def at_surface(self) -> set[str]:
+        """Names of the scalars whose maximum lies at the surface."""
+        names: set[str] = set()
+        for body, collector in self.collectors.items():
+            if collector.strength is not None:
+                names |= collector.strength.at_surface(body, self.near)
+        for (stress, body), peak in self.peaks.items():
+            if peak.z <= self.near:
+                names |= scalars_of(stress, body, peak).keys()
+        return names
+
+    @cached_property
+    def cut_off(self) -> set[str]:
+        """Names of the scalars whose maximum over depth may lie below the last depth.
+
+        There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
+        without a peak below the surface, if the last depth is less than the `width` within which the peaks of Hertz's contacts
+        lie."""
+        names: set[str] = set()
+        for body, collector in self.collectors.items():
+            depths = collector.depths
+            for quantity, values in collector.profiles().items():
+                slopes = np.diff(values) / np.diff(depths)
+                peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > self.near)
+                unseen = depths[-1] < self.width and not peaked.any()
+                reached = values[-1] + slopes[-1] * depths[-1] if slopes[-1] > 0.0 else -math.inf
+                if unseen or reached >= values[1:].max():
+                    names |= {f"{quantity}_below_{body}_MPa"}
+                if unseen or reached >= values.max():
+                    names |= {*scalars_of(quantity, body, Peak()), depth_name(quantity, body), f"{quantity}_{body}_MPa"}
+        return names.intersection(SUBSURFACE_SCALARS)
+
+    def without_peak(self) -> set[str]:
+        """Names of the scalars below the surface that have no maximum there: what falls from the surface on is largest at the
+        first depth, wherever that is."""
+        return {f"{quantity}_below_{body}_MPa" for body, collector in self.collectors.items() if collector.strength is not None
+                for quantity, values in collector.strength.profiles().items() if values[0] > values[1:].max() == values[1]}
 
 
-def _peaks(collectors: Collectors, every: int = 1) -> Peaks:
-    peaks: Peaks = {}
-    for body, collector in collectors.items():
-        total = collector.peaks(collector.total, every)
-        elastic = collector.peaks(collector.elastic, every) if collector.thermal else total
-        named = {**collector.bond_peaks(every), **total, **{f"elastic_{stress}": peak for stress, peak in elastic.items()}}
-        peaks |= {(stress, body): peak for stress, peak in named.items()}
-    return peaks
-
-
-def _scalars(peaks: Peaks, collectors: Collectors, every: int = 1) -> dict[str, float]:
-    scalars: dict[str, float] = {}
-    for body, collector in collectors.items():
-        if collector.strength is not None:
-            scalars |= collector.strength.scalars(body, every)
-    for (stress, body), peak in peaks.items():
-        scalars |= scalars_of(stress, body, peak)
-    return scalars
-
-
-def _at_surface(peaks: Peaks, collectors: Collectors, near: float) -> set[str]:
-    """Names of the scalars whose maximum lies at the surface, no deeper than `near` (m)."""
-    names: set[str] = set()
-    for body, collector in collectors.items():
-        if collector.strength is not None:
-            names |= collector.strength.at_surface(body, near)
-    for (stress, body), peak in peaks.items():
-        if peak.z <= near:
-            names |= scalars_of(stress, body, peak).keys()
-    return names
-
-
-def _cut_off(collectors: Collectors, width: float, near: float) -> set[str]:
-    """Names of the scalars whose maximum over depth may lie below the last depth.
-
-    There are two cases: values that grow at the last depth and would exceed all others within twice that depth; and values
-    without a peak below `near` (m), if the last depth is less than `width`, the smaller semi-axis, within which the peaks of
-    Hertz's contacts lie."""
-    names: set[str] = set()
-    for body, collector in collectors.items():
-        depths = collector.depths
-        for quantity, values in collector.profiles().items():
-            slopes = np.diff(values) / np.diff(depths)
-            peaked = (slopes[:-1] > 0.0) & (slopes[1:] <= 0.0) & (depths[1:-1] > near)
-            unseen = depths[-1] < width and not peaked.any()
-            reached = values[-1] + slopes[-1] * depths[-1] if slopes[-1] > 0.0 else -math.inf
-            if unseen or reached >= values[1:].max():
-                names |= {f"{quantity}_below_{body}_MPa"}
-            if unseen or reached >= values.max():
-                names |= {*scalars_of(quantity, body, Peak()), depth_name(quantity, body), f"{quantity}_{body}_MPa"}
-    return names.intersection(SUBSURFACE_SCALARS)
-
-
-def _without_peak(collectors: Collectors) -> set[str]:
-    """Names of the scalars below the surface that have no maximum there: what falls from the surface on is largest at the first
-    depth, wherever that is."""
-    return {f"{quantity}_below_{body}_MPa" for body, collector in collectors.items() if collector.strength is not None
-            for quantity, values in collector.strength.profiles().items() if values[0] > values[1:].max() == values[1]}
-
-
-def _rivals(
-    collected: Sequence[Collectors], near: float
-) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
-    """Names of a largest stress and, by axis, of its places, with the largest of the surface, no deeper than `near`, and below
-    it, grid by grid."""
-    for body, collector in collected[-1].items():
+def _rivals(grids: Sequence[StressesOnGrid]) -> Iterator[tuple[str, dict[str, str], list[tuple[Peak, Peak]]]]:
+    """Names of a largest stress and, by axis, of its places, with the largest of the surface and below it, grid by grid."""
+    for body, collector in grids[-1].collectors.items():
+        on_each = [grid.collectors[body] for grid in grids]
         for prefix in ("", "elastic_"):
-            by_grid = [each[body].rivals(each[body].elastic if prefix else each[body].total, near) for each in collected]
+            by_grid = [each.rivals(each.elastic if prefix else each.total, grids[-1].near) for each in on_each]
             for stress in by_grid[-1]:
                 name = f"{prefix}{stress}"
                 places = {"z": f"{name}_depth_{body}_mm", "x": f"{name}_x_{body}_mm", "y": f"{name}_y_{body}_mm"}
                 yield f"{name}_max_{body}_MPa", places, [peaks[stress] for peaks in by_grid]
         if collector.strength is not None:
-            of_strength = [each[body].strength.peaks() for each in collected]  # type: ignore[union-attr]
+            of_strength = [each.strength.peaks() for each in on_each]  # type: ignore[union-attr]
             for quantity in of_strength[-1]:
                 yield (f"{quantity}_{body}_MPa", {"z": depth_name(quantity, body)}, [peaks[quantity] for peaks in of_strength])
