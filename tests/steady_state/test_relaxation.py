@@ -16,7 +16,7 @@ from thermoroll_cli.exact.hunter import hunter
 from thermoroll_cli.files.case import Case, CaseError
 from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
-from thermoroll_cli.problem.problem import Layer, Material, Motion, Numerics, Problem
+from thermoroll_cli.problem.problem import Heating, Layer, Material, Motion, Numerics, Problem
 from thermoroll_cli.refinement.plan import make_plan
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import Discretisation
@@ -222,6 +222,17 @@ def test_beyond_what_converges_the_reason_says_so() -> None:
     result = solved(roller(body, body, friction=0.0, load=load, geometry=both, speed=1.0, grid=(64, 64)))
     assert not result.converged
     assert "relax to 1e+03 times their instantaneous compliance" in result.reason
+
+
+def test_doubts_are_said() -> None:
+    """Large strains, and heat that temperatures do not contain; nothing of the kind for steel."""
+    hot = {"conductivity": 0.25, "expansion": 1e-4, "diffusivity": 1.2e-7}
+    warm = roller(replace(STEEL, **hot), replace(TREAD, **hot), creepage_x=0.003, grid=(16, 16), load=2e4)
+    warnings = " ".join(solved(replace(warm, heating=Heating(deformation=False))).warnings)
+    assert "the mean strain, about half-width over radius, is 0.1" in warnings
+    assert "% of all heat" in warnings
+    elastic = replace(warm, upper=replace(TREAD, relaxation=(), **hot), heating=Heating(deformation=False))
+    assert not {word for word in ("strain", "of all heat") if word in " ".join(solved(elastic).warnings)}
 
 
 CASE = """
