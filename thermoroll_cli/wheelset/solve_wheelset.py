@@ -24,7 +24,7 @@ from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
 ROUGH_GRID = (16, 16)
 """On which ratios of forces, roll and angular velocity are found before the wanted grid is solved."""
-MOST_ROUNDS = 24
+MOST_ROUNDS = 32
 ROUGH_RATIO, RATIO = 0.1, 1e-4
 """Change of the vertical force over the load from round to round, rough and fine, with which a patch is known."""
 ROUGH_DRIVE, DRIVE = 1e-3, 3e-5
@@ -156,10 +156,11 @@ class WheelsetSolver:
         return solver
 
 
-def _drive_from(angular_velocity: float) -> RisingRoot:
-    """The search for the angular velocity (rad/s), which what is unbalanced falls with."""
+def _drive_from(angular_velocity: float, slope: float = 0.0) -> RisingRoot:
+    """The search for the angular velocity (rad/s), which what is unbalanced falls with; by the `slope` (s/rad) that it had
+    before, if there was one."""
     size = max(abs(angular_velocity), 1e-300)
-    return RisingRoot(angular_velocity, DRIVE_SLOPE / size, LARGEST_STEP * size)
+    return RisingRoot(angular_velocity, slope or DRIVE_SLOPE / size, LARGEST_STEP * size)
 
 
 class _Search:
@@ -177,7 +178,7 @@ class _Search:
         self.wheels = wheels_of(problem)
         given = problem.motion.angular_velocity
         turned = math.nan if before is None else before.angular_velocity * problem.motion.speed / before.problem.motion.speed
-        self.drive = _drive_from(turned if given is None else given)
+        self.drive = _drive_from(turned if given is None else given, 0.0 if before is None else -before.drive_slope)
 
     def rounds_of(self, problem: WheelsetProblem, ratio: float, drive: float) -> str:
         """Rounds until neither the ratios of forces nor what drives the wheelset change any more; else why not."""
