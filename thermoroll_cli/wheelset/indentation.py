@@ -77,7 +77,10 @@ def _box(patch: PatchSurface) -> tuple[float, float, float, float]:
     half = 1.05 * math.sqrt(2.0 * patch.facing.wheel.radius * depth) * 1.2
     x = np.linspace(lean.min() - half, lean.max() + half, BOX_SAMPLES[0])
     s = np.linspace(low, high, BOX_SAMPLES[1])
-    rows, columns = (np.flatnonzero((patch.gap(x, s) < 0.0).any(axis=axis)) for axis in (1, 0))
+    gap = patch.gap(x, s)
+    # An overlap may lie between the places.
+    inside = gap < 0.0 if (gap < 0.0).any() else gap == np.nanmin(gap)
+    rows, columns = (np.flatnonzero(inside.any(axis=axis)) for axis in (1, 0))
     step_x, step_s = x[1] - x[0], s[1] - s[0]
     return (float(x[rows[0]] - step_x), float(x[rows[-1]] + step_x),
             float(s[columns[0]] - step_s), float(s[columns[-1]] + step_s))

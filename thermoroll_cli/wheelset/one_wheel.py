@@ -127,7 +127,7 @@ class WheelOnRail:
             facing = self._facing
         self._facing = facing.lowered(position.z - facing.position.z)
         patches = [PatchSurface(self._facing, region, self.curved) for region in self._facing.regions()]
-        patches = [patch for patch in patches if patch.faces]
+        patches = [patch for patch in patches if patch.faces and patch.overlap[0] > 0.0]
         before = self._indentations if len(patches) == len(self._indentations) else [None] * len(patches)
         self._indentations = [Indentation(patch, self.contact_modulus, None if last is None else last.pressure)
                               for patch, last in zip(patches, before, strict=True)]
