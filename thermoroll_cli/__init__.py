@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from thermoroll_cli.files.result.hdf5 import read_result
     from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
-    from thermoroll_cli.python_api import Solver, solve
+    from thermoroll_cli.python_api import Solver, conicity, solve
     from thermoroll_cli.sweeps.sweep import sweep
     from thermoroll_cli.worn.follow import wear
 
 __all__ = [
-    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "read_result", "solve", "sweep",
-    "wear",
+    "Case", "CaseError", "CreepForceTable", "Problem", "Result", "Solver", "__version__", "conicity", "read_result", "solve",
+    "sweep", "wear",
 ]  # fmt: skip
 
 _PLACES = {
@@ -38,6 +38,7 @@ _PLACES = {
     "Problem": "thermoroll_cli.problem.problem",
     "Result": "thermoroll_cli.problem.result",
     "Solver": "thermoroll_cli.python_api",
+    "conicity": "thermoroll_cli.python_api",
     "read_result": "thermoroll_cli.files.result.hdf5",
     "solve": "thermoroll_cli.python_api",
     "sweep": "thermoroll_cli.sweeps.sweep",

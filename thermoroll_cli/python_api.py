@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from thermoroll_cli.files.case import Case
 from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.problem.geometry import Unsolvable
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.refinement import solve as refinement
@@ -17,11 +20,12 @@ from thermoroll_cli.refinement.plan import Plan, make_plan
 from thermoroll_cli.refinement.warnings import warnings_before
 from thermoroll_cli.steady_state.derived import DerivedQuantities
 from thermoroll_cli.steady_state.discretisation import SolverOptions
+from thermoroll_cli.wheelset.conicity import Conicity, conicity_of
 from thermoroll_cli.wheelset.first_contact import facts_of, wheelset_warnings
 from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
 from thermoroll_cli.wheelset.wheelset_result import WheelsetResults
 
-__all__ = ["Result", "Solver", "read_result", "solve"]
+__all__ = ["Conicity", "Result", "Solver", "conicity", "read_result", "solve"]
 
 Task = Problem | WheelsetProblem
 Report = Callable[[str, Mapping[str, Any]], None]
@@ -103,3 +107,32 @@ def solve(
     Raises CaseError for an invalid case; ValueError if no steady state can exist or a wheel misses its rail.
     """
     return Solver(threads).solve(case, report=report)
+
+
+MOST_AMPLITUDE = 50.0
+"""Largest amplitude of a conicity in mm: no gauge has more room."""
+
+
+def conicity(
+    case: Case | Mapping[str, Any] | str | os.PathLike[str],
+    amplitudes_mm: Sequence[float] = tuple(np.linspace(1.0, 7.5, 66).tolist()),
+) -> Conicity:
+    """Equivalent conicity after EN 15302 of the wheelset of a case, whose load, position and motion do not count.
+
+    Parameters:
+
+    - `case`: as of `solve`;
+    - `amplitudes_mm`: amplitudes in mm, above 0.
+
+    Returns the conicity with `conicity`, `wavelength`, `amplitudes`, `shifts`, `radius_difference` (arrays in SI units),
+    `conicity_at(amplitude)`, `nonlinearity`, `warnings` and `record()`, the units of which its names say. Numbers are nan where
+    an amplitude is beyond the profiles.
+
+    Raises CaseError for an invalid case; ValueError for a case without two wheels on a track, and for other amplitudes."""
+    if not len(amplitudes_mm) or not all(
+            isinstance(value, int | float) and 0.0 < value <= MOST_AMPLITUDE for value in amplitudes_mm):
+        raise ValueError(f"amplitudes are numbers above 0 up to {MOST_AMPLITUDE:g} mm")
+    task = Case.of(case).task
+    if not isinstance(task, WheelsetProblem):
+        raise Unsolvable("a single contact has no equivalent conicity", "geometry", "[track] and [wheelset] in place of it")
+    return conicity_of(task, 1e-3 * np.array(amplitudes_mm, dtype=float))

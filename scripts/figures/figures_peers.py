@@ -10,7 +10,8 @@ import numpy as np
 
 from scripts.figures.figures_drawing import COUPLED, ISOTHERMAL, ROOT, Numbers, diagrams, solve_problem, table, write
 from scripts.manchester import SHIFTS, contact_results, wheelset_at
-from thermoroll_cli import Case
+from thermoroll_cli import Case, conicity
+from thermoroll_cli.plots.conicity_figure import draw_conicity
 from thermoroll_cli.problem.friction import Interlayer
 from thermoroll_cli.problem.problem import Problem
 
@@ -87,4 +88,10 @@ def _force(problem: Problem, creepage: float) -> float:
     return float(result.coupled.scalars["force_x_N"] / problem.normal_force)
 
 
-FIGURES = {"manchester": manchester, "eurosprinter": eurosprinter}
+def equivalent_conicity(folder: pathlib.Path, grid: int) -> Numbers:
+    """The picture of `thermoroll conicity`, which needs no grid."""
+    draw_conicity(folder / "conicity.png", conicity(ROOT / "cases" / "manchester.toml"), "Manchester benchmark")
+    return {}
+
+
+FIGURES = {"manchester": manchester, "eurosprinter": eurosprinter, "conicity": equivalent_conicity}

@@ -17,6 +17,7 @@ COMMANDS = {
     "run": ("run", "Solve cases, write results and pictures."),
     "sweep": ("sweep_command", "Solve a case for many values of some of its keys."),
     "wear": ("wear", "Follow the profiles of both bodies as they wear."),
+    "conicity": ("conicity", "Equivalent conicity of a wheelset on its track."),
     "show": ("show", "Show what a case means and what would run."),
     "validate": ("cases", "Check cases and report all their errors."),
     "init": ("cases", "Write a case with comments, to be edited."),

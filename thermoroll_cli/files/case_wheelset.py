@@ -114,6 +114,8 @@ class WheelsetTable(Table):
         default="curved",
         description="Patches follow the surface; or each lies in its own plane and is alone, as in other programs",
     )
+    contact_distance_mm: float = quantity("mm", "Distance between the contacts of both wheels, for the conicity", 1500.0,
+                                          ge=100, le=1e4)  # fmt: skip
     left: WheelTable | None = Field(default=None, description="The left wheel, where it differs")
     right: WheelTable | None = Field(default=None, description="The right wheel, where it differs")
 
@@ -137,6 +139,7 @@ def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) ->
         finds_speed=finds_speed,
         traction=wheelset.traction_N,
         curved=wheelset.patches == "curved",
+        contact_distance=wheelset.si("contact_distance_mm"),
     )  # fmt: skip
 
 

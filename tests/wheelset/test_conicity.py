@@ -1,0 +1,153 @@
+"""Equivalent conicity: beside the benchmark of EN 15302, cones in closed form, and what changes nothing."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from thermoroll_cli import CaseError, conicity
+
+FOLDER = Path(__file__).parents[1] / "reference" / "conicity"
+
+
+def points(name: str, every: int = 1) -> list[list[float]]:
+    return np.loadtxt(FOLDER / name)[::every].tolist()
+
+
+def tables(left, right, radii=(460.0, 460.0), rail=None, **wheelset):
+    """A case of wheels with these outlines on both rails."""
+    return {
+        "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28},
+        "load": {"friction_coefficient": 0.3},
+        "rolling": {"speed_m_s": 1.0},
+        "track": {"gauge_mm": 1435.16, "rail_profile": {"points_mm": rail or points("SUIC519A.dat")}},
+        "wheelset": {
+            "nominal_radius_mm": 460.0, "vertical_N": 1e5, **wheelset,
+            "left": {"wheel_profile": {"points_mm": left}, "nominal_radius_mm": radii[0]},
+            "right": {"wheel_profile": {"points_mm": right}, "nominal_radius_mm": radii[1]},
+        },
+    }  # fmt: skip
+
+
+A, B = points("RUIC519A.dat"), points("RUIC519B.dat")
+NORM = {"E1": (A, A), "E2": (B, B), "E5": (A, A, (460.0, 459.0)), "E9": (B, A)}
+SOME = np.arange(1.0, 7.6, 0.5).tolist()
+
+
+@cache
+def of_norm(name: str):
+    return conicity(tables(*NORM[name]), np.loadtxt(FOLDER / f"ben_{name}.dat")[:, 0].tolist())
+
+
+@pytest.mark.parametrize("name", NORM)
+def test_conicity_is_within_the_tolerance_of_the_norm(name):
+    reference = np.loadtxt(FOLDER / f"ben_{name}.dat")
+    found = of_norm(name).conicity
+    low, high = np.minimum(*reference[:, [3, 5]].T), np.maximum(*reference[:, [2, 4]].T)
+    assert ((low <= found) & (found <= high)).all()
+    assert np.median(np.abs(found - reference[:, 1])) < 0.003
+
+
+def cone(gamma: float) -> list[list[float]]:
+    return [[-60.0, 60.0 * gamma], [60.0, -60.0 * gamma]]
+
+
+def crown(radius: float) -> list[list[float]]:
+    y = np.linspace(-40.0, 40.0, 81)
+    return np.stack((y, radius - np.sqrt(radius**2 - y**2)), axis=1).tolist()
+
+
+@pytest.mark.parametrize("gamma", [0.025, 0.1])
+@pytest.mark.parametrize("left", [460.0, 459.9])
+def test_a_cone_has_its_own_conicity_on_any_rail(gamma, left):
+    """Klingel: λ = 2π √(r₀ b/γ) with b half the distance of the contacts; wheels of unlike radii swing about another place."""
+    shape = cone(gamma)
+    found = conicity(tables(shape, shape, (left, 460.0), crown(250.0), contact_distance_mm=1400.0), [0.5, 3.0])
+    np.testing.assert_allclose(found.conicity, gamma, rtol=1e-10)
+    np.testing.assert_allclose(found.wavelength, 2.0 * math.pi * math.sqrt(found.mean_radius * 0.7 / gamma), rtol=1e-10)
+    assert abs(found.nonlinearity) < 1e-8
+    middle = np.interp(0.0, found.radius_difference, found.shifts)
+    assert middle == pytest.approx(-0.5e-3 * (460.0 - left) / gamma, abs=1e-9)
+    assert any("equal at a lateral shift" in warning for warning in found.warnings) == (left != 460.0)
+
+
+def test_exchanged_wheels_and_all_lengths_doubled_change_nothing():
+    found = of_norm("E9")
+    exchanged = conicity(tables(*reversed(NORM["E9"])), SOME)
+    at = np.searchsorted(1e3 * found.amplitudes + 1e-9, SOME)
+    np.testing.assert_allclose(exchanged.conicity, found.conicity[at], rtol=1e-9)
+    there = np.interp(-exchanged.shifts[::-1], found.shifts, found.radius_difference)
+    np.testing.assert_allclose(-exchanged.radius_difference[::-1], there, atol=1e-9)
+
+    large = tables(*((2.0 * np.array(shape)).tolist() for shape in NORM["E9"]), (920.0, 920.0),
+                   (2.0 * np.array(points("SUIC519A.dat"))).tolist(), flange_back_mm=-140.0, flange_back_distance_mm=2720.0)
+    large["track"] |= {"gauge_mm": 2870.32, "gauge_height_mm": 28.0}
+    np.testing.assert_allclose(conicity(large, [2.0 * value for value in SOME]).conicity, found.conicity[at], rtol=2e-3)
+
+
+def test_other_samplings_and_a_mirrored_outline_change_little():
+    found = of_norm("E2")
+    at = np.searchsorted(1e3 * found.amplitudes + 1e-9, SOME)
+    sparse = [points("RUIC519B.dat", 2)] * 2
+    np.testing.assert_allclose(conicity(tables(*sparse, rail=points("SUIC519A.dat", 2)), SOME).conicity, found.conicity[at],
+                               atol=2e-3)
+    mirrored = tables(B, B)
+    for side in ("left", "right"):
+        mirrored["wheelset"][side]["wheel_profile"] = {"points_mm": [[-y, z] for y, z in B], "mirror": True}
+    np.testing.assert_array_equal(conicity(mirrored, SOME).conicity, found.conicity[at])
+    moved = tables(B, B, lateral_shift_mm=4.0, yaw_mrad=5.0, roll_mrad=3.0)
+    np.testing.assert_array_equal(conicity(moved, SOME).conicity, found.conicity[at])
+
+
+def test_what_the_profiles_do_not_reach_has_no_number_and_says_so():
+    found = conicity(tables(A, A), [3.0, 8.0, 9.0, 30.0])
+    assert np.isnan(found.conicity).tolist() == [False, False, True, True]
+    (beyond,) = [warning for warning in found.warnings if "beyond the profiles" in warning]
+    assert "from 9 mm on" in beyond
+    jumps = [warning for warning in found.warnings if "jumps" in warning]
+    assert len(jumps) == 2 and all("6.7" in warning for warning in jumps)
+    for gamma in (0.0, 0.3):
+        (warning,) = conicity(tables(cone(gamma), cone(gamma), rail=crown(250.0)), [3.0]).warnings
+        assert ("there is no conicity" if gamma == 0.0 else "at an end of a profile") in warning
+
+
+def test_command_writes_tables_a_picture_and_json(tmp_path):
+    done = call("conicity", "cases/manchester.toml", "--amplitude", "1:12:12", "-o", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    record = json.loads(done.stdout)
+    assert record["conicity_3mm"] == record["conicity"][2] == pytest.approx(0.180, abs=1e-3)
+    assert record["nonlinearity_1_mm"] == pytest.approx(0.5 * (record["conicity"][3] - record["conicity"][1]), rel=1e-9)
+    assert record["conicity"][-1] is None and record["amplitude_mm"] == list(range(1, 13))
+    assert {Path(file).name for file in record["files"]} == {
+        "manchester_conicity.csv", "manchester_shifts.csv", "manchester_conicity.png"}
+    def read(name: str) -> list[dict[str, str]]:
+        return list(csv.DictReader((tmp_path / name).read_text(encoding="utf-8").splitlines()))
+
+    rows = read("manchester_conicity.csv")
+    assert [float(row["conicity"] or "nan") for row in rows][:3] == record["conicity"][:3] and rows[-1]["conicity"] == ""
+    shifts = read("manchester_shifts.csv")
+    assert [float(row["rolling_radius_difference_mm"]) for row in shifts] == record["rolling_radius_difference_mm"]
+    printed = call("conicity", "cases/manchester.toml", "-o", tmp_path, "--no-plots").stdout
+    assert "conicity_3mm       0.180" in printed and "jumps" in printed
+
+
+@pytest.mark.parametrize(("case", "more", "code", "words"), [
+    ("cases/manchester.toml", ["--set", 'wheelset.wheels="right"'], 3, "wheelset.wheels: a single wheel"),
+    ("cases/article_4_1.toml", [], 3, "geometry: a single contact"),
+    ("cases/manchester.toml", ["--amplitude", "0:3:4"], 2, "above 0 up to 50 mm"),
+    ("cases/manchester.toml", ["--amplitude", "a,b"], 2, "above 0 up to 50 mm"),
+])  # fmt: skip
+def test_what_has_no_conicity_is_refused(tmp_path, case, more, code, words):
+    done = call("conicity", case, "-o", tmp_path, *more)
+    assert done.returncode == code and words in done.stderr, done.stderr
+    assert not list(tmp_path.iterdir())
+    if code == 3:
+        with pytest.raises((CaseError, ValueError), match="no equivalent conicity"):
+            conicity(case if not more else tables(A, A, wheels="right"))
