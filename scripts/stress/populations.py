@@ -33,7 +33,15 @@ from scripts.stress.random_friction import (
 )
 from scripts.stress.random_grids import few_depths, slender_grid
 from scripts.stress.random_layers import random_hot_layers, random_layers
-from scripts.stress.random_profiles import AWKWARD, NARROW, SHARP, profile_on_a_grid, random_profile_contact, shifted_profile
+from scripts.stress.random_profiles import (
+    AWKWARD,
+    NARROW,
+    SHARP,
+    friction_across,
+    profile_on_a_grid,
+    random_profile_contact,
+    shifted_profile,
+)
 from scripts.stress.random_relaxing import random_relaxing
 from thermoroll_cli import CaseError
 from thermoroll_cli.problem.problem import Numerics, Problem, SubsurfaceRequest
@@ -105,6 +113,7 @@ POPULATIONS = {
     "conformal pairs": Population(random_pair, agrees, 200),
     "falling friction": Population(_on_the_grid(random_friction), lambda problem: solved(problem, distinct), 200),
     "offsets": Population(shifted_profile, same_elsewhere, 200),
+    "friction across": Population(friction_across, _profile, 200),
     "friction from zero": Population(_on_the_grid(random_from_zero), solved, 200),
     "rising friction": Population(_on_the_grid(random_rising), solved, 200),
     "yielding interlayers": Population(_on_the_grid(random_yield), solved, 200),
@@ -114,6 +123,7 @@ POPULATIONS = {
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
     "given approaches": Population(_at_an_approach, _contact, 200),
     "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
+    "tread and flange": Population(wheelsets.tread_and_flange, wheelsets.check, 200, limit=120.0),
     "displaced wheelsets": Population(wheelsets.displaced, wheelsets.check, 200, limit=60.0),
     "moved rails": Population(wheelsets.moved_rails, wheelsets.check, 200, limit=120.0),
     "wrong references": Population(wheelsets.wrong_reference, wheelsets.check_reference, 200, limit=120.0),

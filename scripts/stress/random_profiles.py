@@ -15,7 +15,7 @@ from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.problem import Heating, Material, Motion, Numerics, Problem
 from thermoroll_cli.rolling.differential_slip import compliance_shares
-from thermoroll_cli.steady_state.derived import DerivedQuantities
+from thermoroll_cli.steady_state.derived import DerivedQuantities, rubbed
 
 KINDS = ("crown", "cubic", "bumps", "kink")
 AWKWARD = ("edge", "off centre", "groove")
@@ -45,6 +45,22 @@ def random_profile_contact(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem
 def profile_on_a_grid(seed: int, kinds: tuple[str, ...] = KINDS) -> Problem:
     """The contact of `seed` on one of `GRIDS`."""
     return replace(random_profile_contact(seed, kinds), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
+
+
+def friction_across(seed: int) -> Problem:
+    """A contact of `seed` with one to six shares of its friction at places inside the contact, at its rim and outside, some
+    zero, some next to each other like a step. A third of the forces that are given exceed what friction may carry there."""
+    rng = np.random.default_rng([43, seed])
+    problem = replace(random_profile_contact(seed, (*KINDS, "off centre")), numerics=Numerics(grid=GRIDS[seed % len(GRIDS)]))
+    scales = DerivedQuantities(problem).scales
+    count = int(rng.integers(1, 7))
+    y = np.sort(scales.centre + scales.semi_axis_y * rng.uniform(-1.5, 1.5, count))
+    if count > 1 and rng.random() < 0.3:
+        y[1] = y[0] + 1e-3 * scales.semi_axis_y
+        y.sort()
+    shares = np.where(rng.random(count) < 0.2, 0.0, rng.uniform(0.2, 1.0, count))
+    shares[int(rng.integers(count))] = 1.0
+    return rubbed(problem, list(zip(y.tolist(), shares.tolist(), strict=True)))
 
 
 def shifted_profile(seed: int) -> tuple[Problem, Problem]:

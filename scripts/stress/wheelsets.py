@@ -46,6 +46,26 @@ def moved_rails(seed: int) -> Case:
     return Case.from_dict(content)
 
 
+def tread_and_flange(seed: int) -> Case:
+    """A wheelset with friction over the inclination of its rails: one to five points, some without friction, here and there
+    others on one rail."""
+    rng = np.random.default_rng([47, seed])
+    content = _drawn(rng)
+
+    def points() -> list[list[float]]:
+        count = int(rng.integers(1, 6))
+        angles = np.sort(rng.uniform(-75.0, 20.0, count)) + 1e-3 * np.arange(count)
+        coefficients = np.where(rng.random(count) < 0.15, 0.0, rng.uniform(0.05, 0.6, count))
+        return np.stack((angles, coefficients), axis=1).tolist()  # type: ignore[no-any-return]
+
+    del content["load"]["friction_coefficient"]
+    content["friction"] = {"over_angle": points()}
+    side = ("left", "right")[rng.integers(2)]
+    if rng.random() < 0.5 and content["wheelset"]["wheels"] in ("both", side):
+        content["friction"][side] = {"over_angle": points()}
+    return Case.from_dict(content)
+
+
 def displaced(seed: int) -> Case:
     """A wheelset with unequal wheels that climbs a rail, or nearly: ± 8 to 14 mm, up to 40 mrad of yaw, friction up to 1."""
     rng = np.random.default_rng([41, seed])

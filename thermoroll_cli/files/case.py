@@ -17,7 +17,7 @@ import tomli_w
 from thermoroll_cli.files import case_model as model
 from thermoroll_cli.files.case_check import validate
 from thermoroll_cli.files.case_errors import CaseError, Finding
-from thermoroll_cli.files.case_problem import problem_of
+from thermoroll_cli.files.case_problem import problem_of, rail_friction
 from thermoroll_cli.files.case_source import (
     CaseSource,
     Override,
@@ -180,7 +180,7 @@ class Case:
         track, wheelset = self.settings.track, self.settings.wheelset
         if track is None or wheelset is None:
             return self.problem
-        return wheelset_of(track, wheelset, problem_of(self.settings))
+        return wheelset_of(track, wheelset, problem_of(self.settings), rail_friction(self.settings))
 
     @property
     def inputs(self) -> tuple[Input, ...]:

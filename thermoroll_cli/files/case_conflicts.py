@@ -46,7 +46,7 @@ def conflicts(sections: Sections) -> Iterator[Conflict]:
     """Every conflict between keys whose tables are valid. A check has the tables that it needs as parameters, and is left out
     where one of them is missing or invalid."""
     checks: tuple[Callable[..., Iterator[Conflict]], ...] = (
-        _convexity, _profiles, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
+        _convexity, _profiles, _friction_places, _friction_law, _interlayer, _thermal_constants, _coatings, _relaxation,
         _bulk_temperatures, _recirculation,
         _strength, _subsurface, _wear, _wheelset)  # fmt: skip
     for check in checks:
@@ -156,8 +156,46 @@ def _profile(path: KeyPath, profile: ProfileTable) -> Iterator[Conflict]:
             return
 
 
+def _friction_places(friction: model.FrictionTable, load: model.LoadTable, sections: Sections) -> Iterator[Conflict]:
+    """Coefficients of friction of places, and the one of all that is missing."""
+    geometry, wheelset = sections.get("geometry"), sections.get("wheelset")
+    sides = {side: getattr(friction, side) for side in SIDES if getattr(friction, side) is not None}
+    if wheelset is None and geometry is not None:
+        for key in ("over_angle", *sides):
+            if getattr(friction, key) is not None:
+                yield Conflict(("friction", key), "belongs to wheels on rails", "across, for bodies with profiles", at_key=True)
+        if friction.across and not (geometry.lower_profile or geometry.upper_profile):
+            yield Conflict(("friction", "across"), "belongs to bodies with profiles", "load.friction_coefficient, or a profile",
+                           at_key=True)
+    if wheelset is not None and friction.across:
+        yield Conflict(("friction", "across"), "belongs to one contact", "over_angle, for wheels on rails", at_key=True)
+    for side, own in sides.items():
+        if own.over_angle is None:
+            yield Conflict(("friction", side), "is empty", "over_angle", at_key=True)
+        elif wheelset is not None and wheelset.wheels not in ("both", side):
+            yield Conflict(("friction", side), f"has no effect: wheelset.wheels is {wheelset.wheels}", '"both"', at_key=True)
+    needed = [side for side in SIDES if wheelset is None or wheelset.wheels in ("both", side)]
+    if load.friction_coefficient is None and not (
+            friction.over_angle or friction.across or (wheelset is not None and all(side in sides for side in needed))):
+        yield Conflict(("load", "friction_coefficient"), "is missing", "0 to 2", at_key=True)
+    for path, points, low, high, unit in (
+            (("friction", "across"), friction.across, -1e9, 1e9, "mm"),
+            (("friction", "over_angle"), friction.over_angle, -180.0, 180.0, "degrees"),
+            *((("friction", side, "over_angle"), own.over_angle, -180.0, 180.0, "degrees") for side, own in sides.items())):
+        before = -math.inf
+        for number, (place, coefficient) in enumerate(points or [], 1):
+            if not (place > before and low <= place <= high):
+                yield Conflict(path, f"point {number}: {place:g} {unit} does not lie above {before:g} {unit}" if place <= before
+                               else f"point {number}: {place:g} {unit}", f"increasing, from {low:g} to {high:g} {unit}")
+                break
+            if not 0.0 <= coefficient <= MOST_FRICTION:
+                yield Conflict(path, f"point {number}: coefficient {coefficient:g}", f"from 0 to {MOST_FRICTION:g}")
+                break
+            before = place
+
+
 def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Iterator[Conflict]:
-    law, at_rest = friction.law, load.friction_coefficient
+    law = friction.law
     needed = ("table",) if law == "table" else ("limit_coefficient", "half_slip_m_s") if law else ()
     for key in ("limit_coefficient", "half_slip_m_s", "table"):
         given = getattr(friction, key) is not None
@@ -170,7 +208,7 @@ def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Itera
     if law is None:
         return
     if law == "table":
-        yield from _friction_points(friction.table or [], at_rest)
+        yield from _friction_points(friction.table or [], model.coefficient_at_rest(load, friction))
 
 
 def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conflict]:

@@ -156,11 +156,34 @@ class LoadTable(Table):
     normal_N: float | None = quantity("N", "Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
     approach_um: float | None = quantity("um", "Approach of the bodies, of which the load follows; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
-    friction_coefficient: float = quantity("1", "Coulomb's coefficient of friction", ge=0, le=2)
+    friction_coefficient: float | None = quantity("1", "Coulomb's coefficient of friction; or of each place in [friction]",
+                                                  None, ge=0, le=2)  # fmt: skip
+
+
+OverAngle = Annotated[list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [degrees, coefficient], degrees increasing "
+                                                 "from -180 to 180, coefficients from 0 to 2")]  # fmt: skip
+
+
+class RailFrictionTable(Table):
+    """Friction on one rail, where it differs from the other."""
+
+    over_angle: OverAngle = Field(default=None, description="The same for this rail", min_length=1, max_length=LARGEST_PROFILE)
 
 
 class FrictionTable(Table):
-    """Dependence of the coefficient of friction on slip, and on the temperature of the contact."""
+    """Dependence of the coefficient of friction on place, slip and the temperature of the contact."""
+
+    over_angle: OverAngle = Field(
+        default=None, min_length=1, max_length=LARGEST_PROFILE,
+        description="[inclination of the rail's surface in degrees, negative towards the gauge face, coefficient of friction], "
+                    "of a wheelset, instead of load.friction_coefficient",
+    )  # fmt: skip
+    across: Annotated[
+        list[Pair] | None, Allowed(f"1 to {LARGEST_PROFILE} pairs [y, coefficient], y increasing, coefficients from 0 to 2")
+    ] = Field(default=None, description="[y in mm, coefficient of friction] of bodies with profiles, instead of "
+              "load.friction_coefficient", min_length=1, max_length=LARGEST_PROFILE)  # fmt: skip
+    left: RailFrictionTable | None = Field(default=None, description="The left rail, where it differs")
+    right: RailFrictionTable | None = Field(default=None, description="The right rail, where it differs")
 
     law: Literal["exponential", "rational", "linear", "table"] | None = Field(
         default=None, description="How friction changes with the slip speed; constant if left out"
@@ -188,6 +211,12 @@ class FrictionTable(Table):
     temperature_maximum_factor: float = quantity(
         "1", "Multiple of the coefficient of friction that it never exceeds, however hot the contact gets", 2.0, ge=1, le=100
     )
+
+
+def coefficient_at_rest(load: LoadTable, friction: FrictionTable) -> float:
+    """The coefficient of friction without slip, the largest of all places."""
+    tables = (friction.over_angle, friction.across, *(side.over_angle for side in (friction.left, friction.right) if side))
+    return max(load.friction_coefficient or 0.0, 0.0, *(mu for table in tables for _, mu in table or ()))
 
 
 class InterlayerTable(Table):
@@ -369,6 +398,11 @@ class Settings(Head):
     output: OutputTable = OutputTable.model_construct()
 
     @property
+    def coefficient_at_rest(self) -> float:
+        """The coefficient of friction without slip, the largest of all places."""
+        return coefficient_at_rest(self.load, self.friction)
+
+    @property
     def materials(self) -> dict[str, MaterialTable]:
         """The material of each body."""
         if isinstance(self.material, TwoMaterials):
@@ -389,6 +423,8 @@ EXCLUSIVE = (
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
+    *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")
+      for key in ("over_angle", "across")),
     ("wheelset.vertical_N", "wheelset.height_mm", "a vertical load, or a height"),
     ("wheelset.angular_velocity_rad_s", "wheelset.traction_N", "an angular velocity, or a traction from which it is found"),
 )  # fmt: skip

@@ -15,8 +15,9 @@ from thermoroll_cli.problem.curved_patch import CurvedPatch, conformal_patch
 from thermoroll_cli.problem.friction import Friction, FrictionLaw, Interlayer
 from thermoroll_cli.problem.geometry import Geometry, Profile
 from thermoroll_cli.problem.relaxation import Series
-from thermoroll_cli.steady_state.derived import pressed_to
-from thermoroll_cli.wheelset.curves import smooth
+from thermoroll_cli.steady_state.derived import pressed_to, rubbed
+from thermoroll_cli.wheelset.curves import Points, smooth
+from thermoroll_cli.wheelset.wheelset_problem import SideName
 
 
 def problem_of(settings: model.Settings) -> si.Problem:
@@ -30,7 +31,7 @@ def problem_of(settings: model.Settings) -> si.Problem:
         upper=upper,
         geometry=_common_surface(geometry, lower, upper),
         normal_force=1.0 if load.normal_N is None else load.normal_N,
-        friction=_friction(friction, load.friction_coefficient),
+        friction=_friction(friction, settings.coefficient_at_rest),
         motion=si.Motion(
             **settings.rolling.in_si(),
             creepage_x=creepage.longitudinal,
@@ -60,7 +61,28 @@ def problem_of(settings: model.Settings) -> si.Problem:
         interlayer=Interlayer() if layer is None else Interlayer(layer.si("compliance_um_GPa") or 0.0, layer.si("yield_MPa")),
         subsurface=_subsurface(settings.subsurface, settings.strength),
     )
-    return problem if load.approach_um is None else pressed_to(problem, load.si("approach_um"))
+    if load.approach_um is not None:
+        problem = pressed_to(problem, load.si("approach_um"))
+    if friction.across is None:
+        return problem
+    return rubbed(problem, [(y / 1e3, _share(mu, settings)) for y, mu in friction.across])
+
+
+def _share(coefficient: float, settings: model.Settings) -> float:
+    """A coefficient of friction over the largest."""
+    return coefficient / (settings.coefficient_at_rest or 1.0)
+
+
+def rail_friction(settings: model.Settings) -> dict[SideName, Points]:
+    """The share of friction over the inclination (rad) of each rail; nothing where it is the same everywhere."""
+    friction, found = settings.friction, {}
+    sides: tuple[tuple[SideName, model.RailFrictionTable | None], ...] = (("left", friction.left), ("right", friction.right))
+    if not any((friction.over_angle, friction.left, friction.right)):
+        return {}
+    for side, own in sides:
+        points = (own and own.over_angle) or friction.over_angle or [[0.0, settings.load.friction_coefficient or 0.0]]
+        found[side] = tuple((math.radians(angle), _share(mu, settings)) for angle, mu in points)
+    return found
 
 
 def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:

@@ -101,7 +101,10 @@ def _schema() -> Entry:
     schema["allOf"] = [{"if": {"not": {"anyOf": [{"required": ["track"]}, {"required": ["wheelset"]}]}},
                         "then": {"required": ["geometry"], "properties": {"load": {
                             "if": {"not": {"required": ["approach_um"]}}, "then": {"required": ["normal_N"]}}}},
-                        "else": {"required": ["track", "wheelset"]}}]
+                        "else": {"required": ["track", "wheelset"]}},
+                       {"if": {"not": {"required": ["friction"], "properties": {"friction": {"anyOf": [
+                           {"required": [key]} for key in ("over_angle", "across", "left", "right")]}}}},
+                        "then": {"properties": {"load": {"required": ["friction_coefficient"]}}}}]
     for one, two, _ in EXCLUSIVE:
         (*table, first), (*other, second) = one.split("."), two.split(".")
         if table == other:

@@ -6,6 +6,8 @@ down."""
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import AllowInfNan, BeforeValidator, Field, WithJsonSchema
@@ -120,13 +122,15 @@ class WheelsetTable(Table):
     right: WheelTable | None = Field(default=None, description="The right wheel, where it differs")
 
 
-def wheelset_of(track: TrackTable, wheelset: WheelsetTable, contact: Problem) -> WheelsetProblem:
-    """The wheelset that both tables describe; `contact` has everything else."""
+def wheelset_of(
+    track: TrackTable, wheelset: WheelsetTable, contact: Problem, friction: Mapping[SideName, Points]
+) -> WheelsetProblem:
+    """The wheelset that both tables describe; `contact` has everything else but `friction` over the inclination of a rail."""
     names: tuple[SideName, ...] = SIDES if wheelset.wheels == "both" else (wheelset.wheels,)
     finds_speed = wheelset.angular_velocity_rad_s is None
     return WheelsetProblem(
         contact=contact,
-        rails={side: _rail(track, getattr(track, side)) for side in names},
+        rails={side: replace(_rail(track, getattr(track, side)), friction=friction.get(side, ())) for side in names},
         wheels={side: _wheel(wheelset, getattr(wheelset, side)) for side in names},
         position=Position(wheelset.si("lateral_shift_mm"), wheelset.si("height_mm") or 0.0, wheelset.si("roll_mrad") or 0.0,
                           wheelset.si("yaw_mrad")),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -102,8 +102,12 @@ class FrictionLaw:
 
 @dataclass(frozen=True)
 class Friction:
-    """Coulomb friction: the `coefficient` μ₀, times a factor of the slip (`law`; None: 1) and one of the temperature. μ₀ is the
-    scale of friction, so the largest factor of a law should be about 1.
+    """Coulomb friction: the `coefficient` μ₀, times a factor of the slip (`law`; None: 1), one of the temperature, and a
+    share of the place `across` rolling. μ₀ is the scale of friction, so the largest factor of a law and the mean share over the
+    pressure should be about 1.
+
+    `across` has points (y in m, share), y increasing: the share is linear between them and constant outside; without points it
+    is 1.
 
     Above the contact temperature `start` (K) friction falls by the share `slope` per K, down to the share `minimum`, or for a
     negative slope rises, up to the share `maximum`.
@@ -115,10 +119,34 @@ class Friction:
     start: float = 0.0
     minimum: float = 0.1
     maximum: float = 2.0
+    across: tuple[tuple[float, float], ...] = ()
+
+    def spread(self, y: Array, shares: Array, mean: float) -> Friction:
+        """This friction times `shares` at the places `y` (m), on the scale of their `mean`, or of a hundredth of the largest;
+        constant ones leave nothing across."""
+        if np.ptp(shares) == 0.0:
+            return replace(self, coefficient=self.coefficient * float(shares[0]), across=())
+        mean = max(mean, 0.01 * float(shares.max()))
+        relative = (shares / mean).tolist()
+        return replace(self, coefficient=self.coefficient * mean, across=tuple(zip(y.tolist(), relative, strict=True)))
+
+    def share(self, y: Array) -> Array | float:
+        """The share of the coefficient at the places `y` (m) across rolling."""
+        return np.interp(y, *np.array(self.across).T) if self.across else 1.0
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the coefficient is its own mirror image across y = 0."""
+        y = np.array([place for place, _ in self.across])
+        return bool(np.all(self.share(y) == self.share(-y)))
+
+    @property
+    def largest_share(self) -> float:
+        return max((share for _, share in self.across), default=1.0)
 
     def at(self, temperature: Array | float) -> Array:
-        """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `minimum` and `maximum` times μ₀, without the law; T in K above the
-        temperature of μ₀."""
+        """μ(T) = μ₀ [1 − s (T − T₀)] above T₀, between `minimum` and `maximum` times μ₀, without law and place; T in K
+        above the temperature of μ₀."""
         factor = 1.0 - self.slope * np.maximum(np.asarray(temperature) - self.start, 0.0)
         return np.asarray(self.coefficient * np.clip(factor, self.minimum, self.maximum))
 
@@ -135,8 +163,8 @@ class Friction:
 
     @property
     def highest(self) -> float:
-        """The largest coefficient at any temperature and slip."""
-        return self.limits[1] * (1.0 if self.law is None else self.law.highest)
+        """The largest coefficient at any temperature, slip and place."""
+        return self.limits[1] * (1.0 if self.law is None else self.law.highest) * self.largest_share
 
 
 @dataclass(frozen=True)

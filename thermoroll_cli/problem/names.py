@@ -174,6 +174,10 @@ def _warm(problem: Problem) -> bool:
     return problem.heating.bulk_lower != 0.0 or problem.heating.bulk_upper != 0.0
 
 
+def _varying(problem: Problem) -> bool:
+    return problem.friction.law is not None or bool(problem.friction.across)
+
+
 def _falling(problem: Problem) -> bool:
     return problem.friction.law is not None
 
@@ -270,7 +274,7 @@ SCALARS = _scalars(
     *_of_both("wear_depth_max_{}_nm", "largest depth worn off per passage", listed=True, kind="diffused",
               brief="depth worn off per passage"),
     *_of_both("wear_rate_{}_mm3_m", "volume worn off per distance rolled", kind="worn", brief="volume worn per distance"),
-    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure", listed=_falling,
+    Scalar("friction_mean", "mean coefficient of friction where surfaces slide, by pressure", listed=_varying,
            brief="mean coefficient of sliding friction"),
     Scalar("falling_friction_criterion", "steepness of falling friction over the stiffness of an element",
            brief="fall of friction / element stiffness"),

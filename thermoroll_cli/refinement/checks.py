@@ -136,6 +136,11 @@ def _state_failures(level: Level) -> list[str]:
     if problem.interlayer.yield_stress is not None and problem.prescribed_force > limit:
         return [f"the interlayer yields: it carries {limit:.6g} N at most, less than the prescribed "
                 f"{problem.prescribed_force:.6g} N"]
+    if problem.friction.across and not problem.friction_varies:
+        limit = transmissible_force(discretisation, np.asarray(problem.friction.coefficient), normal.pressure)
+        if problem.prescribed_force > limit:
+            return [f"friction across the contact carries {limit:.6g} N at most, less than the prescribed "
+                    f"{problem.prescribed_force:.6g} N"]
     shear = np.hypot(*tangential.traction)
     if np.linalg.norm(np.maximum(shear - bound, 0.0)) > LOCAL_ERROR * max(float(np.linalg.norm(bound)), 1e-300):
         reasons.append("traction exceeds the Coulomb bound")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -161,6 +162,17 @@ def pressed_to(problem: Problem, approach: float) -> Problem:
     return replace(problem, normal_force=DerivedQuantities(problem).scales.normal_force)
 
 
+def rubbed(problem: Problem, points: Sequence[tuple[float, float]]) -> Problem:
+    """`problem` with shares of its friction at `points` (y in m, share) across rolling; the scale is their mean over a pressure
+    that loads the lines of rolling like a parabola over the whole contact."""
+    y, shares = np.array(points).T
+    if np.ptp(shares) == 0.0:
+        return replace(problem, friction=problem.friction.spread(y, shares, 1.0))
+    scales, t = DerivedQuantities(problem).scales, np.linspace(-1.0, 1.0, SLIP_SAMPLES)
+    mean = np.average(np.interp(scales.centre + scales.semi_axis_y * t, y, shares), weights=1.0 - t**2)
+    return replace(problem, friction=problem.friction.spread(y, shares, float(mean)))
+
+
 @dataclass(frozen=True)
 class Kinematics:
     """The slip of a contact before any traction, and the symmetry of its motion."""
@@ -213,7 +225,7 @@ class Kinematics:
         all tractions. This symmetry does not hold for bodies of unlike elasticity, since the pressure pulls surfaces inwards in
         the mirror, too, nor with differential slip, which is the same on both sides."""
         m = self.problem.motion
-        if not self.derived.symmetric:
+        if not (self.derived.symmetric and self.problem.friction.symmetric):
             return None
         if m.spin == 0.0 and m.creepage_y == 0.0:
             return 1, -1

@@ -86,4 +86,5 @@ def transmissible_force(discretisation: Discretisation, friction: Array, pressur
     """Largest tangential force in N: ∫ μp, with the largest factor of a law of slip that rises."""
     law = discretisation.derived.problem.friction.law
     highest = 1.0 if law is None else law.highest
-    return highest * float((friction * pressure).sum()) * discretisation.grid.element_area
+    share = discretisation.derived.problem.friction.share(discretisation.grid.y)
+    return highest * float((friction * share * pressure).sum()) * discretisation.grid.element_area

@@ -53,7 +53,7 @@ def _force(problem: Problem) -> Iterator[Unsolvable]:
     force, load, law = problem.prescribed_force, problem.normal_force, problem.friction.law
     if not force:
         return
-    coefficient = problem.friction.coefficient * (1.0 if law is None else law.highest)
+    coefficient = problem.friction.coefficient * problem.friction.largest_share * (1.0 if law is None else law.highest)
     key = f"force.{'longitudinal_N' if problem.motion.force_x is not None else 'lateral_N'}"
     if force >= coefficient * load:
         rises = "; friction that rises with temperature begins cold" if problem.friction.slope < 0.0 else ""

@@ -14,11 +14,15 @@ import numpy as np
 
 from thermoroll_cli.arrays import Array
 from thermoroll_cli.problem.curved_patch import CurvedPatch
+from thermoroll_cli.problem.friction import Friction
 from thermoroll_cli.problem.problem import Problem
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.wheelset.kinematics import MotionOfWheelset, Slip, creepages, directions
 from thermoroll_cli.wheelset.one_wheel import Bearing
 from thermoroll_cli.wheelset.patch_surface import CLOSE
+
+VIRTUAL = 0.55
+"""Overlap of the virtual patch over the approach."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,22 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,
                            free_ends=(bool(high_free and s[-1] >= high - CLOSE), bool(low_free and s[0] <= low + CLOSE)))
     moving = replace(contact.motion, speed=moves.slip.speed, creepage_x=-c_x, creepage_y=-c_s, spin=c_phi)
-    return replace(contact, geometry=geometry, normal_force=load, motion=moving)
+    return replace(contact, geometry=geometry, normal_force=load, motion=moving, friction=friction_of(contact, bearing))
+
+
+def friction_of(contact: Problem, bearing: Bearing) -> Friction:
+    """Friction of a patch, over the inclination of the rail. Its mean is that over the pressure of Piotrowski and Kik (2008),
+    whose patch is where the surfaces overlap at `VIRTUAL` of the approach, each line of rolling loaded like its overlap."""
+    patch = bearing.patch
+    points = patch.facing.rail.friction
+    if not points:
+        return contact.friction
+    s, lowest, *_ = patch.table
+    # That of the surface in which both touch, also where a patch lies in a plane.
+    shares = np.interp(replace(patch, curved=True).inclination(s), *np.array(points).T)
+    gap = lowest - lowest.min()
+    weights = np.maximum(VIRTUAL * bearing.sunk - gap, 0.0)
+    return contact.friction.spread(-s[::-1], shares[::-1], float(np.average(shares, weights=weights)))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,9 @@ from thermoroll_cli.wheelset.curves import Points, curve
 @dataclass(frozen=True)
 class RailSide:
     """A right rail: its profile (y to the field side, z down, m), `cant` inwards (rad), half the gauge (m) measured
-    `gauge_height` below the top, and shifts and a roll of its own."""
+    `gauge_height` below the top, and shifts and a roll of its own.
+    `friction` has points (inclination of its surface in rad, share of the coefficient of friction), the share constant outside
+    them; none where friction is the same everywhere."""
 
     profile: Points
     cant: float
@@ -23,6 +25,7 @@ class RailSide:
     shift_y: float = 0.0
     shift_z: float = 0.0
     roll: float = 0.0
+    friction: Points = ()
 
     @cached_property
     def samples(self) -> Array:

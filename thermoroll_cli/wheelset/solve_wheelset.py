@@ -18,7 +18,7 @@ from thermoroll_cli.refinement.solve import Solver
 from thermoroll_cli.steady_state.discretisation import SolverOptions
 from thermoroll_cli.wheelset.curves import STEP, curve
 from thermoroll_cli.wheelset.one_wheel import DEEPEST, SAME_PATCH, Bearing, NoHeight, Solved
-from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, problem_of_patch
+from thermoroll_cli.wheelset.patch_problem import PatchForces, forces_of, friction_of, problem_of_patch
 from thermoroll_cli.wheelset.standing import Standing, stand, wheels_of
 from thermoroll_cli.wheelset.wheelset_problem import SideName, WheelsetProblem
 
@@ -278,9 +278,10 @@ class _Search:
         climbs."""
         reason = (f"the wheels carry {cause.largest:.4g} N at most, not {self.problem.vertical:.4g} N, down to "
                   f"{1e3 * DEEPEST:g} mm below first contact")
-        friction = self.problem.contact.friction.coefficient
         angles = {abs(bearing.patch.region.place.angle): bearing for bearing in cause.bearings}
-        if angles and math.tan(steepest := max(angles)) > friction:
+        steepest = max(angles, default=0.0)
+        friction = friction_of(self.problem.contact, angles[steepest]).coefficient if angles else 0.0
+        if math.tan(steepest) > friction:
             slope, bearing = math.tan(steepest), angles[steepest]
             lateral, vertical = abs(bearing.lateral) * bearing.load, bearing.vertical * bearing.load
             reason += (f": with Y = {lateral:.4g} N and Q = {vertical:.4g} N at {1e3 * steepest:.0f} mrad, Y/Q is "

@@ -1,0 +1,158 @@
+"""Friction that depends on the place: over the inclination of rails beside CONTACT, and across bodies with profiles."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from tests.support.wheelsets import ROOT, case_named
+from thermoroll_cli import Case, CaseError, solve
+
+CONTACT_EXAMPLE = [[-20.0, 0.2], [-10.0, 0.3]]
+
+
+def right_wheel(friction, patches="curved", grid=24, side="right", **more):
+    """The right wheel of the Manchester benchmark at 5.5 mm with 10 kN, or its mirror image."""
+    given, sign = case_named("A2.2 right y=5.5")["input"], 1.0 if side == "right" else -1.0
+    settings = {
+        "wheelset.wheels": side, "wheelset.vertical_N": 1e4, "wheelset.lateral_shift_mm": 5.5 * sign,
+        "wheelset.patches": patches, "wheelset.yaw_mrad": 1e3 * sign * given["yaw"],
+        "wheelset.roll_mrad": 1e3 * sign * given["roll"], "wheelset.angular_velocity_rad_s": -given["omega"],
+        "thermal.heat": False, "numerics.grid": grid,
+    }  # fmt: skip
+    content = json.loads(Case.read(ROOT / "cases" / "manchester.toml").with_values(settings).to_json())
+    if friction is not None:
+        content["load"] = more
+        content["friction"] = friction
+    return solve(content)
+
+
+def forces(result, side="right"):
+    return np.array([result[f"track_force_{way}_{side}_N"] for way in "xy"])
+
+
+@pytest.mark.parametrize(("patches", "theirs", "within"), [("planar", (-608.6, 1417.0), 20.0),
+                                                           ("curved", (-613.9, 1387.0), 5.0)])  # fmt: skip
+def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, within):
+    result = right_wheel({"over_angle": CONTACT_EXAMPLE}, patches, grid=32)
+    np.testing.assert_allclose(forces(result), theirs, atol=within)
+    (patch,) = result.patches
+    local = patch.fields["friction_coefficient"][patch.fields["pressure"] > 0.0]
+    assert local.min() == pytest.approx(0.2, abs=1e-3) and 0.21 < local.max() < 0.3
+    assert patch["friction_limit_N"] == pytest.approx(patch["friction_mean"] * patch.problem.normal_force, rel=0.01)
+
+
+def test_constant_points_change_nothing_and_a_mirrored_wheelset_mirrors():
+    given = right_wheel(None, friction_coefficient=0.3)
+    assert right_wheel({"over_angle": [[-20.0, 0.3], [5.0, 0.3]]}).scalars == given.scalars
+    assert right_wheel({"right": {"over_angle": [[0.0, 0.3]]}}).scalars == given.scalars
+    own = right_wheel({"over_angle": [[0.0, 0.1]], "right": {"over_angle": CONTACT_EXAMPLE}})
+    np.testing.assert_allclose(forces(own), forces(right_wheel({"over_angle": CONTACT_EXAMPLE})), rtol=1e-9)
+    left = right_wheel({"over_angle": CONTACT_EXAMPLE}, side="left")
+    np.testing.assert_allclose(forces(left, "left") * [1.0, -1.0], forces(own), rtol=1e-6)
+
+
+PROFILED = {
+    "material": {"youngs_modulus_GPa": 210.0, "poisson_ratio": 0.28},
+    "geometry": {"lower_radius_x_mm": math.inf, "upper_radius_x_mm": 460.0, "upper_radius_y_mm": math.inf,
+                 "lower_profile": {"points_mm": [[float(y), -y * y / 600.0] for y in range(-20, 21)]}},
+    "load": {"normal_N": 8e4}, "rolling": {"speed_m_s": 20.0}, "creepage": {"longitudinal": 0.001},
+    "numerics": {"grid": 24},
+}  # fmt: skip
+
+
+def profiled(friction, **more):
+    content = copy.deepcopy(PROFILED)
+    for name, table in more.items():
+        content[name] = content.get(name, {}) | table
+    return solve(content | ({"friction": friction} if friction else {}))
+
+
+def test_full_sliding_has_the_coefficient_of_every_place():
+    points = [[-4.0, 0.1], [1.0, 0.4]]
+    result = profiled({"across": points}, creepage={"longitudinal": 0.1})
+    fields, y = result.fields, 1e3 * result.coupled.y
+    expected = np.interp(y, *np.array(points).T) * fields["pressure"]
+    np.testing.assert_allclose(np.hypot(fields["shear_x"], fields["shear_y"]), expected, atol=1e-3 * expected.max())
+    np.testing.assert_allclose(fields["friction_coefficient"][fields["pressure"] > 0.0],
+                               np.broadcast_to(np.interp(y, *np.array(points).T), expected.shape)[fields["pressure"] > 0.0])
+
+
+def test_constant_mirrored_and_split_points_across_change_nothing():
+    given = profiled(None, load={"friction_coefficient": 0.3})
+    assert profiled({"across": [[-3.0, 0.3], [8.0, 0.3]]}).scalars == given.scalars
+    points = [[-3.0, 0.2], [3.0, 0.4]]
+    one = profiled({"across": points})
+    other = profiled({"across": [[-y, mu] for y, mu in reversed(points)]})
+    split = profiled({"across": [[-9.0, 0.2], points[0], [0.0, 0.3], points[1], [9.0, 0.4]]})
+    for name, sign in (("force_x_N", 1.0), ("force_y_N", -1.0), ("spin_moment_Nmm", -1.0), ("stick_area_mm2", 1.0)):
+        assert other[name] == pytest.approx(sign * one[name], rel=1e-5)
+        assert split[name] == pytest.approx(one[name], rel=1e-5)
+    assert abs(one["spin_moment_Nmm"]) > 0.01 * one["force_x_N"]
+    assert given["force_x_N"] > one["force_x_N"]
+
+
+def test_laws_of_slip_and_temperature_multiply_the_places():
+    """In full sliding at one slip speed a law is one factor of all places."""
+    law = {"law": "rational", "limit_coefficient": 0.2, "half_slip_m_s": 1.0}
+    sliding = {"creepage": {"longitudinal": 0.5}, "rolling": {"speed_m_s": 20.0, "differential_slip": False}}
+    whole = profiled({"across": [[-3.0, 0.2], [3.0, 0.4]]}, **sliding)
+    fallen = profiled({"across": [[-3.0, 0.2], [3.0, 0.4]], **law}, **sliding)
+    assert fallen["force_x_N"] / whole["force_x_N"] == pytest.approx(0.5 + 0.5 / 11.0, rel=1e-3)
+    carried = profiled({"across": [[-3.0, 0.2], [3.0, 0.4]]}, creepage={"longitudinal": None},
+                       force={"longitudinal_N": 0.8 * whole["force_x_N"]})  # fmt: skip
+    assert carried.converged and carried["creepage_longitudinal"] > 0.001
+
+
+@pytest.mark.parametrize("share", [1.02, 1.2])
+def test_a_force_that_the_places_do_not_carry_has_a_reason(share):
+    result = profiled({"across": [[-3.0, 0.2], [3.0, 0.4]]}, creepage={"longitudinal": None},
+                      force={"longitudinal_N": share * 0.3 * 8e4})  # fmt: skip
+    assert not result.converged and "friction across the contact carries 24" in result.reason
+
+
+@pytest.mark.parametrize(("friction", "load", "words"), [
+    ({"across": [[1.0, 0.2], [1.0, 0.3]]}, {}, "point 2: 1 mm does not lie above 1 mm"),
+    ({"across": [[1.0, 2.5]]}, {}, "point 1: coefficient 2.5"),
+    ({"across": [[1.0, 0.5]]}, {"friction_coefficient": 0.3}, "one coefficient of friction, or one of each place"),
+    ({"over_angle": [[1.0, 0.5]]}, {}, "friction.over_angle: belongs to wheels on rails"),
+    ({"left": {"over_angle": [[1.0, 0.5]]}}, {"friction_coefficient": 0.3}, "friction.left: belongs to wheels on rails"),
+    ({}, {}, "load.friction_coefficient: is missing"),
+])  # fmt: skip
+def test_wrong_places_are_errors(friction, load, words):
+    with pytest.raises(CaseError, match=words.replace(".", r"\.")):
+        profiled(friction, load=load)
+
+
+@pytest.mark.parametrize(("friction", "words"), [
+    ({"over_angle": [[-10.0, 0.2], [-20.0, 0.3]]}, "point 2: -20 degrees does not lie above -10 degrees"),
+    ({"over_angle": [[-190.0, 0.2]]}, "point 1: -190 degrees"),
+    ({"across": [[0.0, 0.2]]}, "friction.across: belongs to one contact"),
+    ({"right": {}}, "friction.right: is empty"),
+    ({"left": {"over_angle": [[0.0, 0.2]]}}, "friction.left: has no effect"),
+    ({"left": {"over_angle": [[0.0, 0.2]]}}, "load.friction_coefficient: is missing"),
+])  # fmt: skip
+def test_wrong_points_over_the_angle_are_errors(friction, words):
+    with pytest.raises(CaseError, match=words.replace(".", r"\.")):
+        right_wheel(friction)
+
+
+def test_radii_have_no_places_and_the_command_writes_the_local_coefficient(tmp_path):
+    geometry = dict.fromkeys(("lower_radius_x_mm", "lower_radius_y_mm", "upper_radius_x_mm", "upper_radius_y_mm"), 30.0)
+    with pytest.raises(CaseError, match="belongs to bodies with profiles"):
+        solve(PROFILED | {"geometry": geometry, "friction": {"across": [[0.0, 0.2]]}})
+    case = Case.from_dict(PROFILED | {"friction": {"across": [[-3.0, 0.2], [3.0, 0.4]]}})
+    (tmp_path / "case.toml").write_text(case.to_toml(), encoding="utf-8")
+    done = call("run", tmp_path / "case.toml", "-o", tmp_path, "--json")
+    assert done.returncode == 0, done.stderr
+    with h5py.File(tmp_path / "case.h5") as file:
+        assert np.ptp(np.unique(file["fields/friction_coefficient"][...])[1:]) > 0.1
+    assert json.loads(done.stdout)["friction_mean"] > 0.2
+    shown = call("show", tmp_path / "case.toml")
+    assert "friction.across" in shown.stdout
