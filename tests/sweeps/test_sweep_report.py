@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ import pytest
 
 from tests.support.command_line import MECHANICAL, THERMAL, call
 from thermoroll_cli.cli.tables import FAILED, wrapped
-from thermoroll_cli.problem.scalar_errors import with_error
+from thermoroll_cli.problem.scalar_errors import with_error, worth_showing
 from thermoroll_cli.refinement.solve import Solver
 
 HOT = THERMAL.replace("grid = 16", "grid = 8") + '[thermal]\npeclet = "stationary"\n'
@@ -62,6 +63,7 @@ def test_a_given_creepage_is_not_shown_again_and_what_never_changes_only_once(ca
     done = call("sweep", case, "--over", "creepage.longitudinal=1e-3,2e-3", "-o", tmp_path / "out", "--no-plots")
     assert "creepage_longitudinal" not in printed_columns(done.stdout)
     (told,) = (line for line in done.stdout.splitlines() if line.startswith("  at all points: "))
+    assert "creepage" not in told
     assert "gamma_p = 1" in told and "gamma_c = 1" in told and "gamma_p" not in printed_columns(done.stdout)
 
 
@@ -153,3 +155,22 @@ def test_a_sweep_of_one_point_says_that_it_draws_no_picture(case: Path, tmp_path
     done = call("sweep", case, "--over", "load.normal_N=40", "-o", tmp_path / "out")
     assert "no picture: a sweep of one point has no curve" in done.stdout
     assert not (tmp_path / "out" / "sweep.png").exists()
+
+
+def test_what_is_worth_showing_follows_the_values() -> None:
+    def shown(name: str, swept: str = "rolling.speed_m_s", **columns: list[float]) -> bool:
+        points = [dict(zip(columns, values, strict=True)) for values in zip(*columns.values(), strict=True)]
+        return worth_showing(name, points, [swept])
+
+    force, creepage, steady = "force_x_N", "creepage_longitudinal", [2.0, 2.0]
+    assert shown(force, force_x_N=[1.0, 2.0], force_y_N=[0.0, 0.0], creepage_longitudinal=steady)
+    assert not shown(creepage, force_x_N=[1.0, 2.0], creepage_longitudinal=steady, creepage_lateral=[0.0, 0.0],
+                     creepage_spin_rad_mm=[0.0, 0.0], hertz_a_mm=[1.0, 1.0], hertz_b_mm=[1.0, 1.0])
+    assert not shown(force, force_x_N=steady, creepage_longitudinal=[1.0, 2.0]), "the force is given"
+    assert not shown(creepage, "creepage.longitudinal", creepage_longitudinal=[1.0, 2.0])
+    assert not shown("force_y_N", force_x_N=steady, force_y_N=[1e-7, 2e-7]), "rounding"
+    assert not shown("Q_F_W", Q_F_W=[math.nan, math.nan])
+    pressures = [900.0, 1200.0]
+    assert shown("pressure_max_MPa", pressure_max_MPa=pressures, hertz_p0_MPa=pressures)
+    assert not shown("pressure_max_MPa", pressure_max_MPa=pressures, hertz_p0_MPa=steady)
+    assert shown("pressure_max_MPa", pressure_max_MPa=pressures)

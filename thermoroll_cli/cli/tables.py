@@ -23,10 +23,19 @@ from thermoroll_cli.problem.names import (
     holds,
     unit_of,
 )
-from thermoroll_cli.problem.scalar_errors import computed, is_noise, isothermal_text, number, repeats, scalar_text, with_error
+from thermoroll_cli.problem.scalar_errors import (
+    computed,
+    finite,
+    isothermal_text,
+    number,
+    repeats,
+    scalar_text,
+    with_error,
+    worth_showing,
+)
 
 if TYPE_CHECKING:
-    from thermoroll_cli.problem.problem import Motion
+    from thermoroll_cli.problem.problem import Problem
     from thermoroll_cli.problem.result import Result
     from thermoroll_cli.sweeps.points import Points
     from thermoroll_cli.sweeps.table import Row
@@ -141,10 +150,10 @@ def sweep_table(rows: Sequence[Row], points: Points, width: int) -> Iterator[str
     swept values and the scalars worth showing, those that change most if there is no room for all. A scalar that is the same
     at all points is shown once.
     """
-    motions = [points.point(row.number).problem.contact.motion for row in rows]
+    problems = [points.point(row.number).problem.contact for row in rows]
     swept = [axis.key for axis in points.axes]
     drawn = [name for names in DIAGRAMS.values() for name in names]
-    names = [name for name in (*drawn, *OVER_LIMIT) if _worth_showing(name, rows, motions, swept)]
+    names = [name for name in (*drawn, *OVER_LIMIT) if _has_column(name, rows, problems, swept)]
     constant = [name for name in names if len(rows) > 1 and _is_constant(name, rows)]
     columns = [_column("", [row.name + ("" if row.converged else f"  {FAILED}") for row in rows])]
     columns += [_column(key, [_shown(row.over[key]) for row in rows]) for key in swept]
@@ -189,24 +198,12 @@ def _shown(value: Any) -> str:
     return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
 
 
-def _worth_showing(name: str, rows: Sequence[Row], motions: Sequence[Motion], swept: Sequence[str]) -> bool:
-    """Whether the scalar `name` adds something to the swept values: it was computed, and is not given."""
-    values = _finite(name, rows)
-    if not values:
-        return False
+def _has_column(name: str, rows: Sequence[Row], problems: Sequence[Problem], swept: Sequence[str]) -> bool:
+    """Whether a scalar is worth a column: not if it is given, or reads like that of the lower body."""
     if "_upper_" in name and _texts(name, rows) == _texts(name.replace("_upper_", "_lower_"), rows):
         return False
-    if name == "pressure_max_MPa" and _is_constant("hertz_p0_MPa", rows):
-        # gamma_p says it.
-        return False
-    for direction, creepage, force in (("x", "creepage_longitudinal", "longitudinal"), ("y", "creepage_lateral", "lateral")):
-        given = all(getattr(motion, f"force_{direction}") is not None for motion in motions)
-        if name == creepage:
-            return given
-        if name == f"force_{direction}_N" and f"force.{force}_N" in swept:
-            return False
-    # Rounding noise of what is zero by symmetry is not worth a column.
-    return not all(is_noise(OVER_LIMIT.get(name, name), row.summary) for row in rows)
+    given = name in ALL_SCALARS and all(holds(ALL_SCALARS[name].given, problem) for problem in problems)
+    return not given and worth_showing(name, [row.summary for row in rows], swept)
 
 
 def _is_second(name: str) -> bool:
@@ -216,7 +213,7 @@ def _is_second(name: str) -> bool:
 
 def _change(name: str, rows: Sequence[Row]) -> float:
     """The range of a scalar over its largest value."""
-    values = _finite(name, rows)
+    values = _values(name, rows)
     return (max(values) - min(values)) / (max(map(abs, values)) or 1.0)
 
 
@@ -225,9 +222,8 @@ def _texts(name: str, rows: Sequence[Row]) -> list[str]:
 
 
 def _is_constant(name: str, rows: Sequence[Row]) -> bool:
-    return len({number(value) for value in _finite(name, rows)}) == 1 and len(_finite(name, rows)) == len(rows)
+    return len({number(value) for value in _values(name, rows)}) == 1 and len(_values(name, rows)) == len(rows)
 
 
-def _finite(name: str, rows: Sequence[Row]) -> list[float]:
-    values = (row.summary.get(name, math.nan) for row in rows)
-    return [value for value in values if value == value]
+def _values(name: str, rows: Sequence[Row]) -> list[float]:
+    return finite(name, [row.summary for row in rows])

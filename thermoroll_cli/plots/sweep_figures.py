@@ -22,7 +22,7 @@ from thermoroll_cli.exact.kalker import CreepageCoefficients, fastsim, linear_cr
 from thermoroll_cli.plots import style
 from thermoroll_cli.plots.run_frame import WITHOUT
 from thermoroll_cli.problem.names import DIAGRAMS, UNITS
-from thermoroll_cli.problem.scalar_errors import CREEPAGES, FORCES, absolute_error
+from thermoroll_cli.problem.scalar_errors import FORCES, STEADY, absolute_error, finite, is_steady, worth_showing
 
 Column = NDArray[np.float64]
 Table = Mapping[str, Sequence[Any]]
@@ -50,10 +50,6 @@ FLAT = 3.0
 """An axis spans at least this many times the estimated error on each side: smaller changes mean nothing."""
 NARROWEST = 0.02
 """The colours of a map span at least this share of the largest value: smaller changes look alike."""
-NEGLIGIBLE = 1e-9
-"""A quantity that stays below this share of its family (forces, creepages) is rounding noise and gets no diagram."""
-STEADY = 1e-6
-"""A given creepage or force, and ratios that only heat could change, get no diagram while they change by no more than this."""
 ENDLESS: dict[str, Any] = {"marker": "o", "markersize": 4.5, "markerfacecolor": "white", "linestyle": "none"}
 """Look of a peak that has no limit."""
 MAXIMUM: dict[str, Any] = {"marker": "v", "markersize": 5.0, "markeredgecolor": "black", "linestyle": "none"}
@@ -94,7 +90,8 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
         raise ValueError(f"the column {over[0]} holds no numbers")
     columns = {name: numbers(column) for name, column in table.items()}
     good = {name: column if name in over else np.where(failed, math.nan, column) for name, column in columns.items()}
-    diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(good, names, over)]
+    scalars = summaries(good)
+    diagrams = [(label, names) for label, names in DIAGRAMS.items() if _worth_drawing(scalars, names, over)]
     rows = max(1, -(-len(diagrams) // COLUMNS))
     wide = max(1, -(-len(diagrams) // rows))
     figure = style.new_figure((style.SINGLE, style.SINGLE * 1.5, style.DOUBLE)[wide - 1], rows * HEIGHT + 20.0 * style.MM)
@@ -108,7 +105,7 @@ def sweep_figure(table: Table, over: Sequence[str], *, title: str = "", compare:
     else:
         lines = list(_lines_of(table, over, x, failed))
         theories = {theory: [_theory_curve(columns, theory, x, line, words) for line in lines] for theory in compare}
-        handles, scalars = _line_handles(lines), summaries(good)
+        handles = _line_handles(lines)
         for place, (axes, (label, names)) in enumerate(zip(grid.flat, diagrams, strict=False)):
             endless = unbounded_points(table, names)
             handles += _draw_diagram(axes, x, good, names, errors(scalars, names), endless, lines, theories)
@@ -135,44 +132,10 @@ def is_logarithmic(values: Column) -> bool:
     return unevenness(np.log(points)) < unevenness(points)
 
 
-def _worth_drawing(table: Numbers, names: tuple[str, ...], over: Sequence[str]) -> bool:
-    values = merged(table, names)
-    if values is None:
-        return False
-    if names[0].startswith(("creepage", "gamma_c", "gamma_p")) and _is_steady(values):
-        return False
-    if names == ("pressure_max_MPa",) and np.isfinite(table.get("hertz_p0_MPa", ())).any():
-        # γ_p over Hertz's pressure has it.
-        return False
-    creepage = dict(zip(FORCES, CREEPAGES, strict=True)).get(names[0], names[0])
-    swept = any(name.endswith("." + creepage.removeprefix("creepage_")) for name in over)
-    needed = merged(table, (creepage,))
-    if swept and creepage == names[0]:
-        # Not against itself.
-        return False
-    if not swept and needed is not None and _is_steady(values) and not _is_steady(needed):
-        # A given force: its creepage has a diagram.
-        return False
-    return float(np.nanmax(np.abs(values))) > NEGLIGIBLE * _family_scale(table, names)
-
-
-def _is_steady(values: Column) -> bool:
-    finite = values[np.isfinite(values)]
-    return bool(np.ptp(finite) <= STEADY * np.abs(finite).max())
-
-
-def _family_scale(table: Numbers, names: tuple[str, ...]) -> float:
-    """The largest value in the family that the quantity belongs to; of a moment, the largest force times sqrt(a0 b0)."""
-
-    def largest(*columns: str) -> float:
-        values = [np.abs(table[name]) for name in columns if name in table]
-        return max((float(np.nanmax(column, initial=0.0, where=~np.isnan(column))) for column in values), default=0.0)
-
-    if names == ("spin_moment_Nmm",):
-        # Bodies with profiles have no Hertz ellipse: the circle of the contact's area.
-        return largest(*FORCES) * math.sqrt(largest("hertz_a_mm") * largest("hertz_b_mm")
-                                            or largest("contact_area_mm2") / math.pi)
-    return largest(*next((family for family in (FORCES, CREEPAGES) if names[0] in family), names))
+def _worth_drawing(points: Sequence[Mapping[str, Any]], names: Sequence[str], over: Sequence[str]) -> bool:
+    """Whether one of the scalars is worth showing; a creepage, or a ratio that only heat could change, if it changes."""
+    wanting = names[0].startswith(("creepage", "gamma_c", "gamma_p"))
+    return any(worth_showing(name, points, over) and not (wanting and is_steady(finite(name, points))) for name in names)
 
 
 def _is_grid(table: Numbers, over: Sequence[str]) -> bool:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
-from thermoroll_cli.problem.names import ALL_SCALARS, SCALARS, WHEELSET_SCALARS, holds
+from thermoroll_cli.problem.names import ALL_SCALARS, OVER_LIMIT, SCALARS, WHEELSET_SCALARS, holds
 from thermoroll_cli.problem.problem import BODIES, Problem
 
 FORCES, CREEPAGES, TEMPERATURES, MISMATCHES = (
@@ -94,7 +94,9 @@ MISMATCH_DIGITS = 2
 NEGLIGIBLE_ERROR = 1e-6
 """Errors below this share of their value do not limit its digits."""
 SYMMETRY_NOISE = 1e-6
-"""Forces and moments below this share of the creep force are zero by symmetry but for rounding."""
+"""Forces, moments and creepages below this share of their whole are zero by symmetry but for rounding."""
+STEADY = 1e-6
+"""Values that differ by no more than this share of the largest one are the same."""
 
 
 def listed_scalars(summary: Mapping[str, Any], problem: Problem) -> list[str]:
@@ -182,3 +184,40 @@ def is_noise(name: str, scalars: Mapping[str, Any]) -> bool:
     if name == "spin_moment_Nmm":
         scale *= mean_semi_axis(scalars)
     return abs(scalars.get(name, 0.0)) <= SYMMETRY_NOISE * scale
+
+
+# --- the points of a sweep -------------------------------------------------------------------------------------------
+
+
+def worth_showing(name: str, points: Sequence[Mapping[str, Any]], swept: Collection[str]) -> bool:
+    """Whether a scalar says more about the `points` (summaries) than the `swept` keys do.
+
+    These say nothing: a scalar that was not computed; rounding noise; a creepage that is swept; a creepage or a force that is
+    given, so that it stays the same while the other changes; the pressure over a single Hertz pressure, which γ_p is."""
+    partners = dict(zip(FORCES + CREEPAGES, CREEPAGES + FORCES, strict=True))
+    if not finite(name, points) or all(_is_nothing(name, point) for point in points if computed(point.get(name))):
+        return False
+    if name == "pressure_max_MPa":
+        return not is_steady(finite("hertz_p0_MPa", points))
+    if name not in partners:
+        return True
+    creepage = name if name in CREEPAGES else partners[name]
+    if any(key.endswith("." + creepage.removeprefix("creepage_")) for key in swept):
+        return name in FORCES
+    other = finite(partners[name], points)
+    return not (is_steady(finite(name, points)) and other and not is_steady(other))
+
+
+def _is_nothing(name: str, scalars: Mapping[str, Any]) -> bool:
+    noise = name in CREEPAGES and abs(scalars[name]) <= SYMMETRY_NOISE * error_scale(name, scalars)
+    return noise or is_noise(OVER_LIMIT.get(name, name), scalars)
+
+
+def finite(name: str, points: Sequence[Mapping[str, Any]]) -> list[float]:
+    """The values of a scalar at the points where it was computed."""
+    return [point[name] for point in points if computed(point.get(name))]
+
+
+def is_steady(values: Sequence[float]) -> bool:
+    """Whether there are values, and all are the same."""
+    return bool(values) and max(values) - min(values) <= STEADY * max(map(abs, values))

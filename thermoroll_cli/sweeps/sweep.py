@@ -46,7 +46,7 @@ class Pending:
 
 @dataclass(frozen=True)
 class Batch:
-    """Neighbouring points, solved one after the other by one worker, each from the two before it.
+    """Neighbouring points, solved one after the other by one worker, each from the one before it.
 
     Points that are not among `pending` are finished, or given up; they are solved again only where a pending one follows, so
     that its result is the same as if nothing had been interrupted.
