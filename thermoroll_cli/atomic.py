@@ -1,5 +1,5 @@
-"""Files that appear complete or not at all: a temporary name beside the target, then one rename. Small files are read with
-plain words where they cannot be."""
+"""Files that appear complete or not at all: a temporary name beside the target, then one rename. Errors of reading
+small files become plain messages."""
 
 from __future__ import annotations
 

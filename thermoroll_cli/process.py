@@ -91,6 +91,6 @@ def stoppable() -> Iterator[None]:
     try:
         yield
     finally:
-        _run += 1  # a thread that waits has nothing to end any more
+        _run += 1  # a thread that still waits for this run must not end the next one
         for number, handler in reversed(previous.items()):
             signal.signal(number, handler)

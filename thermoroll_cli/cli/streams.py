@@ -26,7 +26,7 @@ class ExitCode(IntEnum):
     INPUT_OUTPUT = 5
     OUTSIDE_TOLERANCE = 6
     CLOSED_OUTPUT = 128 + 13
-    """Nobody reads our output any more (`thermoroll … | head`): as if the pipe's signal had ended the program."""
+    """The reader of our output has gone (`thermoroll … | head`). The signal of a broken pipe gives the same exit code."""
 
 
 class ClosedOutput(BaseException):

@@ -46,7 +46,7 @@ UNBOUNDED = "no limit"
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
 _TELLING = 20
-"""Meanings are not cut to fewer characters: "maximum …" says nothing."""
+"""Meanings are not cut to fewer characters: "maximum …" would say nothing."""
 
 
 def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool, width: int) -> list[str]:

@@ -123,7 +123,7 @@ class _Checker:
         if shared := [key for key in given if key in model.MaterialTable.model_fields]:
             message = f"constants of both bodies ({', '.join(shared)}) cannot be given together with [material.{own[0]}]"
             self._note(("material", own[0]), message, allowed=allowed, at_key=True)
-            # Until this is decided it is open whether the constants of each body are complete.
+            # As long as this error remains, it is not known whether the constants of each body are complete.
             self._unknown_in(("material",), (key for key in given if key not in (*shared, *BODIES)))
             return None
         missing = [body for body in BODIES if body not in given]

@@ -323,7 +323,7 @@ def _recirculation(thermal: model.ThermalTable) -> Iterator[Conflict]:
         if table is None:
             continue
         if not table.recirculate:
-            # Keys of a body that does not recirculate are forgotten, unless it is switched off in so many words.
+            # These keys have no effect. That is an error unless the case says `recirculate = false`.
             for key in sorted(table.model_fields_set) if "recirculate" not in table.model_fields_set else ():
                 yield Conflict((*path, key), "has no effect on a body whose heat does not recirculate",
                                "recirculate = true beside it, or recirculate = false to keep it switched off",

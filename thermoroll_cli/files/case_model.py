@@ -154,7 +154,7 @@ class LoadTable(Table):
     """Normal load, and the coefficient of friction."""
 
     normal_N: float | None = quantity("N", "Normal load; a wheelset has its own", None, ge=1e-15, le=1e15)
-    approach_um: float | None = quantity("um", "Approach of the bodies, of which the load follows; instead of normal_N", None,
+    approach_um: float | None = quantity("um", "Approach of the bodies, which determines the load; instead of normal_N", None,
                                          ge=1e-9, le=1e9)  # fmt: skip
     friction_coefficient: float | None = quantity("1", "Coulomb's coefficient of friction; or of each place in [friction]",
                                                   None, ge=0, le=2)  # fmt: skip

@@ -86,7 +86,7 @@ def rail_friction(settings: model.Settings) -> dict[SideName, Points]:
 
 
 def _wheel_on_rail(wheelset: WheelsetTable | None) -> model.GeometryTable:
-    """A wheel on a rail, as far as they turn."""
+    """The radii along rolling of a wheel and a rail. Each patch gives those across rolling."""
     assert wheelset is not None
     return model.GeometryTable(lower_radius_x_mm=math.inf, lower_radius_y_mm=math.inf, upper_radius_y_mm=math.inf,
                                upper_radius_x_mm=wheelset.nominal_radius_mm)
@@ -137,8 +137,8 @@ def _friction(table: model.FrictionTable, at_rest: float) -> Friction:
 
 
 def _friction_law(table: model.FrictionTable, at_rest: float, largest: float) -> FrictionLaw | None:
-    """The law of slip, relative to the largest coefficient; None for constant friction. Memory without a law is kept as a law
-    that does not fall, which is warned of."""
+    """The law of slip, relative to the largest coefficient; None for constant friction. Memory without a law becomes a law that
+    does not fall, and there is a warning."""
     if largest == 0.0 or not (table.law or table.memory_um):
         return None
     law = FrictionLaw(table.law or "exponential", memory=table.si("memory_um"), memory_slip=table.si("memory_slip_mm_s"))

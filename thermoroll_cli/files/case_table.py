@@ -49,7 +49,7 @@ class Allowed:
 
 def quantity(unit: str, description: str, default: Any = ..., *, ge: float | None = None, le: float | None = None) -> Any:
     """A number with its unit, allowed from `ge` to `le`; the default None means that the key may be left out."""
-    # Even where any positive number makes sense there are ends, far outside any use: 1e-300 survives no arithmetic.
+    # Every number has limits, far outside any use: arithmetic overflows with numbers like 1e-300.
     return Field(default=default, description=description, json_schema_extra={"unit": unit}, ge=ge, le=le)
 
 

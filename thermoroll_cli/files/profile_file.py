@@ -70,7 +70,7 @@ class Reading:
     upwards: bool = False
 
     def record(self, *, mirror: bool, wheel: bool = False) -> dict[str, Any]:
-        """What `show` tells, with `mirror` of the case, of a `wheel` if the case says so."""
+        """What `show` says, with `mirror` of the case, of a `wheel` if the case says so."""
         sign = -1.0 if mirror else 1.0
         y, z = sign * np.array(self.points)[:, 0], np.array(self.points)[:, 1]
         # A flange is the part furthest out of a wheel, which z and heights of wheels agree on.

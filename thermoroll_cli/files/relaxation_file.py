@@ -47,7 +47,7 @@ class MeasuredSeries:
     rms: float
 
     def record(self, **_: bool) -> dict[str, Any]:
-        """What `show` tells."""
+        """What `show` says."""
         return {"file": self.file, "frequencies": self.frequencies, "lowest_Hz": self.lowest, "highest_Hz": self.highest,
                 "times": len(self.series), "modulus_GPa": 1e-9 * self.modulus, "relaxed_share": self.relaxed,
                 "rms_deviation": self.rms}

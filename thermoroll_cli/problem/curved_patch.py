@@ -22,7 +22,7 @@ from thermoroll_cli.problem.geometry import SYMMETRY_TOLERANCE, Geometry, Profil
 SAMPLES = 401
 """Arc lengths at which the gap of `conformal_patch` is tabulated: splines between them are good to 1e-10 of the radius."""
 WIDEST_ANGLE = 1.2
-"""Inclination in rad at which a conformal surface ends: beyond it no half-space stands for the bodies."""
+"""Inclination in rad at which a conformal surface ends: beyond it the bodies are not like half-spaces."""
 THINNEST, DEEPEST = 0.5, 0.25
 """It also ends where less than this share of a rolling radius is left (normals miss a body near its axis), and beyond the last
 places with a gap below this share of the smaller R', the approach of a contact that is no half-space either."""

@@ -149,7 +149,7 @@ def estimates(
             errors[name] = estimate(values, scale, order=_order(name, derived), unresolved=unresolved, floor=floor,
                                     safety=SAFETY_EXTRAPOLATED if name in EXTRAPOLATED else SAFETY)
     if (mean := summary["friction_mean"]) > 0.0:  # nan: there is none
-        # Where stick and slip are mistaken for each other, the coefficient at rest stands for the mean.
+        # Elements that wrongly stick or slip have the coefficient at rest in place of the mean, or the reverse.
         mistaken = errors["gamma_st"] / max(1.0 - summary["gamma_st"], 1.0 / elements)
         lost = abs(derived.problem.friction.at_rest - mean)
         errors["friction_mean"] += mistaken * lost / error_scale("friction_mean", summary)
@@ -302,7 +302,7 @@ def stress_estimates(
                                 floor=FLOOR + left_out)
     for name in set(at_surface).intersection(errors):
         if "_depth_" in name:
-            errors[name] += 2.2 / elements  # An element over the smaller semi-axis: as deep is the surface.
+            errors[name] += 2.2 / elements  # The surface counts as one element deep.
         elif not name.endswith("_MPa"):
             # Along the ridge at the border the stress falls like the square of the distance.
             quantity, _, body, _ = name.rsplit("_", 3)
@@ -317,8 +317,8 @@ def errors_with_rivals(
     """Errors of the largest stress named `value` and of its `places` (names of scalars by axis), where it may lie elsewhere on
     a finer grid.
 
-    `rivals` are the largest stresses of the surface and of what lies below it, grid by grid; the surface's may still grow like
-    a square root. One that is nan is no rival."""
+    `rivals` are the largest stresses of the surface and of what lies below it, grid by grid. The stress at the surface may
+    still grow like a square root. A stress that is nan does not count."""
     surface, below = rivals[-1]
     if len(rivals) < 2 or math.isnan(error[value]):
         return {}

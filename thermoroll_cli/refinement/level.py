@@ -21,7 +21,7 @@ from thermoroll_cli.steady_state.fixed_point import SteadyState
 ROOM = 0.125
 """Room on each side of a contact in a domain that follows it, over what it measures along that axis."""
 WAY = 0.25
-"""More of it on sides that the contact has touched: it is on its way there. Without: strong heat on coarse grids is not
+"""Additional room on sides that the contact has touched: it moves towards them. Without: strong heat on coarse grids is not
 balanced."""
 WORTH = 0.5
 """A domain whose area is this much smaller, or less, is worth solving on again: as is one for half as many elements.

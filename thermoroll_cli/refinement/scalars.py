@@ -307,7 +307,7 @@ def wear_scalars(problem: Problem, fields: Mapping[str, AnyArray], dx: float, dy
 
 
 def _hottest(rise: Array) -> float:
-    """Largest rise of a surface in K: far from the contact it is zero, so a body that only cools has no other."""
+    """Largest rise of a surface in K. It is zero far from the contact, and so it is zero for a body that only cools."""
     return peak_value(rise, averages=False) if rise.max() > ROUNDING * np.abs(rise).max() else 0.0
 
 

@@ -62,7 +62,7 @@ class Solver:
         return with_maximum(self._solve(problem, report), maximum)
 
     def _solve(self, problem: Problem, report: Report | None) -> Result:
-        """The result begun with neighbours, if there are any; if that fails, without them: no problem does worse than alone."""
+        """The result of a solution that begins with the neighbours, if there are any. If it fails, one without them follows."""
         result = self._attempt(problem, report or (lambda stage, info: None))
         if not result.converged and self.last[0]:
             self.last = [], []

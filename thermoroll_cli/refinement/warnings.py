@@ -16,7 +16,7 @@ which for material moving with speed s along x, since 1/(w + w') = κ (w' − w)
 with T_0 the temperature that the same heat would make in material at rest (where the strains add up to (1+ν)αT). Bodies
 alike in all this expand alike, and their slip does not feel it; the difference of two other bodies belongs into the slip
 equation, ṡ/V = ξ − ∂u/∂x, but is left out: in realistic cases it is below one per cent of the creepage at which the contact
-slides (docs/physics.md). A warning tells if it is more.
+slides (docs/physics.md). There is a warning if it is more.
 """
 
 from __future__ import annotations

@@ -49,7 +49,7 @@ def check(derived: DerivedQuantities) -> None:
 
 
 def _force(problem: Problem) -> Iterator[Unsolvable]:
-    """Friction that rises with temperature begins cold; one that falls with slip and rises again has several answers."""
+    """Friction must carry the force while it is cold, and a law that falls and rises again has several answers."""
     force, load, law = problem.prescribed_force, problem.normal_force, problem.friction.law
     if not force:
         return

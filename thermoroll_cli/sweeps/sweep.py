@@ -85,7 +85,7 @@ class Batch:
         return file_image(result.with_case(point.case_text, point.case_json), self.command_line) if one.file else b""
 
     def _record(self, one: Pending, summary: dict[str, Any], *, solved: bool = True) -> Record:
-        # The key stands first, for whoever looks for it.
+        # The key comes first, so that a reader of the file finds it.
         return {"key": one.key, "name": self.points.name(one.number), "over": self.points.over(one.number),
                 "file": one.file if solved else "", "solved": solved, "summary": summary}
 

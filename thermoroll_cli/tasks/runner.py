@@ -26,12 +26,12 @@ from thermoroll_cli.process import one_thread, safe_point
 from thermoroll_cli.tasks.journal import Journal, Record, keep
 
 DEATHS = 3
-"""A point that so many processes died of is given up; a process that was killed from outside costs nothing."""
+"""A point is given up after so many of the processes that solved it have died. Processes killed from outside do not count."""
 DIED = f"the process that solved it died {DEATHS} times (killed, or out of memory)"
 POLL_SECONDS = 0.1
 CONNECT_SECONDS = 10
 AHEAD = 2
-"""Tasks that wait at a cluster for each of its workers, so that none of them waits for us."""
+"""Tasks that are queued at a cluster for each of its workers, so that no worker is idle."""
 
 Item = tuple[Record, bytes]
 """A record for the journal, and the content of the file that it names."""

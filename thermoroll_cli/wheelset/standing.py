@@ -69,10 +69,10 @@ def stand(
 
 
 def level(difference_at: Callable[[float], tuple[float, Found]], span: float, roll: float) -> Found:
-    """What is found at the roll (rad) with which the heights of both wheels are equal, from a first guess `roll`.
+    """The result of `difference_at` at the roll (rad) that makes the heights of both wheels equal; `roll` is the first guess.
 
     `difference_at` gives the height of the left wheel less that of the right one (m), which grows with the roll by about the
-    `span` (m) between the rails, and what was found with it."""
+    `span` (m) between the rails, and any result beside it."""
     root = RisingRoot(roll, span, LONGEST_ROLL)
     for _ in range(ROLL_ROUNDS):
         difference, standing = difference_at(root.place)

@@ -18,7 +18,7 @@ SIDES: tuple[SideName, ...] = ("left", "right")
 @dataclass(frozen=True)
 class WheelsetProblem:
     """Wheels on rails. `contact` is a problem whose geometry, load and creepages each patch replaces. `rails` and `wheels`
-    hold the sides that are there, as right ones.
+    have a value for each side that exists. Left ones are mirrored, so that all are right ones.
 
     Of `position` the height counts only if `vertical` (N) is None, the roll only if `finds_roll` is False; of `motion` the
     angular velocity only if `finds_speed` is False. It is found such that the rails drive the wheelset with the force

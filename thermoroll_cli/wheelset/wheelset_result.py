@@ -29,7 +29,7 @@ LARGEST_FORCE_ERROR = 1e-3
 LARGEST_POWER_ERROR = 2e-3
 """Heat of all patches against the power that the rails take from the wheelset."""
 ROLLING = 1e-3
-"""Heat over the friction limit times the speed below which a wheelset hardly slips, and its heat is a small difference."""
+"""A wheelset with less heat than this share of friction limit times speed hardly slips: its heat is a small difference."""
 WIDEST_PLANE = 0.3
 """Turn of the surface across a patch (rad) from which a plane is a doubtful model; the solver warns of curved patches."""
 

@@ -121,8 +121,8 @@ def evolution(problem: Problem, start: WearState | None = None, *, threads: int 
     """The states of the evolution that `problem.wear` describes, each with its result, from the unworn profiles or `start`.
 
     It ends where the distance is rolled or the depth is worn, where nothing slips, and after a result that did not converge.
-    With a given approach the distance of the axles stays, so that the load falls; it ends where that is nearly gone, too.
-    Where an accuracy is asked for the grid that the unworn profiles need is kept. Raises Unsolvable as `solve` does."""
+    A given approach keeps the distance of the axles, so that the load falls; the evolution also ends where little load is left.
+    With `numerics.accuracy`, all states have the grid that the unworn profiles need. Raises Unsolvable as `solve` does."""
     wear = problem.wear
     assert wear is not None
     solver = Solver(threads)
