@@ -124,6 +124,8 @@ def test_a_force_that_the_places_do_not_carry_has_a_reason(share):
     ({"over_angle": [[1.0, 0.5]]}, {}, "friction.over_angle: belongs to wheels on rails"),
     ({"left": {"over_angle": [[1.0, 0.5]]}}, {"friction_coefficient": 0.3}, "friction.left: belongs to wheels on rails"),
     ({}, {}, "load.friction_coefficient: is missing"),
+    ({"across": [[0.0, 0.1], [2.0, 0.2]], "law": "table", "table": [[0.0, 0.1], [1.0, 0.3]]}, {},
+     "has 0.1 without slip, but the largest coefficient of all places is 0.2"),
 ])  # fmt: skip
 def test_wrong_places_are_errors(friction, load, words):
     with pytest.raises(CaseError, match=words.replace(".", r"\.")):

@@ -208,15 +208,16 @@ def _friction_law(friction: model.FrictionTable, load: model.LoadTable) -> Itera
     if law is None:
         return
     if law == "table":
-        yield from _friction_points(friction.table or [], model.coefficient_at_rest(load, friction))
+        of = "load.friction_coefficient" if load.friction_coefficient is not None else "the largest coefficient of all places"
+        yield from _friction_points(friction.table or [], model.coefficient_at_rest(load, friction), of)
 
 
-def _friction_points(points: list[list[float]], at_rest: float) -> Iterator[Conflict]:
+def _friction_points(points: list[list[float]], at_rest: float, of: str) -> Iterator[Conflict]:
     path, allowed = ("friction", "table"), "pairs [slip speed, coefficient], slip speeds increasing from 0"
     if points and points[0][0] != 0.0:
         yield Conflict(path, f"begins at a slip speed of {points[0][0]:g} m/s", allowed)
     elif points and not math.isclose(points[0][1], at_rest):
-        yield Conflict(path, f"has {points[0][1]:g} without slip, but load.friction_coefficient is {at_rest:g}",
+        yield Conflict(path, f"has {points[0][1]:g} without slip, but {of} is {at_rest:g}",
                        "the same coefficient without slip", other=("load", "friction_coefficient"))
     speed_before = -math.inf
     for number, (speed, coefficient) in enumerate(points, 1):

@@ -18,7 +18,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -184,13 +184,15 @@ def _touch(facing: Facing) -> Touch | None:
         if apart[j] < 0.0 <= apart[j + 1]:
             at = y[k - 1 + j] - apart[j] * (y[1] - y[0]) / (apart[j + 1] - apart[j])
     place = np.interp(at, y[around], wheel.index[around])
-    height, (own, radius) = np.interp(at, y[around], rail.z[around]), (
-        np.interp(place, np.arange(len(row)), row) for row in facing.wheel.samples[:2])
+    low = min(int(place), facing.wheel.samples.shape[1] - 2)
+    own, radius = (row[low] + (place - low) * (row[low + 1] - row[low]) for row in facing.wheel.samples[:2])
+    height = np.interp(at, y[around], rail.z[around])
     if own < _climbing(facing.wheel):
         return None
     return Touch(float(at), float(height), float(own), float(radius))
 
 
+@lru_cache(maxsize=8)
 def _climbing(wheel: WheelSide) -> float:
     """y (m, wheelset axes) below which a contact on the flange has passed its steepest part: the wheel climbs; −inf without a
     flange."""
@@ -222,8 +224,8 @@ def _followed(contacts_at: Callable[[float], Contacts | None], amplitude: float)
         done = reach
         places = sorted(found)
         potential = _potential(np.array(places), _difference([found[place] for place in places]))
-        swings = 0.0 if potential is None else 0.5 * (potential.high - potential.low)
-        if swings < amplitude + STEP and not all(ends.values()) and reach < MOST_REACH * amplitude / STEP:
+        short = potential is None or potential.reach < amplitude + STEP
+        if short and not all(ends.values()) and reach < MOST_REACH * amplitude / STEP:
             reach = math.ceil(1.3 * reach)
     for low, high in itertools.pairwise(places):
         while high - low > JUMP_STEP and _way(found[low], found[high]) > SUSPECT * (high - low) / STEP:
@@ -266,7 +268,7 @@ def _warnings(found: Conicity) -> Iterator[str]:
                    f"at {1e3 * shifts[most]:.3g} mm the difference of the rolling radii by {1e3 * steps[most]:.2g} mm")
     missing = [1e3 * a for a, length in zip(found.amplitudes, found.wavelength, strict=True) if math.isnan(length)]
     if missing:
-        low, high = 1e3 * found._potential.low, 1e3 * found._potential.high
+        low, high = (1e3 * end for end in found._potential.ends(found._potential.most))
         yield (f"amplitudes from {min(missing):.3g} mm on are beyond the profiles: the wheelset swings between shifts of "
                f"{low:.3g} and {high:.3g} mm at most, where a profile ends, a flange climbs, or no wheel is larger any more")
     if abs(found._potential.middle) > STEP:
@@ -287,16 +289,15 @@ class _Potential:
         return float(self.y[self.number])
 
     @property
-    def low(self) -> float:
-        return self._ends(self._most)[0]
-
-    @property
-    def high(self) -> float:
-        return self._ends(self._most)[1]
-
-    @property
-    def _most(self) -> float:
+    def most(self) -> float:
+        """The largest level that S reaches on both sides."""
         return float(min(self.value[0], self.value[-1]))
+
+    @property
+    def reach(self) -> float:
+        """The largest amplitude in m."""
+        left, right = self.ends(self.most)
+        return 0.5 * (right - left)
 
     def __call__(self, y: Array) -> Array:
         """S, quadratic between the places."""
@@ -305,7 +306,7 @@ class _Potential:
         slope = (self.difference[k + 1] - self.difference[k]) / (self.y[k + 1] - self.y[k])
         return np.asarray(self.value[k] + t * (self.difference[k] + 0.5 * slope * t))
 
-    def _ends(self, level: float) -> tuple[float, float]:
+    def ends(self, level: float) -> tuple[float, float]:
         """The places on both sides of the middle at which S reaches a `level`."""
         return self._end(level, -1), self._end(level, 1)
 
@@ -318,14 +319,14 @@ class _Potential:
 
     def wavelength(self, amplitude: float, product: float) -> float:
         """λ (m) at an `amplitude` (m); `product` is e r₀ (m²)."""
-        low, high = 0.0, self._most
-        if self.high - self.low < 2.0 * amplitude * (1.0 - 1e-12):
+        if self.reach < amplitude * (1.0 - 1e-12):
             return math.nan
+        low, high = 0.0, self.most
         while high - low > 1e-14 * high:
             level = 0.5 * (low + high)
-            left, right = self._ends(level)
+            left, right = self.ends(level)
             low, high = (level, high) if right - left < 2.0 * amplitude else (low, level)
-        left, right = self._ends(high)
+        left, right = self.ends(high)
         middle, half = 0.5 * (left + right), 0.5 * (right - left)
         angle = math.pi * ((np.arange(ANGLES) + 0.5) / ANGLES - 0.5)
         slope = np.sqrt(2.0 * np.maximum(high - self(middle + half * np.sin(angle)), 1e-300) / product)
