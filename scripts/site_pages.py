@@ -43,6 +43,12 @@ def on_files(files: Files, config: Any) -> Files:
     return files
 
 
+def on_page_markdown(markdown: str, page: Any, files: Files, **_: Any) -> str:
+    """Links show the title of the page they lead to, where docs/ shows the name of its file."""
+    titles = {item.file.src_uri: item.title for item in (other.page for other in files) if item is not None}
+    return re.sub(r"\[`?(\w+\.md)`?\](?=\(\1)", lambda link: f"[{titles.get(link[1]) or link[1]}]", markdown)
+
+
 def first_page() -> str:
     """The README, with links that start from docs/."""
     text = (ROOT / "README.md").read_text(encoding="utf-8").replace("](docs/", "](")

@@ -14,6 +14,7 @@ import pytest
 
 from scripts import closed_forms
 from scripts.figures.figures_documents import declared, markdown
+from tests.support.browser import opened
 from tests.support.command_line import PATIENCE
 
 ROOT = Path(__file__).parents[2]
@@ -51,20 +52,45 @@ def test_lists_begin_after_an_empty_line() -> None:
             assert not (line.startswith("- ") and before and before[0] not in "- "), f"{page.name}: {line}"
 
 
-def test_the_site_is_built_without_a_warning(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the site, built without a warning."""
     pytest.importorskip("mkdocs")
+    pytest.importorskip("latex2mathml")
+    folder = tmp_path_factory.mktemp("documents") / "site"
     environment = {**os.environ, "NO_MKDOCS_2_WARNING": "1", "OPENBLAS_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")]
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE)
     assert done.returncode == 0 and "WARNING" not in done.stderr, done.stderr
-    gallery = (tmp_path / "site" / "gallery.html").read_text(encoding="utf-8")
+    return folder
+
+
+def test_the_site_has_all_cases_and_names(site: Path) -> None:
+    gallery = (site / "gallery.html").read_text(encoding="utf-8")
     for case in (ROOT / "cases").glob("*.toml"):
         assert f"cases/{case.name}" in gallery
-        assert (tmp_path / "site" / "gallery" / f"{case.stem}.png").stat().st_size > 5_000
-    reference = (tmp_path / "site" / "reference.html").read_text(encoding="utf-8")
-    assert "frictional heat" in (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+        assert (site / "gallery" / f"{case.stem}.png").stat().st_size > 5_000
+    reference = (site / "reference.html").read_text(encoding="utf-8")
+    assert "frictional heat" in (site / "index.html").read_text(encoding="utf-8")
     for name in ("Case", "Result", "Solver", "solve", "sweep", "read_result", "CreepForceTable"):
-        assert re.search(rf'id="thermoroll_cli[\w.]*\.{name}"', reference), name
+        assert re.search(rf'<h2 id="thermoroll_cli[\w.]*\.{name}"', reference), name
+        assert f'doc-object-name doc-class-name">{name}<' in reference or f'doc-function-name">{name}<' in reference, name
+
+
+def test_the_site_needs_no_server(site: Path, tmp_path: Path) -> None:
+    """Opened from disk: search answers, equations are typeset without scripts, nothing is asked of a server."""
+    pages = {path.name: path.read_text(encoding="utf-8") for path in site.glob("*.html")}
+    for name, text in pages.items():
+        assert not re.findall(r'(?:src|<link[^>]* href)="(?:https?:)?//[^"]*', text), name
+        assert "arithmatex" not in text, name
+    source = (ROOT / "docs" / "physics.md").read_text(encoding="utf-8")
+    assert pages["physics.html"].count('class="equation"') == source.count("$$") // 2 > 20
+    assert "\\" not in "".join(re.findall(r"<math.*?</math>", pages["physics.html"], re.DOTALL))
+    found = opened(f"{(site / 'index.html').as_uri()}?q=spin", tmp_path, "--dump-dom")
+    assert not found.console and not found.requests
+    results = re.search(r"(\d+) matching documents", found.dom)
+    assert results is not None and int(results[1]) > 5
+    assert "physics.html" in found.dom.partition("matching documents")[2]
 
 
 def test_closed_forms_are_met() -> None:
