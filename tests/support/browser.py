@@ -41,4 +41,6 @@ def opened(address: str, folder: Path, *options: str) -> Opened:
     events = (event.get("params", {}) for event in json.loads(protocol.read_text(encoding="utf-8"))["events"])
     # The browser's own requests, for updates, belong to no page.
     asked = {event["url"] for event in events if event.get("initiator", "not an origin") != "not an origin"}
-    return Opened(done.stdout, re.findall(r":CONSOLE[:(].*", done.stderr), {url for url in asked if url.startswith(("http", "ws"))})
+    return Opened(
+        done.stdout, re.findall(r":CONSOLE[:(].*", done.stderr), {url for url in asked if url.startswith(("http", "ws"))}
+    )
