@@ -43,20 +43,28 @@ class Region:
 
 @dataclass(frozen=True)
 class Facing:
-    """A right wheel over a right rail, both as outlines over the same places y; the height of `position` counts."""
+    """A right wheel over a right rail, both as outlines over the same places y; the height of `position` counts. `other` is the
+    same wheel at another height, whose locus and outline only move."""
 
     rail: RailSide
     wheel: WheelSide
     position: Position
+    other: Facing | None = None
 
     @cached_property
     def locus(self) -> Array:
         """Rows x, y, z, dy/ds, dz/ds as of `placement.locus`."""
-        return locus(self.wheel, self.position)
+        if self.other is None:
+            return locus(self.wheel, self.position)
+        lower = self.position.z - self.other.position.z
+        return np.asarray(self.other.locus + lower * np.array([[0.0], [0.0], [1.0], [0.0], [0.0]]))
 
     @cached_property
     def outlines(self) -> tuple[Outline, Outline]:
         """Highest surface of the rail and lowest of the wheel over the y that both have. Raises Unsolvable if there is none."""
+        if self.other is not None:
+            top, bottom = self.other.outlines
+            return top, replace(bottom, z=bottom.z + self.position.z - self.other.position.z)
         rail, wheel = self.rail.samples, self.locus
         low, high = max(rail[0].min(), np.nanmin(wheel[1])), min(rail[0].max(), np.nanmax(wheel[1]))
         if not low < high:
@@ -80,13 +88,8 @@ class Facing:
         return np.arctan(rail.of(self.rail.samples[3]) / rail.of(self.rail.samples[2]))
 
     def lowered(self, by: float) -> Facing:
-        """The same wheel lower by this height (m): its locus and its outline move with it."""
-        facing = Facing(self.rail, self.wheel, replace(self.position, z=self.position.z + by))
-        rail, wheel = self.outlines
-        moved = {"locus": self.locus + by * np.array([[0.0], [0.0], [1.0], [0.0], [0.0]]),
-                 "outlines": (rail, replace(wheel, z=wheel.z + by)), "gap": self.gap - by, "angle": self.angle}
-        facing.__dict__.update(moved)
-        return facing
+        """The same wheel lower by this height (m)."""
+        return replace(self, position=replace(self.position, z=self.position.z + by), other=self.other or self)
 
     @property
     def clearance(self) -> float:
