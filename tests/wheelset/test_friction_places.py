@@ -45,6 +45,7 @@ def test_forces_with_a_lubricated_flange_are_those_of_contact(patches, theirs, w
     (patch,) = result.patches
     local = patch.fields["friction_coefficient"][patch.fields["pressure"] > 0.0]
     assert local.min() == pytest.approx(0.2, abs=1e-3) and 0.21 < local.max() < 0.3
+    assert len(result.plot("friction").axes) == 2
     assert patch["friction_limit_N"] == pytest.approx(patch["friction_mean"] * patch.problem.normal_force, rel=0.01)
 
 

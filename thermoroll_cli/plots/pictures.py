@@ -16,7 +16,7 @@ from thermoroll_cli.plots.run_frame import RunFrame, frame_of
 from thermoroll_cli.plots.style import FORMATS, applied, save
 from thermoroll_cli.plots.subsurface_figures import shakedown_map_figure, strength_figure, subsurface_figure
 from thermoroll_cli.plots.summary_sheet import summary_figure
-from thermoroll_cli.plots.wheelset_figures import patches_figure, section_figure
+from thermoroll_cli.plots.wheelset_figures import friction_figure, patches_figure, section_figure
 from thermoroll_cli.problem.names import FIELDS, QUANTITIES, Quantity
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.process import safe_point
@@ -40,7 +40,7 @@ show: where a stage was skipped, or a field vanishes everywhere."""
 
 
 ASSEMBLIES: dict[str, dict[str, Callable[[Result], Figure | None]]] = {
-    "wheelset": {"section": section_figure, "patches": patches_figure},
+    "wheelset": {"section": section_figure, "patches": patches_figure, "friction": friction_figure},
 }
 """Pictures of the whole of each kind of assembly."""
 

@@ -103,9 +103,27 @@ def _draw_comb(axes: Axes, patch: Result, peak: float) -> tuple[float, float]:
 def patches_figure(result: Result) -> Figure | None:
     """Pressure of all patches side by side on one scale, seen from above: x along travel upwards, y to the right along the
     surface. None if no wheel touches its rail."""
+    pressures = [1e-6 * np.asarray(patch.coupled.fields["pressure"]) for patch in result.contacts]
+    return _maps(result, pressures, 0.0, "pressure", "MPa")
+
+
+def friction_figure(result: Result) -> Figure | None:
+    """The local coefficient of friction in the same way. None where it is the same everywhere."""
+    values = []
+    for patch in result.contacts:
+        fields = patch.coupled.fields
+        # A patch in which friction is the same everywhere has no field of it.
+        whole = patch["friction_limit_N"] / patch["normal_N"]
+        values.append(np.where(np.asarray(fields["pressure"]) > 0.0, fields.get("friction_coefficient", whole), np.nan))
+    low, high = (min(map(np.nanmin, values), default=0.0), max(map(np.nanmax, values), default=0.0))
+    return _maps(result, values, float(low), "coefficient of friction", "μ") if high > low * (1.0 + 1e-9) else None
+
+
+def _maps(result: Result, values: Sequence[Array], lowest: float, words: str, unit: str) -> Figure | None:
+    """`values` (nx, ny) of all patches, from the `lowest` on; nan is left empty."""
     if not result.contacts:
         return None
-    shown = [_cropped(patch) for patch in result.contacts]
+    shown = [_cropped(patch, value) for patch, value in zip(result.contacts, values, strict=True)]
     widths, heights = ([float(np.ptp(axis)) + axis[1] - axis[0] for axis in axes]
                        for axes in zip(*((y, x) for x, y, *_ in shown), strict=True))  # fmt: skip
     across = style.DOUBLE - LEFT - BAR - BETWEEN * (len(shown) - 1)
@@ -114,14 +132,14 @@ def patches_figure(result: Result) -> Figure | None:
     handles = kinds_of_borders(borders for *_, borders, _ in shown)
     foot = FOOT + style.legend_height(handles, style.DOUBLE)
     figure = Figure(figsize=(style.DOUBLE, foot + tall + HEAD))
-    peak = max(float(pressure.max()) for _, _, pressure, *_ in shown)
-    norm = Normalize(0.0, peak)
+    norm = Normalize(lowest, max(float(np.nanmax(value)) for value in values))
     colours = ScalarMappable(norm, matplotlib.colormaps["viridis"])
     left = LEFT + 0.5 * max(across - per_mm * sum(widths), 0.0)
-    for patch, (x, y, pressure, borders, place), width, height in zip(result.contacts, shown, widths, heights, strict=True):
+    for patch, (x, y, value, borders, place), width, height in zip(result.contacts, shown, widths, heights, strict=True):
         axes = style.add_axes(figure, left, foot + 0.5 * (tall - per_mm * height), per_mm * width, per_mm * height)
         (dx, dy) = (0.5 * (axis[1] - axis[0]) for axis in (x, y))
-        image = axes.imshow(pressure, norm=norm, cmap=colours.cmap, origin="lower", interpolation="bilinear", aspect="auto",
+        image = axes.imshow(value, norm=norm, cmap=colours.cmap, origin="lower", aspect="auto",
+                            interpolation="nearest" if np.isnan(value).any() else "bilinear",
                             extent=(y[0] - dy, y[-1] + dy, x[0] - dx, x[-1] + dx))
         if borders.outline is not None:
             image.set_clip_path(borders.outline, transform=place + axes.transData)
@@ -135,7 +153,7 @@ def patches_figure(result: Result) -> Figure | None:
         left += per_mm * width + BETWEEN
     figure.axes[0].set_ylabel("x along travel (mm)" if per_mm * heights[0] > 32.0 * style.MM else "x (mm)")
     bar = style.add_axes(figure, left - BETWEEN + 4.0 * style.MM, foot, 3.5 * style.MM, tall)
-    figure.colorbar(colours, cax=bar, label="pressure (MPa)" if tall > 32.0 * style.MM else "MPa")
+    figure.colorbar(colours, cax=bar, label=f"{words} ({unit})" if tall > 32.0 * style.MM else unit)
     style.add_headline(figure, result.problem.title, result.converged, "seen from above")
     style.add_legend(figure, handles)
     return figure
@@ -153,12 +171,12 @@ def _few_places(axes: Axes, name: Literal["x", "y"], places: Array, per_mm: floa
     getattr(axes, f"set_{name}ticks")([-end, end] if length > 10.0 * style.MM else [0.0])
 
 
-def _cropped(patch: Result) -> tuple[Array, Array, Array, Borders, Affine2D]:
-    """x and y (mm, about the centre of pressure) and pressure (MPa) of a patch around its contact, seen from above; its
+def _cropped(patch: Result, value: Array) -> tuple[Array, Array, Array, Borders, Affine2D]:
+    """x and y (mm, about the centre of pressure) and `value` of a patch around its contact, seen from above; its
     borders in m, and the way from these to a map of it."""
     state, sign = patch.coupled, 1.0 if patch.record["side"] == "right" else -1.0
     x, y = -1e3 * state.x, -1e3 * sign * state.y
-    pressure = 1e-6 * np.asarray(state.fields["pressure"])
+    pressure = np.asarray(state.fields["pressure"])
     centre = [float(pressure.sum(axis=1 - axis) @ places / pressure.sum()) for axis, places in ((0, x), (1, y))]
     x, y = x - centre[0], y - centre[1]
     rows, columns = (np.flatnonzero(pressure.any(axis=axis)) for axis in (1, 0))
@@ -168,7 +186,7 @@ def _cropped(patch: Result) -> tuple[Array, Array, Array, Borders, Affine2D]:
     up = np.argsort(x[keep_x])
     seen = np.ix_(np.flatnonzero(keep_x)[up], np.flatnonzero(keep_y)[order])
     place = Affine2D([[0.0, -1e3 * sign, -centre[1]], [-1e3, 0.0, -centre[0]], [0.0, 0.0, 1.0]])
-    return x[keep_x][up], y[keep_y][order], pressure[seen], borders_of(state.x, state.y, state.fields), place
+    return x[keep_x][up], y[keep_y][order], value[seen], borders_of(state.x, state.y, state.fields), place
 
 
 def wheelset_sweep_figure(columns: Mapping[str, Sequence[Any]], over: str, title: str) -> Figure:

@@ -282,7 +282,7 @@ class Result:
         Parameters:
 
         - `kind`: "pressure", "traction", "heat_flux", "temperature", "centreline", "summary", … as `thermoroll run` draws them,
-          or any field, as a map; of a wheelset "section" or "patches"; by default the summary, or the section;
+          or any field, as a map; of a wheelset "section", "patches" or "friction"; by default the summary, or the section;
         - `normalised`: the article's dimensionless quantities (p/p0, x/a0, …);
         - `cut_y`: the line y of the picture "centreline", in m.
 
