@@ -14,7 +14,8 @@ from thermoroll_cli.cli.progress import Bar
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.problem.problem import BODIES
 from thermoroll_cli.problem.scalar_errors import with_error
-from thermoroll_cli.worn.follow import Evolution
+from thermoroll_cli.wheelset.wheelset_problem import WheelsetProblem
+from thermoroll_cli.worn.follow import Evolution, ServiceEvolution
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.wear_files import COLUMNS
 
@@ -26,6 +27,7 @@ def wear(
     settings: options.Settings = None,
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
+    jobs: options.Jobs = 1,
     threads: options.Threads = 1,
     formats: options.Formats = None,
     quiet: options.Quiet = False,
@@ -35,19 +37,21 @@ def wear(
 
     Writes DIR/NAME_wear.csv with a row per step, DIR/NAME_wear.h5 (the last state with the group /wear), DIR/NAME_wear.png and
     the worn profiles as DIR/NAME_worn_lower.csv and _upper.csv, which a case can read. Every finished step is kept at once in
-    DIR/NAME_wear.jsonl.
+    DIR/NAME_wear.jsonl. A wheelset wears over the positions that [wear] gives; its outlines are DIR/NAME_worn_wheel_right.csv
+    and so on, and it has no NAME_wear.h5.
     """
     with options.recorded(case, as_json):
         read = options.read_case(case, options.parse_overrides(settings))
         with options.solvable(read, str(case)):
-            asked = read.problem.wear
+            task = read.task
+        asked = (task.contact if isinstance(task, WheelsetProblem) else task).wear
     if asked is None or asked.distance == asked.depth:
         raise typer.BadParameter("the case needs [wear] with distance_km or depth_um", param_hint="CASE")
     options.check_writable(output)
     with Bar(read.name, 1.0, quiet=quiet, verbose=verbose) as bar, options.recorded(case, as_json):
 
         def report(step: int, row: Mapping[str, Any]) -> None:
-            deepest = max(row[f"depth_max_{body}_um"] for body in BODIES)
+            deepest = max(value for name, value in row.items() if name.startswith("depth_max_"))
             words = (f"{read.name}: step {step}, {row['distance_km']:.4g} km, {deepest:.4g} µm, "
                      f"{_text(row, 'pressure_max_MPa')} MPa")
             if bar.live:
@@ -55,16 +59,19 @@ def wear(
             elif not quiet and (verbose or step % 20 == 0):
                 streams.note(words)
 
-        done = follow(read, output, resume=resume, threads=threads, report=report, command_line=options.command_line())
+        done = follow(read, output, resume=resume, jobs=jobs, threads=threads, report=report,
+                      command_line=options.command_line())
     files = [str(file) for file in done.files]
     if read.plots and not no_plots:
-        files += _drawn(done, output, options.image_formats(formats))
+        endings = options.image_formats(formats)
+        files += _drawn(done, output, endings) if isinstance(done, Evolution) else _drawn_service(done, output, endings)
     last, steps = done.rows[-1], len(done.rows) - 1
     if as_json:
         streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
-                            "steps": steps, **last, "files": files})
+                            "steps": steps, **_plain(last), "files": files})
     elif not quiet:
-        streams.write(*(f"  {name:22} {_text(last, name):22} {meaning}" for name, meaning in COLUMNS.items()))
+        meanings = COLUMNS if isinstance(done, Evolution) else dict.fromkeys(last, "")
+        streams.write(*(f"  {name:32} {_text(last, name):22} {meaning}".rstrip() for name, meaning in meanings.items()))
         streams.write(f"  {steps} steps; wrote {', '.join(files)}")
     if done.reason:
         streams.note(f"thermoroll: {read.name}: {done.reason}")
@@ -73,8 +80,19 @@ def wear(
 
 def _text(row: Mapping[str, Any], name: str) -> str:
     """A value of a row with its error."""
-    error = row["error"].get(name)
+    error = row.get("error", {}).get(name)
     return with_error(row[name], math.nan if error is None else abs(error * row[name]))
+
+
+def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row without nan, which JSON does not know."""
+    return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
+
+
+def _drawn_service(done: ServiceEvolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+    from thermoroll_cli.plots.service_figure import draw_service
+
+    return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
 
 
 def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:

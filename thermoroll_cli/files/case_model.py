@@ -338,6 +338,7 @@ class StrengthTable(Table):
 
 
 WearRate = Annotated[float, Field(ge=1e-18, le=1e6)]
+Weight = Annotated[float, Field(gt=0, le=1e9)]
 
 
 class WornBodyTable(Table):
@@ -359,6 +360,15 @@ class WearTable(Table):
     upper: WornBodyTable | None = None
     distance_km: float | None = quantity("km", "Distance to be rolled", None, ge=1e-12, le=1e12)
     depth_um: float | None = quantity("um", "Depth at which the evolution ends", None, ge=1e-9, le=1e9)
+    positions: Annotated[
+        list[Annotated[list[Weight | dict[str, float | int | bool | str]], Field(min_length=2, max_length=2)]] | None,
+        Allowed("pairs [weight, {KEY = value, …}] of a weight above 0 and keys of the case"),
+    ] = Field(default=None, description="Positions of a wheelset's service: shares of the distance, and keys that differ",
+              min_length=1, max_length=1000)  # fmt: skip
+    step_um: float = quantity("um", "Largest worn depth of a step, of wheelsets", 20.0, ge=1e-6, le=1e6)
+    smoothing_mm: float = quantity("mm", "Wavelength across of which smoothing leaves half of a step's wear, of wheelsets; "
+                                   "0: none", 5.0, ge=0, le=1e3)  # fmt: skip
+    density_kg_m3: float = quantity("kg/m3", "Density, for the worn mass of wheelsets", 7850.0, ge=1, le=1e5)
     step_fraction: float = quantity("1", "Largest worn depth of a step over the approach", 0.1, ge=1e-4, le=1)
     snapshots: int = quantity("1", "Profiles that are kept, evenly over the distance or the depth", 20, ge=1, le=1000)
 

@@ -260,7 +260,8 @@ class WornBody:
 @dataclass(frozen=True)
 class Wear:
     """How both bodies wear, and how far an evolution goes: until `distance` (m) is rolled or one body is worn by `depth` (m),
-    in steps of at most `step_fraction` of the approach, with `snapshots` of the profiles."""
+    in steps of at most `step_fraction` of the approach, with `snapshots` of the profiles. Profiles of wheelsets wear by at most
+    `step` (m) at once, smoothed over the wavelength `smoothing` (m), of material with a `density` (kg/m³)."""
 
     lower: WornBody = WornBody()
     upper: WornBody = WornBody()
@@ -268,6 +269,9 @@ class Wear:
     depth: float = math.inf
     step_fraction: float = 0.1
     snapshots: int = 20
+    step: float = 20e-6
+    smoothing: float = 5e-3
+    density: float = 7850.0
 
 
 @dataclass(frozen=True)

@@ -62,13 +62,29 @@ class ProfileCurve:
         """(y, z) of the corners in m, (n, 2)."""
         return self._distinct[0][self.corners + 1]
 
+    @property
+    def knots(self) -> Array:
+        """Lengths along the chords (m) of the points that differ."""
+        return np.asarray(self._spline.x)
+
+    @cached_property
+    def _pieces(self) -> tuple[NDArray[np.intp], Array]:
+        """The chord that each sample belongs to, and the fraction of it before the sample."""
+        counts = np.maximum(np.ceil(np.diff(self.knots) / STEP).astype(int), 1)
+        return (np.repeat(np.arange(len(counts)), counts + 1),
+                np.concatenate([np.linspace(0.0, 1.0, count + 1) for count in counts]))
+
+    @property
+    def lengths(self) -> Array:
+        """Lengths along the chords (m) of the samples, (n,)."""
+        inner, fraction = self._pieces
+        return np.asarray(self.knots[inner] + fraction * np.diff(self.knots)[inner])
+
     @cached_property
     def samples(self) -> Array:
         """Rows y, z, dy/ds, dz/ds at places at most STEP apart; a corner is a place of both its sides. NaN-free, (4, n)."""
-        spline, knots = self._spline, self._spline.x
-        counts = np.maximum(np.ceil(np.diff(knots) / STEP).astype(int), 1)
-        inner = np.repeat(np.arange(len(counts)), counts + 1)
-        fraction = np.concatenate([np.linspace(0.0, 1.0, count + 1) for count in counts])
+        spline, knots = self._spline, self.knots
+        inner, fraction = self._pieces
         # Both ends of each piece are evaluated on that piece: slopes at a corner are those of both sides.
         ds = fraction * np.diff(knots)[inner]
         c = spline.c[:, inner]

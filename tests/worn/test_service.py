@@ -1,0 +1,151 @@
+"""Wear of a wheelset over the positions of its service: conservation, what changes nothing, resuming, and the command."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.support.command_line import call
+from tests.support.wheelsets import ROOT
+from thermoroll_cli import Case, CaseError, solve, wear
+from thermoroll_cli.refinement.scalars import worn_per_passage
+from thermoroll_cli.wheelset.curves import curve
+from thermoroll_cli.worn.follow import ServiceEvolution
+from thermoroll_cli.worn.outlines import Outline, flange
+from thermoroll_cli.worn.service import depths_of, outlines_of
+
+RATE = 1e-5
+SHIFT, YAW = "wheelset.lateral_shift_mm", "wheelset.yaw_mrad"
+ONE = Case.read(ROOT / "cases" / "manchester.toml").with_values({
+    "numerics.grid": 16, "wheelset.wheels": "right", "wheelset.angular_velocity_rad_s": 4.3345, "wheelset.vertical_N": 1e4,
+    "wheelset.patches": "planar", "wheelset.lateral_shift_mm": 3.0, "wear.upper.specific_wear_rate_mm3_Nm": RATE,
+    "wear.lower.specific_wear_rate_mm3_Nm": 2e-5, "wear.lower.track_length_m": 100.0, "wear.depth_um": 4.0})  # fmt: skip
+A, B = {SHIFT: 2.0, YAW: 1.0}, {SHIFT: 4.0}
+
+
+def followed(positions: list | None, steps: float = 20.0) -> ServiceEvolution:
+    done = wear(ONE.with_values({"wear.step_um": steps} | ({"wear.positions": positions} if positions else {})))
+    assert isinstance(done, ServiceEvolution) and done.converged, done.reason
+    return done
+
+
+def test_one_position_wears_as_its_patches_do() -> None:
+    """The rows of both outlines get what one passage wears off each patch, as of a single contact, at its place."""
+    result = solve(ONE)
+    (patch,) = result.patches
+    outlines = outlines_of(ONE.task)
+    depths = depths_of(result, outlines)
+    for body, name in (("upper", "wheel_right"), ("lower", "rail_right")):
+        worn = worn_per_passage(patch.problem, getattr(patch.problem.wear, body), patch.coupled.fields,
+                                float(patch.x[1] - patch.x[0]))
+        outline = outlines[name]
+        area = patch.coupled.scalars[f"wear_area_{body}_um2"]
+        assert depths[name].sum() * outline.size * 1e12 == pytest.approx(area, rel=1e-9)
+        assert depths[name].max() == pytest.approx(worn.max(), rel=0.02)
+        # The mean place of the wear is that of the contact on the profile.
+        places = (np.arange(len(outline.depth)) + 0.5) * outline.size
+        middle = float(np.interp((depths[name] @ places) / depths[name].sum(), outline._lengths,
+                                 curve(outline.points).samples[0]))
+        y = "y_wheel_mm" if body == "upper" else "y_rail_mm"
+        assert 1e3 * middle == pytest.approx(patch.record[y], abs=1.0)
+
+
+def test_worn_volumes_are_those_of_the_frictional_work() -> None:
+    """Σ w κ T_γ/μ per distance, whatever the smoothing: the area on rows is that of the patches."""
+    done = followed([[0.7, A], [0.3, B]], steps=2.5)
+    means = np.array([row["T_gamma_N"] for row in done.rows])
+    distance = np.array([row["distance_km"] for row in done.rows]) * 1e3
+    volume = RATE * float(means[:-1] @ np.diff(distance)) / 0.3 * 1e-3  # mm³ to cm³
+    assert done.rows[-1]["worn_volume_wheel_right_cm3"] == pytest.approx(volume, rel=1e-3)
+    rail = 2e-5 * float(means[:-1] @ np.diff(distance)) / 0.3 / 100e3
+    assert done.rows[-1]["worn_area_rail_right_mm2"] == pytest.approx(rail, rel=1e-3)
+    assert done.rows[-1]["depth_max_wheel_right_um"] == pytest.approx(4.0, rel=1e-9)
+    assert len(done.rows) > 2
+
+
+def test_order_and_parts_of_positions_change_nothing() -> None:
+    first = followed([[0.7, A], [0.3, B]])
+    other = followed([[3.0, B], [2.0, A], [5.0, A]])
+    assert len(first.rows) == len(other.rows) >= 2
+    for mine, theirs in zip(first.rows, other.rows, strict=True):
+        assert mine == pytest.approx(theirs, rel=1e-9, nan_ok=True)
+    single, named = followed(None), followed([[1.0, {SHIFT: 3.0}]])
+    for mine, theirs in zip(single.rows, named.rows, strict=True):
+        assert mine == pytest.approx(theirs, rel=1e-9, nan_ok=True)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_an_outline_moves_along_its_normals(mirrored: bool) -> None:
+    """An arc stays an arc, of a wheel with less radius outside and of a rail likewise, in either order of its points."""
+    angle = np.linspace(-0.5, 0.5, 41)
+    y, z = 0.3 * np.sin(angle), 0.3 * (1.0 - np.cos(angle))
+    points = tuple(zip(y.tolist(), z.tolist(), strict=True))
+    for wheel, sign in ((False, 1.0), (True, -1.0)):
+        outline = Outline.new(tuple(reversed(points)) if mirrored else points, wheel=wheel)
+        worn = Outline(outline.points, wheel, np.full(len(outline.depth), 1e-3))
+        radii = np.hypot(*(np.array(worn.worn) - [0.0, 0.3]).T)
+        assert radii == pytest.approx(np.full(len(radii), 0.3 - sign * 1e-3), abs=2e-7)
+
+
+def test_flange_of_a_new_wheel_is_that_of_its_drawing() -> None:
+    """S1002: Sh 28 mm, Sd 32.5 mm, qR 10.8 mm."""
+    wheel = ONE.task.wheels["right"]
+    assert np.array(flange(wheel.profile, wheel.flange_back)) * 1e3 == pytest.approx([28.0, 32.5, 10.8], abs=0.05)
+    lowered = tuple((y, z - 1e-3 * (y > -0.03)) for y, z in wheel.profile)
+    assert flange(lowered, wheel.flange_back)[0] * 1e3 == pytest.approx(29.0, abs=0.05)
+    assert math.isnan(flange(wheel.profile, 0.3)[0])
+
+
+def test_command_writes_resumes_and_shares(tmp_path: Path) -> None:
+    case = ONE.with_values({"wear.positions": [[0.7, A], [0.3, B]]})
+    (tmp_path / "m.toml").write_text(case.to_toml())
+    done = call("wear", "m.toml", "--json", "-q", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    printed = json.loads(done.stdout)
+    assert printed["status"] == "converged" and printed["conicity_3mm"] is None
+    folder = tmp_path / "results"
+    assert (folder / "m_wear.png").stat().st_size > 10_000
+    text = (folder / "m_wear.csv").read_text()
+    rows = list(csv.DictReader(text.splitlines()))
+    assert float(rows[-1]["flange_thickness_right_mm"]) == pytest.approx(32.5, abs=0.1)
+    # The last records are lost: the rest is solved again, by two processes.
+    journal = folder / "m_wear.jsonl"
+    journal.write_text("".join(journal.read_text().splitlines(keepends=True)[:-3]))
+    again = call("wear", "m.toml", "--resume", "--jobs", "2", "-q", "--no-plots", cwd=tmp_path)
+    assert again.returncode == 0 and (folder / "m_wear.csv").read_text() == text, again.stderr
+    # The worn wheel is a profile as any other.
+    used = case.with_values({"wheelset.wheel_profile": {"file": str(folder / "m_worn_wheel_right.csv")}})
+    assert used.task.wheels["right"].profile != case.task.wheels["right"].profile
+
+
+@pytest.mark.parametrize(("values", "words"), [
+    ({"wear.positions": [[0.0, {}]]}, ["wear.positions", "0"]),
+    ({"wear.positions": [[-1, {SHIFT: 1.0}]]}, ["wear.positions", "-1"]),
+    ({"wear.positions": [[{}, 1.0]]}, ["wear.positions", "weight"]),
+    ({"wear.positions": []}, ["wear.positions"]),
+    ({"wear.positions": [[1.0, {SHIFT: 1.0}], [1.0, {"wheelset.lateral_mm": 1.0}]]},
+     ["wear.positions, number 2", "wheelset.lateral_mm"]),
+    ({"wear.positions": [[1.0, {SHIFT: 1e9}]]}, ["wear.positions, number 1", SHIFT, "1000000000"]),
+    ({"wear.positions": [[1.0, {"wheelset.nominal_radius_mm": 450.0}]]}, ["position 1 changes the wheelset"]),
+    ({"wear.lower.track_length_m": None}, ["a rail has no circumference", "track_length_m"]),
+])  # fmt: skip
+def test_positions_that_cannot_be_are_errors(values: dict, words: list[str]) -> None:
+    with pytest.raises(CaseError) as caught:
+        wear(ONE.with_values(values))
+    for word in words:
+        assert word in str(caught.value), caught.value
+
+
+def test_positions_are_those_of_a_wheelset() -> None:
+    with pytest.raises(CaseError, match="are those of a wheelset"):
+        Case.read(ROOT / "cases" / "twin_disc_wear.toml").with_values({"wear.positions": [[1.0, {}]]})
+
+
+def test_a_wheel_beside_its_rail_is_a_reason() -> None:
+    done = wear(ONE.with_values({"wear.positions": [[1.0, {SHIFT: 300.0}]]}))
+    assert not done.converged and done.reason.startswith("step 0, position 1: ")
