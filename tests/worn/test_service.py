@@ -141,6 +141,39 @@ def test_positions_that_cannot_be_are_errors(values: dict, words: list[str]) -> 
         assert word in str(caught.value), caught.value
 
 
+def from_file(folder: Path, content: str) -> Case:
+    (folder / "p.csv").write_text(content)
+    text = ONE.to_toml().replace("[wear]\n", '[wear]\npositions_file = "p.csv"\n', 1)
+    (folder / "m.toml").write_text(text)
+    return Case.read(folder / "m.toml")
+
+
+def test_positions_from_a_file(tmp_path: Path) -> None:
+    """They become those of the case, which no longer needs the file. Equal lines are a weight in parts."""
+    for mark in ",;":
+        lines = [["weight", SHIFT, YAW], ["0.5", "2", ""], ["0.5", "2", ""], ["1", "-4.5", "1.5"], ["", "", ""]]
+        case = from_file(tmp_path, "\n".join(mark.join(line) for line in lines))
+        wanted = [[0.5, {SHIFT: 2}], [0.5, {SHIFT: 2}], [1, {SHIFT: -4.5, YAW: 1.5}]]
+        assert case == ONE.with_values({"wear.positions": wanted})
+        assert Case.parse(case.to_toml()) == Case.from_json(case.to_json()) == case
+
+
+@pytest.mark.parametrize(("content", "words"), [
+    ("weight,wheelset.yaw_mrad\n", "a line for each position"),
+    ("wheelset.yaw_mrad\n1\n", "header line with weight"),
+    ("weight,a,a\n1,2,3\n", "each once"),
+    ("weight,wheelset.yaw_mrad\n1,2\n0,2\n", "line 3: the weight must be a number above 0, not 0"),
+    ("weight,wheelset.yaw_mrad\n,2\n", "not nothing"),
+    ("weight,wheelset.yaw_mrad\ninf,2\n", "not inf"),
+    ("weight,wheelset.yaw_mrad\n1\n", "1 values for 2 columns"),
+    ("weight,wheelset.yaw_mrad\n1,[2]\n", "wheelset.yaw_mrad must be a number or a word"),
+])  # fmt: skip
+def test_files_that_are_no_positions_are_errors(tmp_path: Path, content: str, words: str) -> None:
+    with pytest.raises(CaseError) as caught:
+        from_file(tmp_path, content)
+    assert words in str(caught.value) and "wear.positions_file" in str(caught.value)
+
+
 def test_positions_are_those_of_a_wheelset() -> None:
     with pytest.raises(CaseError, match="are those of a wheelset"):
         Case.read(ROOT / "cases" / "twin_disc_wear.toml").with_values({"wear.positions": [[1.0, {}]]})

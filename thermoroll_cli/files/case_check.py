@@ -20,6 +20,7 @@ from thermoroll_cli.files.case_problem import problem_of
 from thermoroll_cli.files.case_schema import Entry, allowed_values, entry_at, is_table, known_keys, known_words
 from thermoroll_cli.files.case_source import CaseSource, key_path
 from thermoroll_cli.files.case_table import UNIT_AT_END, Table, quantity_of
+from thermoroll_cli.files.positions_file import read_positions
 from thermoroll_cli.files.profile_file import ProfileError, Reading, read_outline, read_profile
 from thermoroll_cli.files.relaxation_file import MeasuredSeries, read_series
 from thermoroll_cli.problem.geometry import Unsolvable
@@ -99,6 +100,8 @@ class _Checker:
             valid = self._with_series((name,), valid) if name == "material" and valid is not None else valid
             if name in OUTLINES and valid is not None:
                 valid = self._with_outlines((name,), valid, OUTLINES[name])
+            if isinstance(valid, model.WearTable):
+                valid = self._with_positions(valid)
             if valid is not None:
                 self.sections[name] = valid
         elif name in self.content:
@@ -173,6 +176,18 @@ class _Checker:
                 return None
         failed = any(value is None for name, value in changes.items() if name != "relaxation_file")
         return None if failed else table.model_copy(update=changes)
+
+    def _with_positions(self, wear: model.WearTable) -> model.WearTable | None:
+        """The table of wear with the positions of its file; None where the file has none."""
+        if wear.positions_file is None or wear.positions is not None:
+            return wear
+        try:
+            positions = read_positions(os.path.join(os.path.dirname(self.source.name), wear.positions_file))
+        except (ValueError, OSError) as fault:
+            path = ("wear", "positions_file")
+            self._note(path, str(fault), allowed=allowed_values(path))
+            return None
+        return wear.model_copy(update={"positions": positions, "positions_file": None})
 
     def _with_outlines(self, path: tuple[str, ...], table: Table, name: str) -> Table | None:
         """A table of a wheelset with the points of its files, and its sides with theirs; None where a file has none."""

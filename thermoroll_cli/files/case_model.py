@@ -365,6 +365,8 @@ class WearTable(Table):
         Allowed("pairs [weight, {KEY = value, …}] of a weight above 0 and keys of the case"),
     ] = Field(default=None, description="Positions of a wheelset's service: shares of the distance, and keys that differ",
               min_length=1, max_length=1000)  # fmt: skip
+    positions_file: Annotated[str | None, Allowed("the name of a CSV file with the columns weight and KEY")] = Field(
+        default=None, description="CSV file of positions: columns weight and keys", max_length=1000)
     step_um: float = quantity("um", "Largest worn depth of a step, of wheelsets", 20.0, ge=1e-6, le=1e6)
     smoothing_mm: float = quantity("mm", "Wavelength across of which smoothing leaves half of a step's wear, of wheelsets; "
                                    "0: none", 5.0, ge=0, le=1e3)  # fmt: skip
@@ -432,6 +434,7 @@ EXCLUSIVE = (
     *((f"thermal.{body}.convection_W_m2K", f"thermal.{body}.thermal_resistance_K_W",
        "convection, or a thermal resistance, of each body") for body in BODIES),
     ("wear.distance_km", "wear.depth_um", "a distance, or a depth"),
+    ("wear.positions", "wear.positions_file", "positions, or a file of them"),
     ("load.normal_N", "load.approach_um", "a normal load, or an approach"),
     *(("load.friction_coefficient", f"friction.{key}", "one coefficient of friction, or one of each place")
       for key in ("over_angle", "across")),
