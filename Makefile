@@ -15,7 +15,7 @@ help:
 	@echo "make format   format the code"
 	@echo "make check    ruff, mypy, and a run in which every warning is an error"
 	@echo "make docs     build the site of the documents in build/site, with a gallery of cases/"
-	@echo "make stress   solve thousands of random cases, send hundreds of signals, and check what must hold of each (minutes)"
+	@echo "make stress   solve thousands of random cases, and check what must hold of each (minutes)"
 	@echo "make figures  draw the figures of docs/ again and fill in its measured tables (minutes)"
 	@echo "make table    build the default table of creep forces again; may be stopped and started again (half an hour of CPU time)"
 	@echo "make bench    measure cost and errors, fill in the tables of docs/ (minutes); CONTACT=PATH measures CONTACT in turn, too"

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import pytest
 
-from scripts.stress.stops import ROOT, SIGNALS, catches, stopped
 from tests.support.command_line import PATIENCE
 from tests.support.scenes import rolling
+from tests.support.stops import ROOT, SIGNALS, catches, stopped
 from thermoroll_cli import process
 from thermoroll_cli.process import Interrupted, safe_point, stoppable
 from thermoroll_cli.refinement.solve import solve
@@ -93,9 +93,10 @@ def test_signals_that_are_ignored_stay_so_and_handlers_come_back() -> None:
 @pytest.mark.parametrize(("program", "moment", "number"), [
     *(("run", 0.3, number) for number in SIGNALS), ("sweep", 0.7, signal.SIGTERM),
     ("sweep --jobs 2", 0.6, signal.SIGINT), ("sweep --jobs 2", 0.6, signal.SIGTERM),
+    ("table", 0.4, signal.SIGTERM), ("table --jobs 2", 0.6, signal.SIGINT),
 ])  # fmt: skip
 def test_programs_stop_with_their_code_and_leave_nothing(program: str, moment: float, number: signal.Signals) -> None:
-    """A small part of what `make stress` does at random moments."""
+    """At work, and in processes that they have started."""
     assert stopped(program, number, moment) == ()
 
 

@@ -165,7 +165,7 @@ EVEN = {"nn": "nn", "xx": "tt", "yy": "tt"}
 
 @dataclass(frozen=True)
 class Relaxing:
-    """Both bodies of a contact, of which one relaxes at least, without thermal constants."""
+    """Both bodies of a contact without thermal constants. At least one of them relaxes."""
 
     lower: Material
     upper: Material

@@ -58,7 +58,7 @@ THEORY_LOOKS = {"linear": style.DOTTED, "fastsim": (0, (5.0, 1.4, 1.0, 1.4)), "p
 BETWEEN = 12
 """Places at which theories are drawn for each point of a sweep: they are smooth where points are far apart."""
 THEORY_NOTE = "theories: smooth bodies, constant friction"
-"""What the theories leave out, whatever the case has: interlayers, and friction that changes."""
+"""What the theories leave out: interlayers, and friction that changes."""
 
 
 @dataclass(frozen=True)

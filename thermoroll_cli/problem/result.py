@@ -185,7 +185,7 @@ class Result:
         return tuple(patch.record if isinstance(patch, Result) else patch for patch in self.patches)
 
     def with_case(self, text: str, resolved: str) -> Result:
-        """This result, and all contacts of an assembly, with the case that it is the result of."""
+        """This result and those of an assembly's contacts, with the text of their case."""
         patches = tuple(patch.with_case(text, resolved) for patch in self.contacts) or self.patches
         return replace(self, case_text=text, case_json=resolved, patches=patches)
 

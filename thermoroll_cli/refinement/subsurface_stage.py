@@ -238,7 +238,7 @@ class StressesOnGrid:
         return self._peaks(1)
 
     def _peaks(self, every: int) -> dict[tuple[str, str], Peak]:
-        """Those of every so many depths."""
+        """The peaks over all depths (`every` = 1), or every second one (2)."""
         peaks: dict[tuple[str, str], Peak] = {}
         for body, collector in self.collectors.items():
             total = collector.peaks(collector.total, every)
@@ -248,7 +248,7 @@ class StressesOnGrid:
         return peaks
 
     def scalars(self, every: int = 1) -> dict[str, float]:
-        """The scalars, of every so many depths."""
+        """The scalars from all depths (`every` = 1), or every second one (2)."""
         scalars: dict[str, float] = {}
         for body, collector in self.collectors.items():
             if collector.strength is not None:

@@ -138,7 +138,7 @@ def _numbers(values: Sequence[float] | Array) -> list[float | None]:
 
 
 def conicity_of(problem: WheelsetProblem, amplitudes: Array) -> Conicity:
-    """The equivalent conicity at `amplitudes` (m) of a wheelset without yaw and roll, whatever `problem` says of them.
+    """The equivalent conicity at `amplitudes` (m) of a wheelset; yaw and roll of `problem` do not count.
 
     Raises Unsolvable for a single wheel, and where touching() does."""
     if set(problem.sides) != set(SIDES):

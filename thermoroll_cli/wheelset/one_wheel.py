@@ -104,7 +104,7 @@ class WheelOnRail:
             moved = [(0.0, 0.0)] * len(self._indentations)
         known = [_known(indentation.patch, solved) for indentation in self._indentations]
         overlap = np.array([indentation.overlap(way) for indentation, way in zip(self._indentations, moved, strict=True)])
-        # Planes are there to compare with programs in which each patch is alone.
+        # Planes serve comparisons with programs in which no patch feels another.
         by_others = self._compliance() if self.curved else np.zeros((len(overlap), len(overlap)))
         apart = by_others @ self._loads
         for _ in range(SHARE_ROUNDS):
@@ -153,7 +153,7 @@ def _known(patch: PatchSurface, solved: Sequence[Solved]) -> Solved:
 
 
 Placed = tuple[WheelOnRail, Facing, Sequence[Solved]]
-"""A wheel where it stands but for its height, with what is known of its patches."""
+"""A wheel at its place except for its height, and what is known of its patches."""
 
 
 def height_of(wheels: Sequence[Placed], vertical: float, start: float | None = None) -> tuple[float, list[list[Bearing]]]:

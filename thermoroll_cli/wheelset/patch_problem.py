@@ -7,7 +7,7 @@ rail are F_x and F_s as the solver gives them, and the moment about the normal i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,9 +65,10 @@ def problem_of_patch(contact: Problem, bearing: Bearing, motion: MotionOfWheelse
     # An approach closes the gap by its part along the normal: that of the bearing must lead to the gap at its height.
     lowest = lowest + patch.overlap[0] - bearing.sunk * (1.0 - np.cos(turned))
     # Against the track: y = −s.
-    columns = (-s, -lateral, turned, lowest, place.x - x_lowest, 2.0 * fitted[0], -fitted[1], fitted[2], *slips)
-    names = (field.name for field in fields(CurvedPatch))
-    rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in zip(names, columns, strict=False)}
+    columns = {"y": -s, "lateral": -lateral, "angle": turned, "gap_lowest": lowest, "x_lowest": place.x - x_lowest,
+               "curvature": 2.0 * fitted[0], "cubic": -fitted[1], "quartic": fitted[2],
+               "slip_x": slips[0], "slip_y": slips[1], "spin": slips[2]}
+    rows: dict[str, Any] = {name: tuple(column[::-1].tolist()) for name, column in columns.items()}
     low_free, high_free = patch.free_ends
     low, high = patch.limits
     geometry = CurvedPatch(**rows, lower_radius_x=math.inf, upper_radius_x=patch.facing.wheel.radius,

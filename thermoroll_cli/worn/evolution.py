@@ -89,7 +89,7 @@ class WearState:
 
 
 def worn_apart(problem: Problem, state: WearState) -> bool:
-    """Whether bodies at a given distance hardly touch any more."""
+    """Whether bodies at a given distance carry almost no load."""
     assert state.result is not None
     given, left = problem.approach, state.result.problem.approach
     return given is not None and left is not None and left < APART * given

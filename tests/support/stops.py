@@ -1,10 +1,9 @@
-"""Signals to runs, sweeps and tables at random moments: each must end with its exit code, soon, and leave nothing behind."""
+"""Signals to runs, sweeps and tables at work: each must end with its exit code, soon, and leave nothing behind."""
 
 from __future__ import annotations
 
 import os
 import pathlib
-import random
 import resource
 import shutil
 import signal
@@ -13,10 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from functools import cache
 
-from scripts.signals import give_children_default_signals
-from scripts.stress.outcome import Outcome
 from thermoroll_cli import CreepForceTable
 from thermoroll_cli.files.result.hdf5 import read_result
 
@@ -41,23 +37,6 @@ SOON = 5.0
 """Processor seconds to the end after a signal."""
 PF_EXITING = 4
 """A flag of Linux, in /proc/PID/stat."""
-
-
-def random_stop(seed: int) -> tuple[str, signal.Signals, float]:
-    """A program, the signal it is sent, and when: a share of its whole time."""
-    share = random.Random(seed).random()
-    return tuple(PROGRAMS)[seed % len(PROGRAMS)], SIGNALS[seed // len(PROGRAMS) % len(SIGNALS)], share
-
-
-def check(drawn: tuple[str, signal.Signals, float]) -> Outcome:
-    """Send the signal. A program that is done before its moment is tried again a little sooner."""
-    give_children_default_signals()
-    program, number, share = drawn
-    faults = None
-    while faults is None:
-        faults = stopped(program, number, share * _undisturbed(program))
-        share *= 0.9
-    return Outcome(converged=not faults, broken=tuple(f"{program}, {number.name}: {fault}" for fault in faults))
 
 
 def stopped(program: str, number: signal.Signals, moment: float) -> tuple[str, ...] | None:
@@ -130,16 +109,6 @@ def _group_seconds(group: int) -> float:
         if int(fields[2]) == group:
             ticks += sum(int(field) for field in fields[11:15])  # its own, and of its children that have ended
     return ticks / os.sysconf("SC_CLK_TCK")
-
-
-@cache
-def _undisturbed(program: str) -> float:
-    with tempfile.TemporaryDirectory(prefix="thermoroll-signals-") as name, started(program, pathlib.Path(name)) as process:
-        start = time.perf_counter()
-        process.communicate()
-        if process.returncode != 0:
-            raise RuntimeError(f"{program} fails by itself: exit code {process.returncode}")
-        return time.perf_counter() - start
 
 
 def _faults(code: int, number: signal.Signals, told: str, folder: pathlib.Path) -> Iterator[str]:
