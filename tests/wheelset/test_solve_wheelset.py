@@ -158,9 +158,10 @@ def test_two_contacts_in_one_patch_are_said_on_every_grid(grid):
     assert said.startswith("patch right_1: it holds 2 contacts, at y = 736.") and "and 72" in said and len(result.patches) == 1
 
 
-def test_a_peak_at_the_end_of_a_plane_patch_has_no_estimate():
-    """1702 MPa here, 1861 on three times as many elements: within the last element the surfaces part."""
-    result = right_wheel(yaw_mrad=5.0, roll_mrad=-0.5, lateral_shift_mm=6.4, vertical_N=100e3, grid=64)
+@pytest.mark.parametrize("grid", [24, 32, 48, 64])
+def test_a_peak_at_the_end_of_a_plane_patch_has_no_estimate(grid):
+    """1700 to 1707 MPa here, 1861 on 192² elements: within the last element the surfaces part."""
+    result = right_wheel(yaw_mrad=5.0, roll_mrad=-0.5, lateral_shift_mm=6.4, vertical_N=100e3, grid=grid)
     assert "pressure_max_MPa" not in result.patches[0].record["error"] or math.isnan(
         result.patches[0].record["error"]["pressure_max_MPa"])
     assert any("the surfaces part within an element at y (in the axes of its result)" in warning for warning in result.warnings)

@@ -88,16 +88,18 @@ def _narrow(
                        f"its largest pressure: set numerics.grid = {2 * NARROWEST * of // few} or more")
             continue
         kept = columns[BORDER:-BORDER]
+        # A peak at an end lies within an eighth of the patch, and within elements that do not show it.
+        reach = min(max(BORDER, len(columns) // 8), 2 * BORDER)
         for side, last in ((-1.0, int(columns[0])), (1.0, int(columns[-1]))):
             if free[0 if side < 0.0 else 1]:
                 continue
-            near = kept[:BORDER + 1] if side < 0.0 else kept[-BORDER - 1:]
+            near = kept[:reach + 1] if side < 0.0 else kept[-reach - 1:]
             top = int(near[np.argmax(line[near])])
             inner = float(line[top])
             border = grid.y[last] + side * (float(covered[last]) - 0.5) * grid.dy
             rise = _turn(geometry, border, grid.dy, side) * unit * peak
             # A pressure whose maximum lies away from the end has no peak there.
-            if abs(last - top) > BORDER or rise <= GROWTH * peak or inner + rise <= peak:
+            if abs(last - top) > reach or rise <= GROWTH * peak or inner + rise <= peak:
                 continue
             yield (f"the surfaces part within an element at y = {1e3 * border:.4g} mm: the pressure there may exceed the "
                    f"largest one of this grid, which has no error estimate; try numerics.grid = {2 * grid.ny}")
