@@ -50,6 +50,7 @@ FOREIGN: dict[str, set[str]] = {
     "pyfftw": {"numerics", "files"},
     "distributed": {"tasks"},
     "filelock": {"tasks"},
+    "jinja2": {"cli"},
 }
 """Libraries that belong to certain layers: solvers know nothing of TOML, HDF5 or terminals, the command line nothing
 of FFTs."""

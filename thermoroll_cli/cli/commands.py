@@ -23,6 +23,7 @@ COMMANDS = {
     "init": ("cases", "Write a case with comments, to be edited."),
     "schema": ("cases", "Print the JSON schema of case files."),
     "plot": ("results", "Draw the pictures of results and sweeps again."),
+    "report": ("report", "Write results as one HTML file, to be sent."),
     "compare": ("results", "Compare two results."),
     "export": ("results", "Export a result to XDMF or CSV."),
     "table": ("creep_table", "Build a table of creep forces, or query one."),

@@ -18,6 +18,9 @@ TABLES = {"conicity": ("amplitude_mm", "conicity", "wavelength_m"),
           "shifts": ("lateral_shift_mm", "rolling_radius_difference_mm", "contact_y_rail_left_mm", "contact_y_wheel_left_mm",
                      "contact_y_rail_right_mm", "contact_y_wheel_right_mm")}  # fmt: skip
 """Columns of the files NAME_conicity.csv and NAME_shifts.csv."""
+NUMBERS = {"conicity_3mm": "equivalent conicity at an amplitude of 3 mm",
+           "nonlinearity_1_mm": "Polach's nonlinearity parameter in 1/mm"}
+"""Numbers of the whole, and their meanings."""
 
 
 def conicity(
@@ -28,6 +31,7 @@ def conicity(
     as_json: options.AsJson = False,
     no_plots: options.NoPlots = False,
     formats: options.Formats = None,
+    report: options.Report = False,
     quiet: options.Quiet = False,
 ) -> None:
     """Equivalent conicity after EN 15302 of the wheelset of a case, from profiles and gauge alone: nothing is loaded.
@@ -51,11 +55,14 @@ def conicity(
 
         files += [draw_conicity(output / f"{read.name}_conicity.{ending}", found, read.settings.title)
                   for ending in options.image_formats(formats)]
+    if report:
+        from thermoroll_cli.cli import report as page
+
+        files.append(page.write(output / f"{read.name}_conicity_report.html", [page.of_conicity(found, read)]))
     if as_json:
         streams.write_json({"name": read.name, **record, "files": [str(file) for file in files]})
     elif not quiet:
-        for name, meaning in (("conicity_3mm", "equivalent conicity at an amplitude of 3 mm"),
-                              ("nonlinearity_1_mm", "Polach's nonlinearity parameter in 1/mm")):
+        for name, meaning in NUMBERS.items():
             streams.write(f"  {name:18} {'none' if record[name] is None else f'{record[name]:.3f}':8} {meaning}")
         for warning in found.warnings:
             streams.write(*folded(f"warning: {warning}", streams.width()))

@@ -61,6 +61,8 @@ Compare = Annotated[
     str, typer.Option("--compare", metavar="A,B", help="Sweeps: creep forces of linear, fastsim or polach beside ours.")
 ]
 
+Report = Annotated[bool, typer.Option("--report", help="Also one HTML file with everything, to be sent: NAME_report.html.")]
+
 
 def image_formats(given: Sequence[ImageFormat] | None) -> tuple[str, ...]:
     """The file types that pictures are wanted in, each once."""

@@ -51,7 +51,7 @@ def plot(
     from thermoroll_cli.plots.pictures import draw, kinds_of
     from thermoroll_cli.sweeps.table import draw_table, is_sweep_file, read_sweep
 
-    _check_no_cases(results)
+    check_no_cases(results)
     endings, stems = options.image_formats(formats), [_stem(path, output) for path in results]
     if twice := next((stem for stem in stems if stems.count(stem) > 1), None):
         raise typer.BadParameter(f"several results would write {twice}_*.{endings[0]}: draw them into folders of their own "
@@ -93,7 +93,7 @@ def compare(
     Scalar by scalar and field by field. Exit code 6 if any relative difference exceeds R. Scalars that only one file names
     are listed and do not count.
     """
-    _check_no_cases([a, b])
+    check_no_cases([a, b])
     if not 0.0 <= rtol < float("inf"):
         raise typer.BadParameter(f"{rtol:g} is not a number from 0 up", param_hint="--rtol")
     comparison = compare_results(read_result(a), read_result(b), rtol)
@@ -120,7 +120,7 @@ def export(
     XDMF is for ParaView and points into the same HDF5 file; CSV is for spreadsheets. With --history the CSV file has the
     stress history of a material point below the surface instead (NAME_history.csv).
     """
-    _check_no_cases([result])
+    check_no_cases([result])
     line = None if history is None else _line(history, formats)
     if output is not None:
         options.check_writable(output)
@@ -135,7 +135,7 @@ def export(
     streams.write(*map(str, written if not quiet else ()))
 
 
-def _check_no_cases(paths: Sequence[Path]) -> None:
+def check_no_cases(paths: Sequence[Path]) -> None:
     """End the program (usage) where a case is given in place of its result."""
     if case := next((path for path in paths if path.suffix == ".toml"), None):
         raise typer.BadParameter(f"{case} is a case, not a result: solve it with `thermoroll run {case}`",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import glob
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -16,7 +16,7 @@ from thermoroll_cli.cli.progress import Progress
 from thermoroll_cli.cli.streams import ExitCode
 from thermoroll_cli.cli.tables import assembly_tables, folded, scalar_table
 from thermoroll_cli.files.case import Case, CaseError, Override
-from thermoroll_cli.files.result.hdf5 import write_result
+from thermoroll_cli.files.result.hdf5 import read_result, write_result
 from thermoroll_cli.problem.names import ALL_SCALARS
 from thermoroll_cli.problem.result import Result
 from thermoroll_cli.problem.scalar_errors import listed_scalars
@@ -31,6 +31,7 @@ class RunOptions:
 
     folder: Path
     drawing: dict[str, Any] | None
+    report: bool
     threads: int
     as_json: bool
     quiet: bool
@@ -53,6 +54,7 @@ def run(
     formats: options.Formats = None,
     dpi: options.Dpi = None,
     normalised: options.Normalised = False,
+    report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -67,7 +69,7 @@ def run(
     options.check_standard_input(cases or [])
     overrides = options.parse_overrides(settings)
     drawing = {"formats": options.image_formats(formats), "dpi": dpi, "normalised": normalised}
-    wanted = RunOptions(output, None if no_plots else drawing, threads, as_json, quiet, verbose)
+    wanted = RunOptions(output, None if no_plots else drawing, report, threads, as_json, quiet, verbose)
     valid = _read_all(cases or [], from_results or [], overrides, as_json=as_json)
     twice = [name for name, count in Counter(case.name for case in valid).items() if count > 1]
     if twice:
@@ -137,9 +139,11 @@ def _run_case(case: Case, wanted: RunOptions) -> int:
     elif not wanted.quiet:
         streams.write(*_report(case, result, wanted.verbose))
         if files:
-            endings = (file.suffix for file in files[1:])
+            pictures = [file for file in files[1:] if file.suffix != ".html"]
+            endings = (file.suffix for file in pictures)
             kinds = ", ".join(f"{wanted.folder / case.name}_*{ending}" for ending in dict.fromkeys(endings))
-            streams.write(f"  wrote {files[0]}" + (f" and {len(files) - 1} pictures {kinds}" if kinds else ""))
+            streams.write(f"  wrote {files[0]}" + (f" and {len(pictures)} pictures {kinds}" if kinds else ""),
+                          *(f"  wrote {file}" for file in files[1:] if file not in pictures))
     if not result.converged and (wanted.as_json or wanted.quiet):  # else the report says so
         streams.note(f"thermoroll: {case.name} did not converge: {result.reason}")
     return code
@@ -149,11 +153,18 @@ def _write_files(case: Case, result: Result, wanted: RunOptions) -> list[Path]:
     stem = wanted.folder / case.name
     target = wanted.folder / f"{case.name}.h5"
     write_result(target, result, options.command_line())
-    if wanted.drawing is None or not case.plots:
-        return [target]
-    from thermoroll_cli.plots.pictures import draw
+    files = [target]
+    if wanted.drawing is not None and case.plots:
+        from thermoroll_cli.plots.pictures import draw
 
-    return [target, *draw(result, stem, **wanted.drawing)]
+        files += draw(result, stem, **wanted.drawing)
+    if wanted.report:
+        from thermoroll_cli.cli import report
+
+        # The file says with what it was computed.
+        stored = replace(result, attributes=read_result(target, with_fields=False).attributes)
+        files.append(report.write(wanted.folder / f"{case.name}_report.html", [report.of_result(stored, case.name)]))
+    return files
 
 
 def _pictures_of(case: Case, result: Result, folder: Path) -> Iterator[Path]:

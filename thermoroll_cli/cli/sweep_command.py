@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -12,17 +11,16 @@ import typer
 from thermoroll_cli.cli import options, streams
 from thermoroll_cli.cli.progress import PointsProgress
 from thermoroll_cli.cli.streams import ExitCode
-from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table
+from thermoroll_cli.cli.tables import SHOWN_ROWS, folded, sweep_table, warnings_by_kind
 from thermoroll_cli.files.case import CaseError, Override, case_name
 from thermoroll_cli.plots.sweep_figures import THEORIES
 from thermoroll_cli.sweeps.points import MOST_POINTS, MOST_ROWS, Axis, Points, Value, parse_axes, read_points
 from thermoroll_cli.sweeps.sweep import ARRAYS_NAME, TABLE_NAME, Sweep
-from thermoroll_cli.sweeps.table import Row, Rows, columns_of, draw_table
+from thermoroll_cli.sweeps.table import Row, Rows, columns_of, draw_table, read_sweep
 from thermoroll_cli.tasks.runner import Workers
 
 SHOWN_ERRORS = 10
 SHOWN_FAILURES = 5
-_NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 
 
 def sweep(
@@ -53,6 +51,7 @@ def sweep(
     threads: options.Threads = 1,
     formats: options.Formats = None,
     compare: options.Compare = "",
+    report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -77,11 +76,17 @@ def sweep(
     rows, failures = _solved(wanted, as_json=as_json, quiet=quiet, verbose=verbose)
     targets = [output / f"sweep.{ending}" for ending in options.image_formats(formats)]
     pictures, why_not = _draw(rows, targets, theories) if wanted.plots and not no_plots else ([], "")
+    reports = []
+    if report:
+        from thermoroll_cli.cli import report as page
+
+        found = read_sweep(output / (ARRAYS_NAME if scalars_only else TABLE_NAME))
+        reports = [page.write(output / "sweep_report.html", [page.of_sweep(found, case_name(case))])]
     if not quiet:
         options.report_stale((output / f"sweep.{each.value}" for each in options.ImageFormat), pictures)
     if not (as_json or quiet):
         written = [output / name for name in ((ARRAYS_NAME, TABLE_NAME) if scalars_only else (TABLE_NAME,))]
-        _report(rows, [*written, *pictures], why_not)
+        _report(rows, [*written, *pictures, *reports], why_not)
     if failures > SHOWN_FAILURES:
         streams.note(f"thermoroll: and {failures - SHOWN_FAILURES} more, see the column reason of {output / TABLE_NAME}")
     raise typer.Exit(ExitCode.NOT_CONVERGED if failures else ExitCode.FINE)
@@ -162,19 +167,14 @@ def _draw(rows: Rows, paths: list[Path], theories: Sequence[str]) -> tuple[list[
 
 def _report(rows: Rows, written: Sequence[Path], why_not: str) -> None:
     converged = files = 0
-    kinds: dict[str, tuple[str, list[str]]] = {}
     for row in rows:
         converged += row.converged
         files += row.file is not None
-        # Warnings that differ in their numbers alone are of one kind.
-        for kind, warning in {_NUMBER.sub("#", warning): warning for warning in row.summary["warnings"]}.items():
-            kinds.setdefault(kind, (warning, []))[1].append(row.name)
     width = streams.width()
     if len(rows) <= SHOWN_ROWS:
         streams.write(*sweep_table(list(rows), rows.points, width))
-    for warning, (first, *others) in kinds.values():
-        more = f" and {len(others)} more point{'s' if len(others) > 1 else ''}" if others else ""
-        streams.write(*streams.in_colour(folded(f"warning: {warning} (at {first}{more})", width), streams.YELLOW))
+    for warning in warnings_by_kind((row.name, row.summary["warnings"]) for row in rows):
+        streams.write(*streams.in_colour(folded(f"warning: {warning}", width), streams.YELLOW))
     streams.write(f"{converged} of {len(rows)} points converged")
     also = f" and {files} result file{'s' if files != 1 else ''}" if files else ""
     streams.write(f"  wrote {', '.join(map(str, written))}{also}")

@@ -6,7 +6,7 @@ import io
 import math
 import re
 import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
 UNBOUNDED = "no limit"
 """Beside values that grow with every refinement, because the contact reaches the end of a profile."""
 
+_NUMBER = re.compile(r"[-+−]?\d[\d.,]*(?:e[-+]?\d+)?")
 _NARROWEST = 9
 """Headers and meanings are not cut to less."""
 _TELLING = 20
@@ -73,15 +74,25 @@ def scalar_table(summary: Mapping[str, Any], names: Sequence[str], *, both: bool
 def assembly_tables(result: Result, names: Sequence[str], *, verbose: bool, width: int) -> Iterator[str]:
     """Lines of three tables of an assembly: scalars of the whole among `names`, those of both sides beside each other, and
     those of its patches."""
+    single, sides, patches = assembly_rows(result, names, verbose=verbose)
+    yield from scalar_table(result.summary(), single, both=False, width=width)
+    yield from align(sides)
+    yield from align(patches)
+
+
+def assembly_rows(
+    result: Result, names: Sequence[str], *, verbose: bool
+) -> tuple[list[str], list[tuple[str, ...]], list[tuple[str, ...]]]:
+    """Names of the scalars of the whole of an assembly, and the rows of two tables with a header: those of both sides beside
+    each other, and those of its patches (none if there is no patch)."""
     summary = result.summary()
     names = [*names, *(name for name in ALSO_LISTED if name not in names)]
     sided = {name: name.replace("_left", "_right") for name in names if "_left" in name}
     sided |= {name.replace("_right", "_left"): name for name in names if "_right" in name}
     single = [name for name in names if not {name} & {*sided, *sided.values()}]
-    yield from scalar_table(summary, single, both=False, width=width)
     text = {name: scalar_text(name, summary) if computed(summary.get(name)) else "" for pair in sided.items() for name in pair}
-    yield from align([("", "left", "right", ""), *((left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left))
-                                                   for left, right in sided.items())])
+    sides: list[tuple[str, ...]] = [("", "left", "right", "")]
+    sides += [(left.replace("_left", "_SIDE"), text[left], text[right], unit_of(left)) for left, right in sided.items()]
     rows = [("patch", *(patch.name.replace("_", " ") for patch in result.contacts), "")]
     errors = [patch.uncertainty for patch in result.contacts]
     for name, scalar in PATCH_SCALARS.items():
@@ -90,7 +101,7 @@ def assembly_tables(result: Result, names: Sequence[str], *, verbose: bool, widt
             cells = (with_error(patch.record[name], error.get(there, math.nan)) if name in patch.record else ""
                      for patch, error in zip(result.contacts, errors, strict=True))
             rows.append((name, *cells, unit_of(name)))
-    yield from align(rows if result.contacts else [])
+    return single, sides, rows if result.contacts else []
 
 
 def align(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -105,6 +116,17 @@ def align(rows: Sequence[Sequence[str]]) -> list[str]:
     text = io.StringIO()
     Console(file=text, width=10_000, markup=False, highlight=False, emoji=False).print(table)
     return [f"  {line}".rstrip() for line in text.getvalue().splitlines() if columns]
+
+
+def warnings_by_kind(of_points: Iterable[tuple[str, Sequence[str]]]) -> Iterator[str]:
+    """The warnings of many points, by their names, with those that differ in their numbers alone as one."""
+    kinds: dict[str, tuple[str, list[str]]] = {}
+    for point, warnings in of_points:
+        for kind, warning in {_NUMBER.sub("#", warning): warning for warning in warnings}.items():
+            kinds.setdefault(kind, (warning, []))[1].append(point)
+    for warning, (first, *others) in kinds.values():
+        more = f" and {len(others)} more point{'s' if len(others) > 1 else ''}" if others else ""
+        yield f"{warning} (at {first}{more})"
 
 
 def with_remarks(rows: Sequence[Sequence[str]], width: int) -> list[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -19,6 +19,9 @@ from thermoroll_cli.worn.follow import Evolution, ServiceEvolution
 from thermoroll_cli.worn.follow import wear as follow
 from thermoroll_cli.worn.wear_files import COLUMNS
 
+if TYPE_CHECKING:
+    from thermoroll_cli.cli.report import Section
+
 
 def wear(
     case: options.OneCase,
@@ -30,6 +33,7 @@ def wear(
     jobs: options.Jobs = 1,
     threads: options.Threads = 1,
     formats: options.Formats = None,
+    written_report: options.Report = False,
     quiet: options.Quiet = False,
     verbose: options.Verbose = False,
 ) -> None:
@@ -64,14 +68,17 @@ def wear(
     files = [str(file) for file in done.files]
     if read.plots and not no_plots:
         endings = options.image_formats(formats)
-        files += _drawn(done, output, endings) if isinstance(done, Evolution) else _drawn_service(done, output, endings)
+        files += _drawn(done, output, endings)
+    if written_report:
+        from thermoroll_cli.cli import report as page
+
+        files.append(str(page.write(output / f"{read.name}_wear_report.html", [_section(done)])))
     last, steps = done.rows[-1], len(done.rows) - 1
     if as_json:
         streams.write_json({"name": read.name, "status": "not_converged" if done.reason else "converged", "reason": done.reason,
                             "steps": steps, **_plain(last), "files": files})
     elif not quiet:
-        meanings = COLUMNS if isinstance(done, Evolution) else dict.fromkeys(last, "")
-        streams.write(*(f"  {name:32} {_text(last, name):22} {meaning}".rstrip() for name, meaning in meanings.items()))
+        streams.write(*(f"  {name:32} {text:22} {meaning}".rstrip() for meaning, text, name in _last_rows(done)))
         streams.write(f"  {steps} steps; wrote {', '.join(files)}")
     if done.reason:
         streams.note(f"thermoroll: {read.name}: {done.reason}")
@@ -84,20 +91,37 @@ def _text(row: Mapping[str, Any], name: str) -> str:
     return with_error(row[name], math.nan if error is None else abs(error * row[name]))
 
 
+def _last_rows(done: Evolution | ServiceEvolution) -> list[tuple[str, str, str]]:
+    """Meaning, value with its error, and name of each column of the last step."""
+    meanings = COLUMNS if isinstance(done, Evolution) else dict.fromkeys(done.rows[-1], "")
+    return [(meaning, _text(done.rows[-1], name), name) for name, meaning in meanings.items()]
+
+
+def _section(done: Evolution | ServiceEvolution) -> Section:
+    """What a report says of an evolution."""
+    from thermoroll_cli.cli import report as page
+
+    steps, last = len(done.rows) - 1, done.rows[-1]
+    return page.Section(
+        done.case.settings.title or done.case.name,
+        [f"Profiles that wear over {last['distance_km']:.5g} km, in {steps} steps."], done.reason,
+        tables=[page.Table(_last_rows(done), ("after the last step", "value", "name"), values=(1,), names=(2,))],
+        pictures=page.pictures_of(lambda folder, formats: _drawn(done, folder, formats)), case=done.case.text,
+        method=page.METHOD + " Wear follows from the frictional work of each passage; the profiles change by bounded steps, "
+        "and after each the contact is solved again.")  # fmt: skip
+
+
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row without nan, which JSON does not know."""
     return {name: None if isinstance(value, float) and math.isnan(value) else value for name, value in row.items()}
 
 
-def _drawn_service(done: ServiceEvolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+def _drawn(done: Evolution | ServiceEvolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
+    from thermoroll_cli.plots.profile_figures import draw_wear
     from thermoroll_cli.plots.service_figure import draw_service
 
-    return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
-
-
-def _drawn(done: Evolution, folder: Path, formats: tuple[str, ...]) -> list[str]:
-    from thermoroll_cli.plots.profile_figures import draw_wear
-
+    if not isinstance(done, Evolution):
+        return [str(draw_service(folder / f"{done.case.name}_wear.{ending}", done)) for ending in formats]
     kept, asked = done.snapshots, done.case.problem.wear
     assert asked is not None
     regimes = {body: getattr(asked, body).regimes for body in BODIES}

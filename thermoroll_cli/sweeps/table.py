@@ -9,7 +9,7 @@ import math
 import pathlib
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import h5py
@@ -156,12 +156,15 @@ class Rows:
 @dataclass(frozen=True)
 class SweepColumns:
     """The table of a sweep: `columns` with a value per point (numbers, texts; nan where not computed), the swept `keys` among
-    them, whether the points are a list (`listed`) or all combinations of values, and the `title` of the case, if known."""
+    them, whether the points are a list (`listed`) or all combinations of values; if known the `title` and the text of the case,
+    and the `attributes` of the file that says how it was solved."""
 
     columns: Mapping[str, Sequence[Any]]
     keys: tuple[str, ...]
     listed: bool
     title: str = ""
+    case_text: str = ""
+    attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def numbers(self) -> dict[str, Sequence[float]]:
@@ -286,15 +289,18 @@ def _read_csv(path: pathlib.Path) -> SweepColumns:
     columns = {name: [_value(text) for text in column] for name, column in zip(header, zip(*rows, strict=True), strict=True)}
     keys = tuple(header[: header.index("status")])
     listed = math.prod(len(set(columns[key])) for key in keys) != len(rows)
-    return SweepColumns(columns, keys, listed, _title_beside(path, columns))
+    beside = _result_beside(path, columns)
+    if beside is None:
+        return SweepColumns(columns, keys, listed)
+    return SweepColumns(columns, keys, listed, beside.problem.title, beside.case_text, beside.attributes)
 
 
-def _title_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> str:
-    """The title of the case, which a table of text lacks: from a result file beside it; "" without one."""
+def _result_beside(path: pathlib.Path, columns: Mapping[str, Sequence[Any]]) -> Result | None:
+    """A result file beside a table of text, which lacks the case; None without one."""
     for name in columns.get("file", ()):
         if isinstance(name, str) and name and path.with_name(name).exists():
-            return read_result(path.with_name(name)).problem.title
-    return ""
+            return read_result(path.with_name(name), with_fields=False)
+    return None
 
 
 def _value(text: str) -> float | str:
@@ -312,7 +318,8 @@ def _read_hdf5(path: pathlib.Path) -> SweepColumns:
         if not listed:
             swept = np.meshgrid(*(file[key][()] for key in keys), indexing="ij")
             columns |= {key: _flat(values) for key, values in zip(keys, swept, strict=True)}
-        return SweepColumns(columns, keys, listed, file.attrs["title"].decode())
+        attributes = {name: value.decode() if isinstance(value, bytes) else value for name, value in file.attrs.items()}
+        return SweepColumns(columns, keys, listed, attributes["title"], file["input/case_text"].asstr()[()], attributes)
 
 
 def _flat(values: NDArray[Any]) -> list[Any]:

@@ -1,0 +1,162 @@
+"""`report` and `--report`: one HTML file with everything, which needs nothing else."""
+
+from __future__ import annotations
+
+import base64
+import html
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from tests.support import synthetic
+from tests.support.browser import opened
+from tests.support.command_line import MECHANICAL, THERMAL, call
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.python_api import read_result
+
+HOSTILE = "<script>alert('a & b')</script> {{ 7 * 7 }}"
+
+
+class Page(HTMLParser):
+    """The elements of a page with their attributes, and its text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.elements: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def read(path: Path) -> Page:
+    page = Page(path.read_text(encoding="utf-8"))
+    tags = {tag for tag, _ in page.elements}
+    assert not tags & {"script", "link", "iframe", "object", "embed"}
+    addresses = [value for _, attributes in page.elements for name, value in attributes.items() if name in ("src", "href")]
+    assert all(str(address).startswith("data:image/") for address in addresses)
+    assert not any(name.startswith("on") for _, attributes in page.elements for name in attributes)
+    return page
+
+
+def case(text: str, folder: Path, name: str = "a") -> Path:
+    path = folder / f"{name}.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A case with heat and an unkind title, its result and its report."""
+    folder = tmp_path_factory.mktemp("report")
+    text = re.sub(r"(?m)^title = .*\n", "", THERMAL)
+    case(f'title = "{HOSTILE}"\n{text}', folder)
+    done = call("run", "a.toml", "--no-plots", "--report", "-o", ".", cwd=folder)
+    assert done.returncode == 0 and "wrote a_report.html" in done.stdout
+    return folder
+
+
+def test_a_report_says_what_the_result_says(folder: Path) -> None:
+    page, result = read(folder / "a_report.html"), read_result(folder / "a.h5")
+    assert ("img", {}) not in page.elements and sum(tag == "img" for tag, _ in page.elements) >= 4
+    text = page.text
+    assert "± is the estimated error" in text and "total frictional heat" in text
+    shown = re.search(r"maximum pressure ([\d.]+) ± ([\d.]+)", text)
+    assert shown is not None and float(shown[1]) == pytest.approx(result["pressure_max_MPa"], abs=float(shown[2]))
+    assert f"thermoroll {result.attributes['program_version']}, Python" in text
+    for line in filter(None, result.case_text.splitlines()):
+        assert " ".join(line.split()) in text
+
+
+def test_words_of_a_case_stay_words(folder: Path) -> None:
+    source = (folder / "a_report.html").read_text(encoding="utf-8")
+    assert HOSTILE not in source and "<script" not in source
+    assert source.count(html.escape(HOSTILE).replace("&#x27;", "&#39;")) >= 3
+    (title,) = re.findall("<title>(.*)</title>", source)
+    assert html.unescape(title) == HOSTILE
+
+
+def test_run_and_report_write_the_same(folder: Path, tmp_path: Path) -> None:
+    done = call("report", folder / "a.h5", "-o", tmp_path / "other.html")
+    assert (done.returncode, done.stdout) == (0, f"{tmp_path / 'other.html'}\n")
+    assert read(tmp_path / "other.html").text == read(folder / "a_report.html").text
+
+
+def test_pictures_are_whole(folder: Path) -> None:
+    for address in re.findall(r'src="data:image/([^"]*)"', (folder / "a_report.html").read_text(encoding="utf-8")):
+        kind, _, content = address.partition(";base64,")
+        begin = base64.b64decode(content)[:5]
+        assert begin == {"png": b"\x89PNG\r", "svg+xml": b"<?xml"}[kind]
+
+
+def written(result: Result, path: Path) -> Page:
+    result.save(path)
+    assert call("report", path, "-q").returncode == 0
+    return read(path.with_name(f"{path.stem}_report.html"))
+
+
+def test_failures_and_warnings_come_first(folder: Path, tmp_path: Path) -> None:
+    failed = replace(read_result(folder / "a.h5"), converged=False, reason="no <steady> state", warnings=("half & half",))
+    text = written(failed, tmp_path / "f.h5").text
+    expected = ("Not converged. no <steady> state", "Warning. half & half", "total frictional heat")
+    places = [text.index(words) for words in expected]
+    assert places == sorted(places)
+
+
+def test_numbers_that_are_not_there_are_left_out(tmp_path: Path) -> None:
+    """A result without fields of heat, or any estimate, and without a case."""
+    text = written(synthetic.result(heat=False), tmp_path / "m.h5").text
+    assert "temperature" not in text.partition("Method")[0] and "The case file" not in text and " nan" not in text
+
+
+def test_sweeps(tmp_path: Path) -> None:
+    case(MECHANICAL, tmp_path)
+    done = call("sweep", "a.toml", "--over", "creepage.longitudinal=0.001,0.002,0.003", "--report", "--no-plots", "-o", ".",
+                cwd=tmp_path)  # fmt: skip
+    assert done.returncode == 0 and "sweep_report.html" in done.stdout
+    page = read(tmp_path / "sweep_report.html")
+    assert "A sweep over creepage.longitudinal with 3 values: 3 of 3 points converged." in page.text
+    assert "normal_N = 65" in page.text and "thermoroll sweep a.toml" in page.text
+    assert sum(tag == "tr" for tag, _ in page.elements) == 4
+    assert call("sweep", "a.toml", "--over", "load.normal_N=60,70", "--scalars-only", "--report", "-q", "-o", "s",
+                cwd=tmp_path).returncode == 0  # fmt: skip
+    first = read(tmp_path / "s" / "sweep_report.html").text
+    assert call("report", "s/sweep.h5", "s/sweep.h5", "-q", cwd=tmp_path).returncode == 0
+    assert read(tmp_path / "s" / "report.html").text.count("A sweep over load.normal_N with 2 values") == 2
+    assert "2 of 2 points converged" in first and "poisson_ratio" in first
+
+
+def test_conicity(tmp_path: Path) -> None:
+    cases = Path(__file__).parents[2] / "cases"
+    assert call("conicity", cases / "manchester.toml", "--no-plots", "--report", "-q", "-o", tmp_path).returncode == 0
+    page = read(tmp_path / "manchester_conicity_report.html")
+    assert "equivalent conicity at an amplitude of 3 mm 0.1" in page.text and "EN 15302" in page.text and "±" not in page.text
+    assert page.text.index("Warning. the contact of the left wheel") < page.text.index("Pictures")
+
+
+def test_usage(folder: Path, tmp_path: Path) -> None:
+    assert "solve it with" in call("report", folder / "a.toml").stderr
+    done = call("report", folder / "a.h5", "-o", tmp_path / "a.pdf")
+    assert done.returncode == 2 and "end its name with .html" in done.stderr
+    assert call("report", tmp_path / "none.h5").returncode == 5
+
+
+def test_a_report_opens_in_a_browser(folder: Path, tmp_path: Path) -> None:
+    """Nothing is asked of a server, nothing is complained about, and it prints on a few sheets of A4."""
+    printed = tmp_path / "a.pdf"
+    found = opened((folder / "a_report.html").as_uri(), tmp_path, f"--print-to-pdf={printed}", "--no-pdf-header-footer")
+    assert not found.console and not found.requests
+    content = printed.read_bytes()
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", content)) <= 5
+    assert re.search(rb"/MediaBox\s*\[0 0 59[45][\d.]* 84[12]", content)

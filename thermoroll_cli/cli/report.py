@@ -1,0 +1,292 @@
+"""`thermoroll report` and the option `--report`: one HTML file with all that there is to say of a result, which loads nothing
+and runs no scripts."""
+
+from __future__ import annotations
+
+import base64
+import re
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import jinja2
+import typer
+from PIL import Image
+
+from thermoroll_cli import __version__
+from thermoroll_cli.atomic import write_bytes
+from thermoroll_cli.cli import options, streams
+from thermoroll_cli.cli.conicity import NUMBERS
+from thermoroll_cli.cli.results import check_no_cases
+from thermoroll_cli.cli.tables import assembly_rows, warnings_by_kind
+from thermoroll_cli.files.case import Case
+from thermoroll_cli.files.result.hdf5 import read_result
+from thermoroll_cli.plots.conicity_figure import draw_conicity
+from thermoroll_cli.plots.pictures import draw, kinds_of
+from thermoroll_cli.plots.sweep_figures import numbers, summaries
+from thermoroll_cli.problem.names import ALL_SCALARS, DIAGRAMS, PATCH_SCALARS, WHEELSET_SCALARS, unit_of
+from thermoroll_cli.problem.result import Result
+from thermoroll_cli.problem.scalar_errors import (
+    computed,
+    isothermal_text,
+    listed_scalars,
+    number,
+    repeats,
+    scalar_text,
+)
+from thermoroll_cli.sweeps.table import SweepColumns, draw_table, is_sweep_file, read_sweep
+from thermoroll_cli.wheelset.conicity import Conicity
+
+TEMPLATE = Path(__file__).with_name("report.html")
+VECTOR = 150_000
+"""Pictures whose SVG has more bytes than this are PNG: maps of many elements."""
+DPI = 150
+MOST_ROWS = 100
+"""Rows of the table of a sweep; a reader of more has the file."""
+MOST_COLUMNS = 7
+"""Columns of that table, which a sheet of A4 holds."""
+METHOD = ("The steady state of two elastic bodies that roll on each other with dry friction, after Yu and Suh: half-spaces, "
+          "discretised by rectangular elements on grids of rising fineness; pressure, tractions, frictional heat and thermal "
+          "expansion are iterated until they agree.")  # fmt: skip
+VERSIONS = {"program_version": "thermoroll", "python_version": "Python", "numpy_version": "NumPy", "scipy_version": "SciPy",
+            "fftw_version": "FFTW", "h5py_version": "h5py"}  # fmt: skip
+"""Attributes of a result file that a report names."""
+
+PREFIX = "picture"
+"""Begins the names of files of pictures, which are temporary."""
+
+_LEFT = re.compile(r", left wheel|left ")
+
+Draw = Callable[[Path, tuple[str, ...]], object]
+"""Writes pictures in these formats into a folder."""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Cells of text. Columns `values` are never broken; columns `names` are for those who write programs."""
+
+    rows: Sequence[Sequence[str]]
+    header: Sequence[str] = ()
+    caption: str = ""
+    values: Sequence[int] = ()
+    names: Sequence[int] = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture with its content as `address`, `width` mm wide."""
+
+    name: str
+    address: str
+    width: float
+
+
+@dataclass(frozen=True)
+class Section:
+    """All that a report says of one result, in the order in which it says it; `estimated`: some of its numbers have a ±."""
+
+    title: str
+    what: Sequence[str]
+    failure: str = ""
+    warnings: Sequence[str] = ()
+    tables: Sequence[Table] = ()
+    pictures: Sequence[Picture] = ()
+    case: str = ""
+    method: str = METHOD
+    skipped: Sequence[str] = ()
+    versions: str = ""
+    estimated: bool = True
+
+
+def report(
+    results: Annotated[
+        list[Path], typer.Argument(metavar="RESULT.h5...", help="Result files of run; sweep.csv or sweep.h5 of sweep.")
+    ],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="FILE.html", help="File to write; see below for the default.")
+    ] = None,
+    quiet: options.Quiet = False,
+    verbose: options.Verbose = False,
+) -> None:
+    """Write results as one HTML file, to be sent, read and printed.
+
+    It has warnings, scalars with their errors, pictures, the case, and the versions. It loads nothing from anywhere and runs no
+    scripts. The default is NAME_report.html beside a result, and report.html beside the first of several.
+    """
+    check_no_cases(results)
+    first = results[0]
+    target = output or first.with_name(f"{first.stem}_report.html" if len(results) == 1 else "report.html")
+    if target.suffix.lower() not in (".html", ".htm"):
+        raise typer.BadParameter(f"{target} is no HTML file: end its name with .html", param_hint="--output")
+    # All of them are read before the first picture is drawn.
+    stored = [read_sweep(path) if is_sweep_file(path) else read_result(path) for path in results]
+    options.check_writable(target.parent)
+    write(target, [of_result(found, path.stem) if isinstance(found, Result) else of_sweep(found, path.stem)
+                   for found, path in zip(stored, results, strict=True)])  # fmt: skip
+    if not quiet:
+        streams.write(str(target))
+
+
+def write(path: Path, sections: Sequence[Section]) -> Path:
+    """Replace the file at `path` by a report, and return the path. Raises OSError."""
+    template = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True).from_string(
+        TEMPLATE.read_text(encoding="utf-8"))
+    title = sections[0].title + (f" and {len(sections) - 1} more" if len(sections) > 1 else "")
+    text = template.render(title=title, sections=sections, version=__version__)
+    # Half a character, which a title may hold, has no place in UTF-8.
+    write_bytes(path, text.encode("utf-8", "backslashreplace"))
+    return path
+
+
+def pictures_of(draw_in: Draw) -> tuple[Picture, ...]:
+    """The pictures that `draw_in` writes: as SVG where that is small, else as PNG."""
+    shown = []
+    with tempfile.TemporaryDirectory() as place:
+        draw_in(folder := Path(place), ("png", "svg"))
+        for path in sorted(folder.glob("*.png"), key=lambda path: path.stat().st_mtime_ns):
+            with Image.open(path) as image:
+                width = round(25.4 * image.width / float(image.info["dpi"][0]))
+            vector = path.with_suffix(".svg")
+            small = vector.stat().st_size <= VECTOR
+            content = base64.b64encode((vector if small else path).read_bytes()).decode("ascii")
+            name = path.stem.removeprefix(f"{PREFIX}_").replace("_", " ")
+            shown.append(Picture(name, f"data:image/{'svg+xml' if small else 'png'};base64,{content}", width))
+    return tuple(shown)
+
+
+def of_result(result: Result, name: str) -> Section:
+    """What a report says of a contact or an assembly; `name` stands for a title that there is not."""
+    kinds = [kind for kind in kinds_of(result) if kind != "summary"]  # the report is one
+    kinds += ["traction"] if result.assembly else []
+    problem, work, skipped = result.problem, result.work, result.work.get("skipped", {})
+    if result.assembly:
+        count = len(result.contacts)
+        what = [f"A {result.assembly} on its track, with {count} patch{'' if count == 1 else 'es'} of contact."]
+    else:
+        load = f"load {number(problem.normal_force)} N" if problem.approach is None else (
+            f"approach {number(1e6 * problem.approach)} µm")
+        heat = "without heat" if not problem.heating.heat else "with frictional heat" + (
+            " and thermal expansion" if result.coupled is not result.isothermal else ", which does not change the contact here")
+        friction = problem.friction
+        what = [f"Two bodies in rolling contact: {load}, "
+                + (f"coefficient of friction {number(friction.coefficient)}" if friction.law is None
+                   else f"friction after the law {friction.law}")
+                + f", speed {number(problem.motion.speed)} m/s, {heat}."]  # fmt: skip
+    if grid := work.get("grid"):
+        what.append(f"Finest grid: {grid[0]} × {grid[1]} elements{' for each patch' if result.assembly else ''}.")
+
+    def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
+        draw(result, folder / PREFIX, kinds=kinds, formats=formats, dpi=DPI)
+
+    return Section(
+        problem.title or name, what, "" if result.converged else result.reason, result.warnings, _tables(result),
+        pictures_of(draw_in), result.case_text,
+        skipped=[f"Left out: {'; '.join(f'{stage} ({why})' for stage, why in skipped.items())}."] if skipped else [],
+        versions=versions(result.attributes))  # fmt: skip
+
+
+def _tables(result: Result) -> list[Table]:
+    summary, both = result.summary(), result.isothermal is not result.coupled
+    names = listed_scalars(summary, result.problem)
+    if result.assembly:
+        single, sides, patches = assembly_rows(result, names, verbose=False)
+        of_sides = [(_LEFT.sub("", _meaning(row[0].replace("_SIDE", "_left"))), *row[1:], row[0]) for row in sides[1:]]
+        return [Table(_rows(summary, single, both=False), ("", "value", "unit", "name"), values=(1, 2), names=(3,)),
+                Table(of_sides, ("both sides", "left", "right", "unit", "name"), values=(1, 2, 3), names=(4,)),
+                *([Table([(_meaning(row[0]), *row[1:], row[0]) for row in patches[1:]],
+                         (*patches[0][:-1], "unit", "name"), "Patches of contact", range(1, len(patches[0])),
+                         (len(patches[0]),))] if patches else [])]  # fmt: skip
+    header = ("", "value", *(("without thermal expansion",) if both else ()), "unit", "name")
+    return [Table(_rows(summary, names, both=both), header, values=range(1, len(header) - 1), names=(len(header) - 1,))]
+
+
+def _rows(summary: Mapping[str, Any], names: Iterable[str], *, both: bool) -> list[tuple[str, ...]]:
+    shown = [name for name in names if computed(summary.get(name)) and not repeats(name, summary)]
+    hertz = computed(summary.get("hertz_a_mm", 0.0))
+    return [(ALL_SCALARS[name].meaning_of(hertz=hertz) + (" (no limit)" if name in summary.get("unbounded", ()) else ""),
+             scalar_text(name, summary), *((isothermal_text(name, summary),) if both else ()), unit_of(name), name)
+            for name in shown]  # fmt: skip
+
+
+def _meaning(name: str) -> str:
+    scalar = (ALL_SCALARS | PATCH_SCALARS | WHEELSET_SCALARS).get(name)
+    return name if scalar is None else scalar.meaning
+
+
+def of_sweep(table: SweepColumns, name: str) -> Section:
+    """What a report says of the points of a sweep."""
+    columns = table.columns
+    count, converged = len(columns["status"]), sum(status == "converged" for status in columns["status"])
+    over = "; ".join(f"{key} with {len(set(columns[key]))} values" for key in table.keys)
+    points = [", ".join(f"{key} = {_cell(columns[key][row])}" for key in table.keys) for row in range(count)]
+    failed = [f"{point}: {reason}" for point, status, reason in zip(points, columns["status"], columns["reason"], strict=True)
+              if status != "converged"]
+    # An empty cell of a table of text is nan.
+    warnings = warnings_by_kind((point, [text] if isinstance(text, str) and text else [])
+                                for point, text in zip(points, columns["warnings"], strict=True))  # fmt: skip
+    why_not = ""
+
+    def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
+        nonlocal why_not
+        for each in formats:
+            why_not = draw_table(table, folder / f"{PREFIX}_scalars over {' and '.join(table.keys)}.{each}", dpi=DPI)
+
+    pictures = pictures_of(draw_in)
+    return Section(
+        table.title or name, [f"A sweep over {over}: {converged} of {count} points converged.",
+                              *([f"There is no picture: {why_not}."] if why_not else [])],
+        "; ".join(failed[:5]) + (f"; and {len(failed) - 5} more" if len(failed) > 5 else ""), list(warnings),
+        [_sweep_table(table)], pictures, table.case_text, versions=versions(table.attributes))  # fmt: skip
+
+
+def of_conicity(found: Conicity, case: Case) -> Section:
+    """What a report says of an equivalent conicity."""
+    record = found.record()
+    curve = [(number(amplitude), *(number(record[name][place], 4) for name in ("conicity", "wavelength_m")))
+             for place, amplitude in enumerate(record["amplitude_mm"]) if abs(amplitude - round(amplitude)) < 1e-9]
+
+    def draw_in(folder: Path, formats: tuple[str, ...]) -> None:
+        for each in formats:
+            draw_conicity(folder / f"{PREFIX}_conicity.{each}", found, case.settings.title)
+
+    return Section(
+        case.settings.title or case.name, ["Equivalent conicity of a wheelset on its track."], warnings=found.warnings,
+        tables=[Table([(meaning, number(record[name], 4), name) for name, meaning in NUMBERS.items()], ("", "value", "name"),
+                      values=(1,), names=(2,)),
+                Table(curve, ("amplitude (mm)", "conicity", "wavelength (m)"), "At whole amplitudes", range(3))],
+        pictures=pictures_of(draw_in), case=case.text,
+        method="After EN 15302, from the difference of the rolling radii over the lateral shift of the wheelset; "
+        "nothing but profiles and gauge matters.", estimated=False)  # fmt: skip
+
+
+def _cell(value: Any) -> str:
+    return number(value) if isinstance(value, int | float) and not isinstance(value, bool) else str(value)
+
+
+def _sweep_table(table: SweepColumns) -> Table:
+    """A row for each point: the swept values and the scalars that have a diagram and change."""
+    arrays = {name: numbers(column) for name, column in table.numbers.items()}
+    rows = summaries(arrays)
+    drawn = [name for names in DIAGRAMS.values() for name in names if name in arrays]
+    texts = {name: [scalar_text(name, row) if computed(row.get(name)) else "–" for row in rows] for name in drawn}
+    varying = [name for name in drawn if len(set(texts[name])) > 1 or len(rows) == 1]
+    varying = [name for name in varying
+               if "_upper_" not in name or texts[name] != texts.get(name.replace("_upper_", "_lower_"))]
+    varying = varying[: max(MOST_COLUMNS - len(table.keys), 1)]
+    body = [(*(_cell(table.columns[key][row]) for key in table.keys), *(texts[name][row] for name in varying))
+            for row in range(min(len(rows), MOST_ROWS))]  # fmt: skip
+    caption = f"The first {MOST_ROWS} of {len(rows)} points" if len(rows) > MOST_ROWS else ""
+    headers = (f"{ALL_SCALARS[name].brief or ALL_SCALARS[name].meaning}"
+               + (f" ({unit_of(name)})" if unit_of(name) else "") for name in varying)  # fmt: skip
+    return Table(body, (*table.keys, *headers), caption, range(len(table.keys) + len(varying)))
+
+
+def versions(attributes: Mapping[str, Any]) -> str:
+    """When and with what a result was computed; nothing where its file says nothing."""
+    if not attributes.get("created"):
+        return ""
+    parts = ", ".join(f"{words} {attributes[name]}" for name, words in VERSIONS.items() if name in attributes)
+    when = re.sub(r"T(\d\d:\d\d).*", r" \1 UTC", str(attributes["created"]))
+    return f"Computed {when} with {parts} on {attributes.get('platform', 'an unknown platform')}: {attributes['command_line']}"
