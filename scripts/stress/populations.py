@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.stress import neighbours, wear, wheelsets
+from scripts.stress import neighbours, service, wear, wheelsets
 from scripts.stress.checks import distinct, narrow, patches, same_elsewhere, solved
 from scripts.stress.coverage import covered, covered_beyond
 from scripts.stress.outcome import Outcome
@@ -121,6 +121,7 @@ POPULATIONS = {
     "bodies that relax": Population(_on_the_grid(random_relaxing), solved, 200),
     "wear": Population(wear.worn_contact, wear.check, 40, limit=300.0),
     "wear at an approach": Population(wear.worn_at_an_approach, wear.check_approach, 40, limit=300.0),
+    "wear in service": Population(service.in_service, service.check, 40, limit=600.0),
     "given approaches": Population(_at_an_approach, _contact, 200),
     "wheelsets": Population(wheelsets.random_wheelset, wheelsets.check, 200, limit=120.0),
     "tread and flange": Population(wheelsets.tread_and_flange, wheelsets.check, 200, limit=120.0),

@@ -10,8 +10,10 @@ import numpy as np
 
 from thermoroll_cli.plots import style
 from thermoroll_cli.wheelset.curves import Points, curve
-from thermoroll_cli.wheelset.wheelset_problem import SIDES, sign_of
+from thermoroll_cli.wheelset.wheelset_problem import SIDES
 
+MANY = 1000.0
+"""Distance in km from which on the axis counts thousands."""
 LARGER = 10.0
 """Factor of the drawn depth."""
 CURVES = {"depth_max_": "largest depth (µm)", "worn_mass_wheel_": "worn mass of a wheel (kg)",
@@ -36,7 +38,8 @@ class _Drawn(Protocol):
 def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
     """Write the picture to `path`. Raises OSError."""
     sides = [side for side in SIDES if f"wheel_{side}" in done.outlines]
-    distance = [row["distance_km"] for row in done.rows]
+    thousands = done.rows[-1]["distance_km"] >= MANY
+    distance = [row["distance_km"] / (1000.0 if thousands else 1.0) for row in done.rows]
     with style.applied():
         figure = style.new_figure(style.DOUBLE, 1.25 * style.DOUBLE)
         axes = figure.subplots(6, 2)
@@ -48,11 +51,10 @@ def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
             for side in sides:
                 new, worn = done.outlines[f"{body}_{side}"]
                 y, z, exaggerated = _exaggerated(new, worn)
-                sign = sign_of(side)
-                shown.plot(sign * y, z, color="0.5", linewidth=0.8)
+                shown.plot(y, z, color="0.5", linewidth=0.8)
                 colour = style.BEFORE if body == "rail" else style.AFTER
-                shown.plot(sign * exaggerated[0], exaggerated[1], STYLES[side], color=colour)
-            shown.set(xlabel="y (mm)", ylabel="z (mm)", title=f"{body}, depth ten times")
+                shown.plot(exaggerated[0], exaggerated[1], STYLES[side], color=colour)
+            shown.set(xlabel="y to the field side (mm)", ylabel="z (mm)", title=f"{body}, depth ten times")
             shown.invert_yaxis()
         for axis, (prefix, label) in zip(axes[2:].flat, CURVES.items(), strict=True):
             names = [name for name in done.rows[0] if name.startswith(prefix) and not np.isnan(done.rows[0][name])]
@@ -63,7 +65,7 @@ def draw_service(path: pathlib.Path, done: _Drawn) -> pathlib.Path:
             axis.set_ylabel(label)
             axis.grid(visible=True)
         for axis in axes[-1]:
-            axis.set_xlabel("distance (km)")
+            axis.set_xlabel("distance (1000 km)" if thousands else "distance (km)")
         style.add_headline(figure, done.case.settings.title, done.converged,
                            note="left side broken" if len(sides) > 1 else "")
         return style.save(figure, path, None)
